@@ -8,8 +8,8 @@ namespace tandem {
 
 namespace {
 
-/// Voxels: as far as this from all of the fixture, a point has nothing near. A field tells no more
-/// than that of places some voxels away.
+/// Voxels; a point that is this far from all of the fixture has nothing near it. A field tells only
+/// that for places some voxels away.
 constexpr int kNothingNear = 1;
 
 }  // namespace

@@ -8,18 +8,20 @@
 
 namespace tandem {
 
-/// Every point of a world's first pair, which is one with the fixture, read whatever the schedule.
+/// Reads every point of a world's first pair, whatever the schedule. That pair must be one with the
+/// fixture.
 class AllPoints {
  public:
   explicit AllPoints(const World& world);
-  /// Points in contact that the last frame's schedule did not give; in the plain model also the
-  /// other way round. Only after Step() and Remember().
+  /// Returns the number of points in contact that the last frame's schedule did not give. In the
+  /// plain model it also counts points that the schedule gave and that are not in contact. Call it
+  /// only after Step() and Remember().
   std::size_t Violations();
-  /// Before Step(): where the bodies stand that the frame tests.
+  /// Keeps the pose at which the coming frame tests the first body. Call it before Step().
   void Remember();
-  /// How many there are.
+  /// Returns the number of points.
   std::size_t count() const noexcept;
-  /// Tells whether nothing of the fixture is near any point of the first body at a pose.
+  /// Returns whether nothing of the fixture is near any point of the first body at a pose.
   bool AllBeyond(const Pose& X_WB);
 
  private:
@@ -27,7 +29,7 @@ class AllPoints {
   std::size_t PlainViolations();
 
   const World* world_;
-  Pose X_WB_;  // as remembered
+  Pose X_WB_;  // pose that Remember() keeps
   std::vector<std::uint32_t> all_;
   std::vector<BlockReading> readings_;
   std::vector<std::uint16_t> tested_;

@@ -13,7 +13,8 @@
 
 namespace tandem {
 
-/// Each adds a subcommand of `tandem bench`, whose run leaves its exit code in `exit_code`.
+/// Each function adds a subcommand of `tandem bench`, whose run leaves its exit code in
+/// `exit_code`.
 void AddBenchMemory(CLI::App& bench, int& exit_code);
 void AddBenchDevice(CLI::App& bench, int& exit_code);
 void AddBenchFrame(CLI::App& bench, int& exit_code);
@@ -30,23 +31,23 @@ void AddBenchOpening(CLI::App& bench, int& exit_code);
 void AddBenchWindow(CLI::App& bench, int& exit_code);
 void AddBenchSession(CLI::App& bench, int& exit_code);
 
-/// Where a bench takes its bodies from.
+/// Names the scene that a bench loads, and the changes to it.
 struct BenchScene {
-  std::string scene;       // a scene of ours by name, or a file
+  std::string scene;       // name of a scene of ours, or a file
   double voxel_size = 0;   // m; 0: the scene's own
-  std::size_t points = 0;  // of the first moving body, about; 0: a point for each of its voxels
-  /// Where the scene fixes nothing, all but the first hand's body is held fast.
+  std::size_t points = 0;  // number for the first moving body, about; 0: as the scene gives them
+  /// If the scene fixes no body, all but the first hand's body are held fast.
   bool needs_fixture = false;
-  /// Pointshells and voxmaps, whatever the contact model of the scene.
+  /// The world has pointshells and voxmaps, whatever the scene's contact model.
   bool needs_plain_parts = false;
 };
 
-/// The options --scene and --voxel.
+/// Adds the options --scene and --voxel.
 void AddBenchScene(CLI::App& command, BenchScene& scene);
-/// Loads it; an error says what to do about it.
+/// Loads the scene. An error says what to do about it.
 Result<std::shared_ptr<const WorldModel>> LoadBenchScene(const BenchScene& scene);
 
-/// What `work` takes of the calling thread's processor time, ns.
+/// Returns the processor time that `work` takes on the calling thread, ns.
 template <class Work>
 double CpuNs(const Work& work) {
   LoopClock& clock = MachineClock();
@@ -54,7 +55,7 @@ double CpuNs(const Work& work) {
   work();
   return static_cast<double>(clock.ThreadCpuNs() - begin);
 }
-/// The same by the wall's clock, for several threads.
+/// Returns the wall-clock time that `work` takes, ns. It suits work on several threads.
 template <class Work>
 double WallNs(const Work& work) {
   const std::int64_t begin = MonotonicNowNs();

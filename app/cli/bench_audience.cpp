@@ -25,7 +25,7 @@ Result<Audience> Audience::Gather(const std::string& session, std::size_t count)
 Result<bool> Audience::Start(std::vector<std::string> command, const std::string& session) {
   command.insert(command.begin(), (ProgramFolder() / "tandem").string());
   command.insert(command.end(), {"--interface", "lo", "--session", session});
-  // viewers are elsewhere; here they at least use none of the peers' cores
+  // in use, viewers run elsewhere; here they at least use none of the peers' cores
   const HalfOfTheCores apart(HalfOfTheCores::Half::kSecond);
   Result<ChildProcess> process = ChildProcess::Start(command);
   if (!process) return process.error();

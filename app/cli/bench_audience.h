@@ -9,13 +9,14 @@
 
 namespace tandem {
 
-/// Those who look on at a session behind a relay, each a process; they stay until they are asked.
+/// Keeps the relay and the viewers of a session, each a process. They stay until Leave().
 class Audience {
  public:
-  /// Of `count`; none: no relay either.
+  /// Starts a relay and `count` viewers; nothing if `count` is 0.
   static Result<Audience> Gather(const std::string& session, std::size_t count);
 
-  /// Sends them home. Gives the fewest pictures that one of them got; 0 without any.
+  /// Ends the viewers and the relay. Returns the least number of samples that a viewer got; 0
+  /// without viewers.
   Result<std::uint64_t> Leave();
 
  private:

@@ -20,7 +20,7 @@ void AddBenchScene(CLI::App& command, BenchScene& scene) {
 
 namespace {
 
-/// Where nothing is fixed, all but the first hand's body is for this run.
+/// Fixes all bodies but the first hand's for this run if the scene fixes none.
 void HoldTheOthers(Scene& scene) {
   const auto fixed = [](const SceneBody& body) {
     return body.fixed;
@@ -35,7 +35,7 @@ void HoldTheOthers(Scene& scene) {
       " are held fast for this");
 }
 
-/// Makes the first body's pointshell anew, of about so many points.
+/// Makes the first body's pointshell anew, with about `wanted` points.
 std::optional<Error> SetPoints(std::size_t wanted, WorldModel& world) {
   BodyModel& body = world.bodies[0];
   const TriangleMesh& mesh_W = world.meshes_W[world.object[0]];

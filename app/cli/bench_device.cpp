@@ -31,7 +31,7 @@ namespace tandem {
 namespace {
 
 constexpr std::int64_t kTickNs = 1'000'000;
-/// The device and empty loops take turns of this length, since what else the machine does changes.
+/// The device and empty loops take turns of this length, because the machine's other work changes.
 constexpr int kRoundTicks = 30'000;
 
 struct DeviceBenchArguments {
@@ -57,7 +57,7 @@ struct DeviceFigures {
   const char* scheduler = "";
 };
 
-/// Processes that never rest, as long as it lives.
+/// Keeps processes running that never rest.
 class BusyProcesses {
  public:
   explicit BusyProcesses(int count) {
@@ -82,14 +82,14 @@ class BusyProcesses {
   std::vector<pid_t> pids_;
 };
 
-/// Of the calling thread.
+/// Returns the page faults of the calling thread.
 long FaultsOfThread() {
   rusage usage{};
   getrusage(RUSAGE_THREAD, &usage);
   return usage.ru_minflt + usage.ru_majflt;
 }
 
-/// How many deadlines a loop misses that does nothing.
+/// Returns how many deadlines a loop misses that does nothing.
 std::uint64_t EmptyMissed(int ticks, int core) {
   PeriodicThread thread({.priority = kFramePriority, .core = core},
                         [ticks](std::int64_t frame, std::int64_t) {
@@ -99,7 +99,7 @@ std::uint64_t EmptyMissed(int ticks, int core) {
   return thread.stats().missed();
 }
 
-/// A frame of a body in a hand: the input, the step, the answer.
+/// Runs a frame of a body in a hand: the input, the step, the answer.
 class DeviceFrame {
  public:
   DeviceFrame(World& world, Device& device, const Pose& X_BD, const FrameCapacity& capacity)
@@ -114,7 +114,8 @@ class DeviceFrame {
         .goal = {},
         .gains = BorneBy(device.capabilities(), DefaultHandGains(world.model().bodies[0].inertia))};
   }
-  /// The step's report; `cpu_ns`, `wall_ns`: what it took without the link to the device.
+  /// Runs a frame and returns the step's report. `cpu_ns`, `wall_ns`: its times without the link to
+  /// the device.
   const StepReport& operator()(std::int64_t& cpu_ns, std::int64_t& wall_ns) {
     LoopClock& clock = MachineClock();
     inputs_.hand.goal = device_->Read();
@@ -167,7 +168,7 @@ void RunTicks(DeviceFrame& frame, DeviceProcess& process, Device& device, int ti
   if (!thread.realtime().warning.empty()) Say(thread.realtime().warning);
 }
 
-/// Ticks of empty work, as long as a frame mostly is: what they vary by is the machine's doing.
+/// Runs ticks of empty work, as long as most frames. The machine causes their variation.
 void RunEmptyWork(int ticks, int core, DeviceFigures& figures) {
   EmptyWork work;
   work.Size(static_cast<double>(figures.frame_cpu.Quantile(0.5)));
@@ -199,8 +200,8 @@ void Add(const DeviceTimes& round, DeviceTimes& all) {
   all.asked_max_ns = std::max(all.asked_max_ns, round.asked_max_ns);
 }
 
-/// A device process and its frames, with an empty loop of half as many ticks before and after, and
-/// a tenth as many of empty work.
+/// Runs a device process and its frames. An empty loop of half as many ticks runs before and after.
+/// Ticks of empty work follow, a tenth as many.
 std::optional<Error> RunRound(const std::shared_ptr<const WorldModel>& model,
                               const HandScript& script, const FrameCapacity& capacity,
                               const std::string& driver, int ticks,
@@ -216,7 +217,7 @@ std::optional<Error> RunRound(const std::shared_ptr<const WorldModel>& model,
   World world(model);
   DeviceFrame frame(world, *device, script.X_BD, capacity);
   RunTicks(frame, **process, *device, ticks, arguments.core, figures);
-  (*process)->End();  // nobody answers it any more
+  (*process)->End();  // nobody answers the device after this
   Add((*process)->times(), figures.times);
   figures.device_scheduler = (*process)->scheduler();
   ++figures.rounds;

@@ -27,10 +27,10 @@ struct FidelityArguments {
   int holds = kMostHolds;
   int sheet_tries = 1000;
   int clearance_tilts = 8;
-  std::size_t contacts = 100'000;  // whose pushes are judged, about
+  std::size_t contacts = 100'000;  // contacts whose pushes are judged, about
   double nut_voxel = 0.0001;       // m
   double peg_voxel = 0.00005;
-  std::vector<std::string> only;  // of kFigures; none: all
+  std::vector<std::string> only;  // some of kFigures; none: all
   bool json = false;
 
   bool Asks(const char* figure) const {
@@ -67,7 +67,7 @@ ordered_json AsJson(const Spread& spread) {
   return {{"min", spread.min}, {"mean", spread.mean}, {"max", spread.max}};
 }
 
-/// Adds what frames take, by the names that all parts have.
+/// Adds the times of frames, by the names that all parts have.
 ordered_json With(ordered_json out, const FrameLengths& frames) {
   out["frame_cpu_p50_us"] = frames.cpu_p50_us;
   out["frame_cpu_p99_us"] = frames.cpu_p99_us;
@@ -85,7 +85,8 @@ ordered_json Unmeasured(const Error& error, int& exit_code) {
   return nullptr;
 }
 
-/// Least, mean and largest over the three bodies, and each body's own.
+/// Measures the gap at the first force: least, mean and largest over the three bodies, and each
+/// body's own.
 ordered_json FirstForce(ContactModel contact, const FidelityArguments& arguments) {
   if (!arguments.Asks("first-force")) return nullptr;
   constexpr std::array<const char*, 3> kNames{"sphere", "box", "cylinder"};
@@ -157,7 +158,7 @@ ordered_json Pegs(ContactModel contact, const FidelityArguments& arguments, Toge
               pegs->frames);
 }
 
-/// The ball at its usual voxel size, or at the fine one.
+/// Measures the ball at its usual voxel size, or at the fine one.
 ordered_json Ball(ContactModel contact, const FidelityArguments& arguments, bool fine,
                   Together& together, int& exit_code) {
   if (!arguments.Asks(fine ? "ball-015" : "ball")) return nullptr;
@@ -177,7 +178,8 @@ ordered_json Ball(ContactModel contact, const FidelityArguments& arguments, bool
   return With(out, ball->frames);
 }
 
-/// Plain contact begins too far off for a ball to be free in so close a hollow.
+/// Measures held balls. Plain contact begins too far off for a ball to be free in so close a
+/// hollow.
 ordered_json Holds(ContactModel contact, const FidelityArguments& arguments, Together& together) {
   if (contact == ContactModel::kPlain || !arguments.Asks("holds")) return nullptr;
   const HoldFigures holds = MeasureHolds(arguments.holds);
@@ -188,7 +190,8 @@ ordered_json Holds(ContactModel contact, const FidelityArguments& arguments, Tog
               holds.frames);
 }
 
-/// Plain contact holds no body on its side of a sheet that is thinner than a voxel.
+/// Measures sheets. Plain contact holds no body on its side of a sheet that is thinner than a
+/// voxel.
 ordered_json Sheets(ContactModel contact, const FidelityArguments& arguments) {
   if (contact == ContactModel::kPlain || !arguments.Asks("sheets")) return nullptr;
   const SheetFigures sheets = MeasureSheets(arguments.sheet_tries);
@@ -197,7 +200,7 @@ ordered_json Sheets(ContactModel contact, const FidelityArguments& arguments) {
           {"nearest_voxels", sheets.nearest_voxels}};
 }
 
-/// Plain contact does not begin at a distance of surfaces.
+/// Measures a sweep of the clearance. Plain contact does not begin at a distance of surfaces.
 ordered_json ClearanceSweep(ContactModel contact, const FidelityArguments& arguments) {
   if (contact == ContactModel::kPlain || !arguments.Asks("clearance")) return nullptr;
   const ClearanceFigures clearance = MeasureClearance(arguments.clearance_tilts);
@@ -207,12 +210,13 @@ ordered_json ClearanceSweep(ContactModel contact, const FidelityArguments& argum
           {"force_step_N", clearance.force_step}};
 }
 
-/// Adds what nut, pegs and all parts come to.
+/// Adds the figures of nut and pegs together, and of all parts.
 void AddTogether(const Together& together, ordered_json& out) {
   const FalsePushes& pushes = together.checks.pushes;
   out["dropped_frames"] = together.parts > 0 ? ordered_json(together.dropped) : nullptr;
   out["frames_over_1ms"] = together.parts > 0 ? ordered_json(together.over_1ms) : nullptr;
-  // plain contact claims no place and no way of exact surfaces, so none of its pushes are judged
+  // plain contact claims no place and no direction of exact surfaces, so none of its pushes are
+  // judged
   out["false_pushes"] = pushes.contacts == 0
                             ? ordered_json()
                             : ordered_json{{"contacts", pushes.contacts},
@@ -225,7 +229,8 @@ void AddTogether(const Together& together, ordered_json& out) {
   out["wrench_error_held_back_N"] = checked ? ordered_json(checks.wrench_error_held_back) : nullptr;
 }
 
-/// What is not asked for is null; what cannot be measured too, and said, and in the exit code.
+/// Returns null for a figure that is not asked for, or that cannot be measured. The latter is said
+/// too, and sets the exit code.
 ordered_json Measure(ContactModel contact, const FidelityArguments& arguments, int& exit_code) {
   ordered_json direction;
   ordered_json ripple;

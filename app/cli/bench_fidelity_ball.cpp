@@ -11,7 +11,7 @@ namespace tandem {
 
 namespace {
 
-/// A turn at the travel floor.
+/// The frames of a turn at the least travel limit.
 constexpr int kMostFrames = 12'000;
 
 Result<std::shared_ptr<const WorldModel>> LoadBall(Scene scene, ContactModel contact,
@@ -19,7 +19,7 @@ Result<std::shared_ptr<const WorldModel>> LoadBall(Scene scene, ContactModel con
   scene.contact = contact;
   scene.voxel_size = voxel;
   scene.force_layer =
-      contact == ContactModel::kRefined ? DefaultForceLayer(contact) : 0;  // the paper's
+      contact == ContactModel::kRefined ? DefaultForceLayer(contact) : 0;  // the paper's layer
   return LoadWorld(scene);
 }
 

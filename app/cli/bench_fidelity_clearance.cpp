@@ -14,14 +14,14 @@ namespace tandem {
 
 namespace {
 
-constexpr double kRange = 6;  // voxels of the scene's clearance
+constexpr double kRange = 6;  // voxels, clearance range of the scene
 
-/// The gap of exact surfaces at which force begins as a body comes down, voxels. `expected`: about
-/// there.
+/// Returns the gap of exact surfaces at which force begins as a body comes down, voxels.
+/// `expected`: about that gap.
 double FirstForceGap(Pressing& pressing, const Quat& q_WB, double expected) {
   constexpr double kStep = 0.02;  // voxels
   constexpr double kFar = 12;
-  constexpr int kFramesAway = 700;  // after which a clearance is as far as it goes
+  constexpr int kFramesAway = 700;  // frames after which a clearance no longer changes
   const auto pushes = [&](double gap) {
     const Pose X_WB = pressing.At(q_WB, Vec3::Zero(), gap * kPlateVoxel);
     return pressing.ForceAt(X_WB).dot(pressing.plate.normal) > 0;
@@ -37,7 +37,7 @@ double FirstForceGap(Pressing& pressing, const Quat& q_WB, double expected) {
   return above;
 }
 
-/// Where force begins, in the place that a displacement says.
+/// Measures how far from the gap that a displacement sets force begins.
 void MeasureGaps(int tilts, ClearanceFigures& figures) {
   constexpr int kSteps = 26;  // from the greatest displacement outward to the greatest inward
   const double layer = DefaultForceLayer(ContactModel::kRefined);
@@ -63,11 +63,11 @@ void MeasureGaps(int tilts, ClearanceFigures& figures) {
   }
 }
 
-/// The largest change of the hand's force from frame to frame, N, while the displacement of a box
-/// that it presses onto a plate goes from end to end. Both are turned.
+/// Returns the largest change of the hand's force from frame to frame, N. The hand presses a box
+/// onto a plate while the displacement goes from end to end. `turn` turns both.
 double LargestStepOfHand(const Quat& turn) {
   constexpr int kSettling = 1500;
-  constexpr int kChanging = 700;  // longer than from end to end at kClearancePace
+  constexpr int kChanging = 700;  // longer than the way from end to end at kClearancePace
   const auto turned = [&turn](const TriangleMesh& mesh) {
     return Transformed(mesh, {turn, Vec3::Zero()});
   };

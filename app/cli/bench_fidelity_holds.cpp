@@ -18,16 +18,16 @@ namespace tandem {
 
 namespace {
 
-constexpr double kHoldVoxel = 0.001;                                              // m
-constexpr double kHollowRadius = 0.01;                                            // m
-constexpr int kFineness = 4;                                                      // of the spheres
-constexpr std::array<double, 7> kSpares{0.05, 0.1, 0.15, 0.25, 0.35, 0.55, 1.0};  // voxels
+constexpr double kHoldVoxel = 0.001;    // m
+constexpr double kHollowRadius = 0.01;  // m
+constexpr int kFineness = 4;            // fineness of the spheres
+constexpr std::array<double, 7> kSpares{0.05, 0.1, 0.15, 0.25, 0.35, 0.55, 1.0};        // voxels
 constexpr std::array<double, 9> kTurns{0.0, 0.05, 0.1, 0.2, 0.3, 0.45, 0.6, 0.9, 1.2};  // rad
 constexpr std::size_t kPulls = 2;
 static_assert(kSpares.size() * kTurns.size() * kPulls == kMostHolds);
 
-/// A ball in a block with a round hollow, with so many voxels to spare all round before force
-/// begins. Edges of the ball lie along those of the hollow.
+/// Returns a ball in a block with a round hollow. The ball has `spare` voxels all round before
+/// force begins. Its edges lie along those of the hollow.
 std::shared_ptr<const WorldModel> BallInBlock(double spare) {
   TriangleMesh block = Box(Vec3::Constant(-0.015), Vec3::Constant(0.015));
   TriangleMesh hollow = OctahedralSphere(kHollowRadius, kFineness, false);
@@ -41,8 +41,8 @@ std::shared_ptr<const WorldModel> BallInBlock(double spare) {
   return *made;
 }
 
-/// The largest speed of the ball's surface, voxels a frame, after a hand has held it at a pose for
-/// two seconds.
+/// Returns the largest speed of the ball's surface, voxels a frame, after a hand has held it at a
+/// pose for two seconds.
 double SpeedAfterHold(const std::shared_ptr<const WorldModel>& model, const Pose& X_WG,
                       TimesOfFrames& times) {
   constexpr int kSettling = 2000;
@@ -67,7 +67,7 @@ Vec3 DrawnDirection(std::mt19937_64& random) {
   return {r * std::cos(angle), r * std::sin(angle), z};
 }
 
-/// The largest jump of force as the ball goes straight ways in its hollow, N.
+/// Returns the largest jump of force as the ball goes straight ways in its hollow, N.
 double LargestStepInHollow() {
   constexpr int kWays = 20;
   constexpr int kParts = 64;
@@ -99,7 +99,7 @@ HoldFigures MeasureHolds(int count) {
   std::shared_ptr<const WorldModel> model;
   double spare_of_model = 0;
   for (int i = 0; i < count; ++i) {
-    // as far from one another as so many can be
+    // these are as far from one another as `count` allows
     const auto hold = static_cast<std::size_t>(i) * kMostHolds / static_cast<std::size_t>(count);
     const double spare = kSpares[hold / (kTurns.size() * kPulls)];
     const double turn = kTurns[hold / kPulls % kTurns.size()];

@@ -19,10 +19,10 @@ namespace {
 
 constexpr double kFullTurn = 2 * std::numbers::pi;
 constexpr int kTurnFrames = 4000;
-constexpr int kPushFrames = 1000;  // of a push along the axis, either way
+constexpr int kPushFrames = 1000;  // frames of a push along the axis, either way
 constexpr int kPoseEvery = 100;    // frames between the poses that are kept of a turn
 
-/// The nut of a fit, three pitches above where its file has it.
+/// Loads the nut of a fit, three pitches above its place in the file.
 Result<std::shared_ptr<const WorldModel>> LoadNut(ContactModel contact,
                                                   const std::filesystem::path& models, double voxel,
                                                   const std::string& fit) {
@@ -30,7 +30,7 @@ Result<std::shared_ptr<const WorldModel>> LoadNut(ContactModel contact,
                                 "factory_nut_m16_" + fit + "_subdiv_3x", Vec3(0, 0, 0.006), 0.03));
 }
 
-/// About z, of a body that has been turned from its first orientation, rad in (-pi, pi].
+/// Returns the turn about z of a body from its first orientation, rad in (-pi, pi].
 double TurnAboutZ(const Quat& q_from_first) {
   return 2.0 * std::atan2(q_from_first.z(), q_from_first.w());
 }
@@ -39,10 +39,10 @@ struct Turn {
   double turned = 0;  // rad
   double helix_error_mm = 0;
   std::vector<std::pair<Pose, Pose>>
-      poses_WB;  // of the nut, now and then: before a frame and after
+      poses_WB;  // poses of the nut at intervals: before a frame and after
 };
 
-/// A hand turns the nut and gives way along the axis.
+/// Turns the nut by a hand that gives way along the axis.
 Turn TurnNut(const std::shared_ptr<const WorldModel>& model, CheckedSteps& steps,
              TimesOfFrames& times) {
   constexpr double kPitch = 0.002;  // m
@@ -69,9 +69,9 @@ Turn TurnNut(const std::shared_ptr<const WorldModel>& model, CheckedSteps& steps
   return turn;
 }
 
-/// The largest jump of force between the poses of a turn, N.
+/// Returns the largest jump of force between the poses of a turn, N.
 double LargestStepOf(const Turn& turn, const WorldModel& model) {
-  constexpr int kParts = 4;  // of the way of a frame
+  constexpr int kParts = 4;  // parts of the way of a frame
   const std::unique_ptr<BodyPair> pair = FixturePair(model);
   double largest = 0;
   for (const auto& [from, to] : turn.poses_WB) {
@@ -83,7 +83,7 @@ double LargestStepOf(const Turn& turn, const WorldModel& model) {
   return largest;
 }
 
-/// How deep samples of either mesh are in the other, the most of the poses of a turn, mm.
+/// Returns the greatest depth of samples of either mesh in the other over the poses of a turn, mm.
 double DeepestCrossing(const Turn& turn, const WorldModel& model) {
   constexpr double kMostSamples = 3e5;
   constexpr std::size_t kFixed = 0;
@@ -124,7 +124,7 @@ Result<NutFigures> MeasureNut(ContactModel contact, const std::filesystem::path&
     World world(*loaded);
     StepInputs inputs = HandInputs(**loaded);
     for (int frame = 0; frame < kPushFrames; ++frame) {
-      // 16 N at the end
+      // the hand pushes with 16 N at the end
       inputs.hand.goal.X_WA = {X_WB0.q, X_WB0.p + way * 0.02 * frame / kPushFrames * Vec3::UnitZ()};
       steps.Step(world, inputs, times);
       figures.push_mm =

@@ -13,7 +13,7 @@ namespace tandem {
 
 namespace {
 
-/// Passes what lies above 20 Hz in a signal of 1 kHz: Butterworth's filter of second order.
+/// Passes the part of a 1 kHz signal above 20 Hz. It is a Butterworth filter of second order.
 class HighPass {
  public:
   double operator()(double x) {
@@ -31,11 +31,11 @@ class HighPass {
   std::array<double, 2> y_{};
 };
 
-/// The share of a force that is felt as buzz: RMS of 20 to 500 Hz over the mean.
+/// Measures the share of a force that is felt as buzz: RMS of 20 to 500 Hz over the mean.
 class Buzz {
  public:
-  /// The filter needs to hear all of the force from its first, or it takes the force that there is
-  /// when it begins for a blow; what it says is counted where `counts`.
+  /// Adds a force, which `counts` or not. The filter needs all of the force from its first, or it
+  /// takes the force at its beginning for a blow.
   void Add(const Vec3& force, bool counts) {
     double square = 0;
     for (int i = 0; i < 3; ++i) {
@@ -56,7 +56,7 @@ class Buzz {
   double count_ = 0;
 };
 
-/// 0 to 1 as x goes from 0 to 1, with the least jerk.
+/// Returns 0 to 1 as x goes from 0 to 1, with the least jerk.
 double Smooth(double x) {
   const double u = std::clamp(x, 0.0, 1.0);
   return u * u * u * (10 + u * (6 * u - 15));
@@ -65,19 +65,19 @@ double Smooth(double x) {
 struct Peg {
   const char* hole;
   const char* peg;
-  double mass;  // kg, of steel
+  double mass;  // kg, for steel
 };
 
 constexpr double kHoleTop = 0.0089916;  // m
 constexpr int kInsertFrames = 3300;
 constexpr double kInserted = 0.006;  // m below the hole's rim
 
-/// One peg, one hand. Gives how deep the peg's end is in the hole at last, m.
+/// Lets a hand insert one peg. Returns the final depth of the peg's end in the hole, m.
 double Insert(const std::shared_ptr<const WorldModel>& model, double start_height,
               std::mt19937_64& random, Buzz& buzz, CheckedSteps& steps, TimesOfFrames& times) {
   World world(model);
   StepInputs inputs = HandInputs(*model);
-  // as firm in rotation as a hand (HandImpedance)
+  // the hand is as firm in rotation as HandImpedance
   inputs.hand.gains.rotation_stiffness = 3.0 * Mat3::Identity();
   inputs.hand.gains.rotation_damping = 0.03 * Mat3::Identity();
   const Pose X_WB0 = model->bodies[0].X_WB0;
@@ -87,14 +87,14 @@ double Insert(const std::shared_ptr<const WorldModel>& model, double start_heigh
   Vec3 axis(Uniform(random, -1, 1), Uniform(random, -1, 1), Uniform(random, -1, 1));
   const Quat askew = RotationBy(0.5 * std::numbers::pi / 180 * axis.normalized());
   const double phase = Uniform(random, 0, 2 * std::numbers::pi);
-  // the hand's pose with the peg's end at `end`
+  // returns the hand's pose with the peg's end at `end`
   const auto holding = [&](const Vec3& end) {
     return Pose{askew * X_WB0.q, end + askew * Vec3(0, 0, half_length)};
   };
   world.Place(0, holding(Vec3(0, 0, start_height) + aside));
   for (int frame = 0; frame < kInsertFrames; ++frame) {
     const double t = kFrame * frame;
-    // down until it rests, round and round in search of the hole, then in
+    // the hand goes down until the peg rests, round and round in search of the hole, then in
     const double searching = std::clamp((t - 0.5) / 1.5, 0.0, 1.0);
     const double entering = Smooth((t - 2.0) / 1.0);
     const double radius = 0.0003 * searching * (1.0 - Smooth((t - 2.0) / 0.5));

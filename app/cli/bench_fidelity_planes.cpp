@@ -13,7 +13,8 @@ namespace {
 
 constexpr double kVoxel = kPlateVoxel;
 
-/// An attitude in which the body rests on the plate: the box on a face, the cylinder on an end.
+/// Returns an attitude in which the body rests on the plate: the box on a face, the cylinder on an
+/// end.
 Quat RestingAttitude(const TiltedPlate& plate, Approaching body, std::mt19937_64& random) {
   if (body == Approaching::kSphere) return DrawnRotation(random);
   return plate.q * RotationBy(Vec3(0, 0, Uniform(random, 0, 2 * std::numbers::pi)));
@@ -47,7 +48,7 @@ Spread MeasureFirstForce(ContactModel contact, Approaching body, int tilts, int 
 }
 
 PressedFigures MeasurePressed(ContactModel contact, int tilts) {
-  constexpr int kSamples = 1000;      // of a slide
+  constexpr int kSamples = 1000;      // samples of a slide
   constexpr double kSlide = 100;      // voxels
   constexpr double kMeanDepth = 0.5;  // voxels
   std::mt19937_64 random(12);

@@ -18,11 +18,11 @@ namespace {
 
 constexpr double kSheetVoxel = 0.0005;                    // m
 constexpr std::array<double, 3> kMasses{0.05, 0.3, 2.0};  // kg
-constexpr double kThickness = 0.3 * kSheetVoxel;          // of the closed sheet
+constexpr double kThickness = 0.3 * kSheetVoxel;          // thickness of the closed sheet
 constexpr double kGoalSpeed = 5;                          // m/s
 const Vec3 kBodySize(0.016, 0.012, 0.010);                // m
 
-/// A sheet round the origin across z, closed or open, and a box above it.
+/// Returns a sheet round the origin across z, closed or open, and a box above it.
 std::shared_ptr<const WorldModel> BoxOverSheet(bool open, double mass) {
   const Vec3 half(0.1, 0.1, 0.5 * kThickness);
   TriangleMesh sheet = Box(-half, half);
@@ -42,8 +42,8 @@ std::shared_ptr<const WorldModel> BoxOverSheet(bool open, double mass) {
   return *made;
 }
 
-/// Draws a body's attitude, and a way that leads through the sheet: a hand's goal goes 80 mm along
-/// it and waits there. Returns how far the body's middle comes beyond the sheet, m.
+/// Draws a body's attitude and a direction that leads through the sheet. A hand's goal goes 80 mm
+/// along it and waits there. Returns how far the body's centre comes beyond the sheet, m.
 double DeepestBeyond(const std::shared_ptr<const WorldModel>& model, std::mt19937_64& random) {
   constexpr int kFrames = 300;
   constexpr double kWay = 0.08;  // m

@@ -31,16 +31,16 @@ struct FrameArguments {
   BenchScene scene{.scene = "clutter"};
   int frames = 20000;
   double capacity = 0;                    // points a frame; 0: measured
-  double budget_us = 1e6 * kFrameBudget;  // of a frame, where capacity is measured
+  double budget_us = 1e6 * kFrameBudget;  // budget of a frame, where capacity is measured
   std::vector<std::string> without;
   std::string schedule = "ours";
-  int check_every = 100;  // frames between looks at every point
-  int threads = 1;        // that share a frame's work
-  int passes = 0;         // of the same frames, back to back
+  int check_every = 100;  // frames from one look at every point to the next
+  int threads = 1;        // threads that share a frame's work
+  int passes = 0;         // runs of the same frames, back to back
   bool json = false;
 };
 
-/// The scene's hand, its middle over and over, so that it stays where the contacts are.
+/// Repeats the middle of a hand's script, so that the hand stays where the contacts are.
 HandScript Working(HandScript script, double seconds) {
   const std::vector<Waypoint> once = script.waypoints;
   if (once.size() < 5) return script;
@@ -60,7 +60,7 @@ HandScript Working(HandScript script, double seconds) {
   return script;
 }
 
-/// A place within the fixture's box with nothing near, for the body's centre of mass.
+/// Returns a place within the fixture's box with nothing near, for the body's centre of mass.
 std::optional<Pose> FreePlace(const World& world) {
   AllPoints all(world);
   Bounds box;
@@ -82,7 +82,8 @@ std::optional<Pose> FreePlace(const World& world) {
   return std::nullopt;
 }
 
-/// Without geometrical awareness every point meets every surface (paper §4).
+/// Takes the labels from points: without geometrical awareness every point meets every surface
+/// (paper §4).
 void ForgetLabels(Pointshell& points) {
   std::fill(points.labels.begin(), points.labels.end(), Label::kVertex);
   for (Pointshell::Chunk& chunk : points.chunks) chunk.labels = {0, 0, chunk.count};
@@ -115,7 +116,7 @@ int RunFrame(const FrameArguments& arguments) {
   if (!script) return Fail(kExitFile, script.error().what);
   FrameHelpers helpers({.threads = arguments.threads, .priority = kFramePriority});
   if (helpers.threads() > 1) schedule.helpers = &helpers;
-  // a given capacity stays
+  // a capacity from the options stays
   const double budget_s = arguments.capacity > 0 ? 0.0 : 1e-6 * arguments.budget_us;
   const FrameCapacity capacity = arguments.capacity > 0
                                      ? FrameCapacity{.tests = arguments.capacity}
@@ -143,7 +144,7 @@ int RunFrame(const FrameArguments& arguments) {
     RunFrames(
         free_world,
         [&](std::int64_t frame, const StepReport&) {
-          // to and fro and round, 20 mm and half a radian, at up to 0.13 m/s
+          // the goal goes to and fro and turns, by 20 mm and half a radian, at up to 0.13 m/s
           const double t = 1e-3 * static_cast<double>(frame);
           const Vec3 way = 0.02 * Vec3(std::sin(6 * t), std::sin(5 * t), std::sin(4 * t));
           const Vec3 turn = 0.5 * Vec3(std::sin(0.5 * t), std::sin(0.4 * t), std::sin(0.3 * t));
@@ -171,9 +172,9 @@ int RunFrame(const FrameArguments& arguments) {
         {"capacity_mean", figures.capacity / count},
         {"look_price", capacity.look_price},
         {"contacts", figures.contacts / count},
-        {"clear", 0},  // no point is known to be clear; for readers of older figures
+        {"clear", 0},  // no point is known to be clear; the key is for readers of older figures
         {"looks", figures.looks / count},
-        {"sifted", 0},  // nor sifted
+        {"sifted", 0},  // likewise
         {"loaded", figures.loaded / count},
         {"cpu_p50_us", Us(figures.cpu, 0.5)},
         {"cpu_p99_us", Us(figures.cpu, 0.99)},

@@ -27,10 +27,10 @@ namespace {
 
 using nlohmann::ordered_json;
 
-constexpr double kSettleSeconds = 2;       // between the hand's beginning and the flood
+constexpr double kSettleSeconds = 2;       // from the hand's beginning to the flood
 constexpr double kPatienceSeconds = 60;    // for a peer to load
-constexpr double kBackSeconds = 60;        // in which a peer is to give memory back
-constexpr std::int64_t kKept = 2'000'000;  // bytes that it may keep
+constexpr double kBackSeconds = 60;        // time in which a peer must give memory back
+constexpr std::int64_t kKept = 2'000'000;  // bytes that the peer may keep
 
 struct HostileArguments {
   double seconds = 5;
@@ -38,29 +38,29 @@ struct HostileArguments {
   double packets_per_s = 500'000;
   std::uint32_t domain = 43;
   bool json = false;
-  std::string attack;  // not empty: this is the attacking process
+  std::string attack;  // not empty: this process is the attacker
   std::string session;
   std::string out;
 };
 
-/// What became of a peer in one flood.
+/// The outcome of one flood for a peer.
 struct HostileRun {
   std::string name;
   std::uint64_t sent = 0;
   double sent_per_s = 0;
   std::uint64_t refused = 0;
-  std::uint64_t told = 0;              // lines that say so
-  double lines_per_s = 0;              // of any kind, while it went on
-  std::int64_t memory_bytes = 0;       // at the most, more than before the flood
-  std::int64_t memory_kept_bytes = 0;  // more than before the flood, when it was over
-  double memory_back_s = 0;            // from the flood's end to that
+  std::uint64_t told = 0;              // lines that tell of refusals
+  double lines_per_s = 0;              // lines of any kind during the flood
+  std::int64_t memory_bytes = 0;       // largest memory, above that before the flood
+  std::int64_t memory_kept_bytes = 0;  // memory after the flood, above that before it
+  double memory_back_s = 0;            // time from the flood's end to that
   std::int64_t frames = 0;
   std::int64_t missed = 0;
   std::int64_t empty_frames = 0;
   std::int64_t empty_missed = 0;
 };
 
-/// While it lives, what is started runs on these cores alone.
+/// Makes programs that are started during its life run on these cores alone.
 class OnCores {
  public:
   explicit OnCores(const std::vector<int>& cores) {
@@ -88,7 +88,7 @@ std::vector<int> AllowedCores() {
   return cores;
 }
 
-/// Bytes of memory that a process has now; 0: it has ended.
+/// Returns the bytes of memory that a process has; 0: it has ended.
 std::int64_t MemoryOf(pid_t process) {
   std::ifstream status("/proc/" + std::to_string(process) + "/status");
   for (std::string line; std::getline(status, line);) {
@@ -118,7 +118,7 @@ std::uint64_t SumOfCounts(const ordered_json& counts) {
   return sum;
 }
 
-/// A peer that holds the peg of peg_in_slot, on one core, with what it says in a file.
+/// Starts a peer that holds the peg of peg_in_slot, and that writes what it says into a file.
 Result<ChildProcess> StartPeer(const std::string& session, const HostileArguments& arguments,
                                const std::filesystem::path& folder) {
   const std::filesystem::path scene = SceneFile("peg_in_slot");
@@ -151,7 +151,7 @@ Result<ChildProcess> StartPeer(const std::string& session, const HostileArgument
                               (folder / "report").string()});
 }
 
-/// Whether the peer has begun: its haptic thread runs.
+/// Waits until the peer's haptic thread runs. Returns whether it does.
 bool AwaitPeer(ChildProcess& peer, const std::filesystem::path& folder) {
   for (double waited = 0; waited < kPatienceSeconds && !peer.Poll(); waited += 0.02) {
     if (LinesWith(TextOf(folder / "said"), "is in session") > 0) return true;
@@ -176,7 +176,7 @@ Result<HostileRun> RunKind(Attack attack, const HostileArguments& arguments) {
   if (!AwaitPeer(*peer, folder.path())) {
     return Error{"the peer did not start: " + TextOf(folder.path() / "said")};
   }
-  // a loop without work on the same core, under the same flood, for as long
+  // a loop without work runs on the same core, under the same flood, for as long
   PeriodicThread empty({.core = shared, .name = "empty"}, [](std::int64_t, std::int64_t) {
     return true;
   });
@@ -315,7 +315,7 @@ void AddBenchHostile(CLI::App& bench, int& exit_code) {
       ->check(WholeNumberFrom(0, 230))
       ->capture_default_str();
   command->add_flag("--json", arguments->json, "print one JSON object");
-  // these make it the attacking process; an empty group hides them from the help
+  // these options make it the attacking process; an empty group hides them from the help
   command->add_option("--attack", arguments->attack)->group("");
   command->add_option("--attack-session", arguments->session)->group("");
   command->add_option("--attack-out", arguments->out)->group("");

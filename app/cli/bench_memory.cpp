@@ -21,7 +21,7 @@ struct MemoryArguments {
   bool json = false;
 };
 
-/// The maps of one scene together.
+/// The figures of the maps of one scene together.
 struct Row {
   std::string scene;
   double voxel_size = 0;

@@ -89,7 +89,7 @@ void AddBenchNetwork(CLI::App& bench, int& exit_code) {
   command->add_option("--domain", arguments->trips.domain, "DDS domain")
       ->check(WholeNumberFrom(0, 230));
   command->add_flag("--json", arguments->json, "print one JSON object");
-  // the two below make it the other process; an empty group hides them from the help
+  // the two options below make it the other process; an empty group hides them from the help
   command->add_option("--echo-session", arguments->trips.session)->group("");
   command->add_option("--echo-port", arguments->echo_port)
       ->group("")

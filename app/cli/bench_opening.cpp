@@ -26,8 +26,8 @@ using nlohmann::ordered_json;
 
 constexpr double kMostSeconds = 120;
 constexpr std::chrono::milliseconds kLookAgain(5);
-constexpr double kLift = 0.2;         // m/s, of the goal
-constexpr double kFeltForce_N = 0.5;  // what a person takes for contact
+constexpr double kLift = 0.2;         // m/s, speed of the goal
+constexpr double kFeltForce_N = 0.5;  // force that a person takes for contact
 constexpr double kHighestLift_m = 0.2;
 
 struct OpeningArguments {
@@ -36,11 +36,11 @@ struct OpeningArguments {
   bool json = false;
 };
 
-/// Seconds from the start of a program.
+/// The seconds from the start of a program to three events.
 struct Opening {
-  double answers_s = 0;  // until its controller answers
+  double answers_s = 0;  // until the program's controller answers
   double holds_s = 0;    // until the part is in the hand
-  double feels_s = 0;    // until the lifted part meets something, and the hand feels that
+  double feels_s = 0;    // until the lifted part meets something and the hand feels it
 };
 
 double SecondsSince(std::int64_t start_ns) {
@@ -60,7 +60,7 @@ Result<Controller> AttachTo(const std::string& control, std::int64_t start_ns,
   }
 }
 
-/// Lifts what is in hand until it meets something.
+/// Lifts the part in hand until it meets something. Returns whether it does.
 bool FeelsContact(Controller& controller) {
   const SnapshotHand& hand = controller.snapshot().hand;
   const PlainPose from = hand.X_WG;
@@ -90,7 +90,7 @@ Result<Opening> Open(const std::vector<std::string>& words, const std::string& c
       control.empty() ? "window-" + std::to_string(program->pid()) : control, start_ns, *program);
   if (!controller) return controller.error();
   times.answers_s = SecondsSince(start_ns);
-  // refused while the scene is being loaded
+  // the controller refuses while it loads the scene
   for (;;) {
     const Answer grabbed = controller->Ask(GrabRequest{.body = body});
     if (grabbed.ok) break;
@@ -112,7 +112,7 @@ Result<Opening> Open(const std::vector<std::string>& words, const std::string& c
   return times;
 }
 
-/// Median and worst of all rounds.
+/// Returns the median and the worst of all rounds.
 ordered_json Figures(const std::vector<Opening>& rounds, double Opening::*which) {
   std::vector<double> values;
   for (const Opening& one : rounds) values.push_back(one.*which);

@@ -21,7 +21,7 @@
 #include "engine/base/json_text.h"
 #include "engine/base/whole_file.h"
 
-// The paper's table 1 and figure 10 (section 7), measured here.
+// This file measures the paper's table 1 and figure 10 (section 7) on this machine.
 
 namespace tandem {
 
@@ -33,7 +33,7 @@ std::string Short(double value, const char* format) {
   return text;
 }
 
-/// As the paper printed it.
+/// A row of the table as the paper printed it.
 struct PrintedRow {
   const char* scene;
   double points_mm;
@@ -128,7 +128,7 @@ int RunFigure10(const Figure10Arguments& arguments) {
   }
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, arguments.threads);
   std::vector<VoxelizeTime> times;
-  // steps of the square root of two, from coarse to fine
+  // voxel sizes go from coarse to fine by factors of the square root of two
   const int steps = static_cast<int>(
       std::floor(2 * std::log2(arguments.largest_mm / arguments.smallest_mm) + 1e-9));
   const Result<TriangleMesh> mesh = FixedMeshOf(arguments.scene);

@@ -22,12 +22,12 @@ namespace tandem {
 namespace {
 
 constexpr int kThreads = 4;
-constexpr double kRoundNs = 2e8;          // of work at least, a figure and round
+constexpr double kRoundNs = 2e8;          // ns, least work for a figure and round
 constexpr std::size_t kRandom = 1 << 22;  // points, and lines
 
 struct PointsArguments {
   BenchScene scene{.scene = "clutter"};
-  int rounds = 7;  // medians of
+  int rounds = 7;  // rounds whose medians count
   bool json = false;
 };
 
@@ -40,10 +40,10 @@ struct PointsFigures {
   double limit_4t_ns = 0;
   std::size_t points = 0;
   std::size_t map_bytes = 0;
-  std::uint64_t sum = 0;  // of what the lines held
+  std::uint64_t sum = 0;  // sum over the lines that are read
 };
 
-/// Poses as a hand makes them: each 0.05 to 0.5 voxels from the one before, about the first.
+/// Makes poses as a hand does: each is 0.05 to 0.5 voxels from the previous one, about the first.
 std::vector<Pose> Wander(const Pose& X_VS, double voxel, double radius, std::size_t count) {
   std::mt19937_64 random(1);
   std::normal_distribution<double> normal;
@@ -65,7 +65,7 @@ std::vector<Pose> Wander(const Pose& X_VS, double voxel, double radius, std::siz
 /// Random places in chunks that store a plane, a third of them in each field.
 struct RandomPlaces {
   std::array<std::vector<float>, 3> axes;
-  std::array<std::size_t, kFields + 1> first{};  // of each field
+  std::array<std::size_t, kFields + 1> first{};  // first place of each field
 
   RandomPlaces(const Voxmap& voxmap, std::size_t count) {
     const auto& size = voxmap.header().size;
@@ -95,7 +95,7 @@ struct RandomPlaces {
     first[kFields] = axes[0].size();
   }
   std::size_t size() const { return axes[0].size(); }
-  /// The `part`-th of `parts` of every field.
+  /// Reads the `part`-th of `parts` of every field.
   void Read(const Voxmap& voxmap, std::size_t part, std::size_t parts, std::uint8_t* marks) const {
     for (const Field field : kAllFields) {
       const std::size_t f = static_cast<std::size_t>(field);
@@ -110,7 +110,7 @@ struct RandomPlaces {
   }
 };
 
-/// Wall time of `work(part)` on kThreads threads that begin together, ns.
+/// Returns the wall time of `work(part)` on kThreads threads that begin together, ns.
 template <class Work>
 double OnThreads(const Work& work) {
   return WallNs([&] {
@@ -137,7 +137,7 @@ PointsFigures Measure(const WorldModel& world, int rounds_asked) {
   const std::span<const std::byte> image(reinterpret_cast<const std::byte*>(&voxmap.header()),
                                          voxmap.header().bytes);
   const RandomLines lines(image, kRandom, 3);
-  std::array<std::uint64_t, kThreads> sums{};  // so that no read is left out
+  std::array<std::uint64_t, kThreads> sums{};  // keep the compiler from leaving reads out
 
   std::size_t at = 0;
   const auto pass = [&](const auto& test) {

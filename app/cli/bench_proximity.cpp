@@ -26,7 +26,7 @@ struct ProximityArguments {
   bool json = false;
 };
 
-/// Of one answer, ms of the thread's processor time.
+/// The times of single answers, ms of the thread's processor time.
 struct Times {
   std::vector<double> ms;
   template <class Work>
@@ -40,12 +40,12 @@ struct Times {
 
 struct ProximityFigures {
   Times colours, shadow, coarse, refined;
-  std::size_t in_range = 0;     // of the vertices, over all poses
+  std::size_t in_range = 0;     // vertices in range, over all poses
   std::size_t most_shadow = 0;  // voxels
   std::size_t unfinished = 0;   // searches by triangles that were cut short
 };
 
-/// Points evenly on a mesh's surface, as many as a fine mesh has vertices.
+/// Returns points evenly on a mesh's surface, as many as a fine mesh has vertices.
 std::vector<std::array<float, 3>> PointsOn(const MeshTree& mesh) {
   std::vector<double> upto;
   double area = 0;
@@ -68,7 +68,7 @@ std::vector<std::array<float, 3>> PointsOn(const MeshTree& mesh) {
   return points;
 }
 
-/// A displacement within 10 voxels and as far again by turning.
+/// Returns a displacement within 10 voxels, and a turn that moves points as far again.
 Pose RandomDisplacement(std::mt19937_64& random, const Bounds& box, double voxel) {
   std::normal_distribution<double> normal;
   std::uniform_real_distribution<double> share(0, 1);

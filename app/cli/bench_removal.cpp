@@ -30,24 +30,24 @@ namespace tandem {
 
 namespace {
 
-constexpr double kRest = 2.0;  // s, after the hand's last waypoint; the first kWarmUp frames, of
-                               // its beginning, are in no time
+// Seconds after the hand's last waypoint. Times leave out the first kWarmUp frames.
+constexpr double kRest = 2.0;
 
 struct RemovalArguments {
   std::string scene = "landing_gear";
-  std::string hand;      // a file; empty: the scene's first
+  std::string hand;      // hand file; empty: the scene's first
   double points_mm = 0;  // 0: the scene's
   double voxel_mm = 0;   // 0: the scene's
   double capacity = 0;   // points a frame; 0: measured
   double budget_us = 1e6 * kFrameBudget;
-  int passes = 10;                 // back to back
-  std::string plots;               // a folder
+  int passes = 10;                 // passes back to back
+  std::string plots;               // folder for pictures
   std::uint64_t voxel_memory = 0;  // bytes; 0: all voxels in memory
-  double disk_mb_per_s = 0;        // 0: what the disk gives
+  double disk_mb_per_s = 0;        // reading rate; 0: what the disk gives
   bool json = false;
 };
 
-/// The scene in plain contact, with voxels and points of these sizes.
+/// Loads the scene in plain contact, with the voxel and point sizes of the options.
 Result<std::shared_ptr<const WorldModel>> LoadRemoval(const RemovalArguments& arguments) {
   Result<Scene> scene = LoadNamedScene(arguments.scene);
   if (!scene) return scene.error();
@@ -70,13 +70,13 @@ Result<std::shared_ptr<const WorldModel>> LoadRemoval(const RemovalArguments& ar
                              .disk_bytes_per_s = 1e6 * arguments.disk_mb_per_s});
 }
 
-/// The memory that voxels of the fixed bodies took in a world, bytes.
+/// Returns the memory that voxels of the fixed bodies took in a world, bytes.
 std::size_t VoxelMemory(const World& world) {
   const ResidentVoxels* resident = world.resident_voxels();
   return resident != nullptr ? resident->bytes() : world.model().fixture.Count().bytes;
 }
 
-/// The most memory that this program has had in use, bytes.
+/// Returns the most memory that this program has had in use, bytes.
 std::size_t PeakBytes() {
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);
@@ -107,7 +107,7 @@ int RunRemoval(const RemovalArguments& arguments) {
 
   const FrameHelpers helpers({.threads = 1, .priority = kFramePriority});
   const ScheduleOptions schedule;
-  // a given capacity stays
+  // a capacity from the options stays
   const double budget_s = arguments.capacity > 0 ? 0.0 : 1e-6 * arguments.budget_us;
   const FrameCapacity capacity = arguments.capacity > 0
                                      ? FrameCapacity{.tests = arguments.capacity}
@@ -140,7 +140,7 @@ int RunRemoval(const RemovalArguments& arguments) {
     return Fail(kExitFile, world.WhyVoxelsLack());
   }
   const Outcome outcome = OutcomeOf(*model, 0, world.state(0).X_WB);
-  made.reset();  // its voxels would be in memory twice
+  made.reset();  // else its voxels would be in memory twice
   const Histogram least =
       LeastOfPasses(model, schedule, *script, capacity, frames, arguments.passes);
 

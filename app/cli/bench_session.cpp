@@ -49,8 +49,9 @@ std::string NewSession() {
   return "bench-" + std::to_string(getpid()) + "-" + std::to_string(std::random_device{}());
 }
 
-/// Peers, each a process, who hold the hands' body, in turn by each of the hands: all in `session`,
-/// or, where that is empty, each in one of its own. Their reports, in order.
+/// Runs peers, each a process, that hold the hands' body, in turn by each of the hands. All are in
+/// `session`, or each is in a session of its own if `session` is empty. Returns their reports, in
+/// order.
 Result<std::vector<ordered_json>> RunPeers(const SessionArguments& arguments, const Scene& scene,
                                            std::span<const SceneHand> hands,
                                            const std::string& session, std::size_t count) {
@@ -59,7 +60,8 @@ Result<std::vector<ordered_json>> RunPeers(const SessionArguments& arguments, co
   std::vector<std::filesystem::path> reports;
   for (std::size_t p = 0; p < count; ++p) {
     reports.push_back(folder.path() / (std::to_string(p) + ".json"));
-    // where there are more than an instance has couplings, some have none: nobody waits
+    // an instance has a limited number of couplings: with more peers some have none, and nobody
+    // waits
     const bool waits = !session.empty() && count <= kMaxLinks;
     const LocalPeer local{.session = session.empty() ? NewSession() : session,
                           .scene = scene.file,
@@ -96,7 +98,7 @@ ordered_json Delivery(const SessionArguments& arguments, const std::vector<order
   std::uint64_t frames = 0;
   std::uint64_t missed = 0;
   std::uint64_t socket_dropped = 0;
-  double least_said = 1;  // of what a peer was to send
+  double least_said = 1;  // least share sent of what a peer was to send
   ordered_json wall_us = ordered_json::array();
   std::uint64_t judged_frames = 0;
   std::uint64_t judged_missed = 0;
@@ -144,18 +146,18 @@ ordered_json Delivery(const SessionArguments& arguments, const std::vector<order
           {"load_before", load}};
 }
 
-/// A frame's processor time at its p50 and its p99, us, the largest of the peers'; of each round.
-/// Beside it the p99 of the peer in the middle and of the quickest: the largest of four is above
-/// the only one of one, without any cause in the session.
+/// The processor time of a frame at its p50 and p99, us, in each round: the largest of the peers.
+/// Beside it stand the p99 of the middle and of the quickest peer. The largest of four peers
+/// exceeds that of a single one without any cause in the session.
 struct FrameTimes {
   std::vector<double> p50;
   std::vector<double> p99;
   std::vector<double> median_p99;
   std::vector<double> least_p99;
-  std::vector<double> wall_p999;  // of the wall's clock
-  std::uint64_t frames = 0;       // of all rounds and peers, in which hands move
-  std::uint64_t over_1ms = 0;     // of these
-  std::uint64_t missed = 0;       // deadlines between them
+  std::vector<double> wall_p999;  // wall-clock time
+  std::uint64_t frames = 0;       // frames of all rounds and peers in which hands move
+  std::uint64_t over_1ms = 0;     // frames above 1 ms among these
+  std::uint64_t missed = 0;       // deadlines missed between them
 
   void Add(const std::vector<ordered_json>& reports) {
     std::vector<double> halves;
@@ -186,11 +188,11 @@ struct FrameTimes {
   }
 };
 
-/// The peers' frames with so many in the session, all of whom hold the body, and with as many
-/// apart, each in a session of its own: what the machine makes of so many processes is in both. All
-/// have the scene's first hand: by another one there is more or less to touch, and each number of
-/// peers would have other shares of them. Medians over rounds, each of which has every number once
-/// both ways, so that what changes on the machine meanwhile meets all of them.
+/// Compares the frames of peers that all hold the body in one session with those of as many peers
+/// apart, each in a session of its own. Both show what the machine makes of so many processes. All
+/// have the scene's first hand, because another hand touches more or less. The medians are over
+/// rounds. Each round has every number of peers both ways, so that changes on the machine meet all
+/// alike.
 Result<ordered_json> Compare(const SessionArguments& arguments, const Scene& scene) {
   std::vector<FrameTimes> together(arguments.compare.size());
   std::vector<FrameTimes> apart(arguments.compare.size());
@@ -230,10 +232,10 @@ Result<ordered_json> Compare(const SessionArguments& arguments, const Scene& sce
       {"seconds", arguments.seconds}, {"rounds", arguments.rounds}, {"sessions", rows}};
 }
 
-/// Frames of two peers on half of the cores, with so many viewers behind a relay on the other half,
-/// and without viewers before and after. A ratio is that of one round to the mean of its two runs
-/// without viewers; the median over the rounds counts, and least and most stand beside it. How far
-/// the two runs without viewers differ is what a ratio has to be compared with.
+/// Compares frames of two peers on half of the cores, with viewers behind a relay on the other
+/// half, with those without viewers before and after. A ratio is that of one round to the mean of
+/// its two runs without viewers. The median over the rounds counts, with least and most beside it.
+/// The difference of the two runs without viewers is the noise of a ratio.
 Result<ordered_json> Watched(const SessionArguments& arguments, const Scene& scene) {
   std::vector<std::size_t> counts{0};
   counts.insert(counts.end(), arguments.viewers.begin(), arguments.viewers.end());
@@ -274,7 +276,7 @@ Result<ordered_json> Watched(const SessionArguments& arguments, const Scene& sce
                       {"sessions", rows}};
 }
 
-/// Words on a row's frames and deadlines.
+/// Returns words on a row's frames and deadlines.
 std::string Deadlines(const ordered_json& row) {
   char text[160];
   std::snprintf(text, sizeof text, "; wall p99.9 %.1f us, %d of %d frames over 1 ms, %d missed",

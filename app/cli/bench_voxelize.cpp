@@ -19,7 +19,7 @@ namespace tandem {
 
 namespace {
 
-constexpr double kLeastSeconds = 2.0;  // of processor time, in all
+constexpr double kLeastSeconds = 2.0;  // least processor time in all
 
 struct VoxelizeBenchArguments {
   std::string file;
@@ -30,14 +30,14 @@ struct VoxelizeBenchArguments {
   bool json = false;
 };
 
-/// Of all threads together, s.
+/// Returns the processor time of all threads together, s.
 double ProcessCpuSeconds() {
   timespec time{};
   clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
   return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
 }
 
-/// The surface for refined contact: made once, written once, mapped some times.
+/// The figures of the surface for refined contact: made once, written once, mapped some times.
 struct SurfaceFigures {
   double build_s = 0;
   double build_cpu_s = 0;
@@ -46,7 +46,7 @@ struct SurfaceFigures {
   double map_cpu_s = 0;  // median
   std::size_t field_bytes = 0;
   std::size_t feature_bytes = 0;
-  bool same = false;  // what is mapped is what was made
+  bool same = false;  // the mapped surface equals the made one
 };
 
 Result<SurfaceFigures> TimeSurface(const TriangleMesh& mesh, double voxel_size,

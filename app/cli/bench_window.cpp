@@ -33,12 +33,12 @@ struct WindowBenchArguments {
   bool json = false;
 };
 
-/// Frames of a peer in which its hand moves, over all runs of one sort.
+/// The frames of a peer in which its hand moves, over all runs of one sort.
 struct PeerFrames {
   std::uint64_t frames = 0;
   std::uint64_t missed = 0;
   std::uint64_t over_1ms = 0;
-  double wall_p999_us = 0;  // of the worst run
+  double wall_p999_us = 0;  // worst run
   std::uint64_t pictures = 0;
   std::string scheduler;
 
@@ -64,7 +64,7 @@ Result<ordered_json> ReadReport(const std::filesystem::path& file, const std::st
   return report;
 }
 
-/// A peer that is a controller and that a script moves, with a window at it or alone.
+/// Runs a peer that is a controller and that a script moves, with a window at it or alone.
 Result<bool> RunPeerOnce(const WindowBenchArguments& arguments, const Scene& scene, bool window,
                          PeerFrames& figures) {
   const TemporaryFolder folder;
@@ -149,7 +149,7 @@ int RunWindowBench(const WindowBenchArguments& arguments) {
   PeerFrames with;
   PeerFrames without;
   for (int round = 0; round < arguments.rounds; ++round) {
-    // what the machine does changes: both sorts meet it alike
+    // the machine changes: both sorts of runs meet it alike
     for (const bool window : {false, true, true, false}) {
       const Result<bool> run = RunPeerOnce(arguments, *scene, window, window ? with : without);
       if (!run) return Fail(kExitFailed, run.error().what);

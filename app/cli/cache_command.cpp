@@ -32,15 +32,14 @@ std::string Megabytes(std::uint64_t bytes) {
   return text;
 }
 
-/// Returns the name that a fetched scene has in its file. The name is empty where the file cannot
-/// be read.
+/// Returns the name of a fetched scene, from its file; empty: the file cannot be read.
 std::string NameOf(const FetchedScene& scene) {
   if (!scene.whole) return {};
   const Result<Scene> loaded = LoadScene(scene.folder / SceneStore::kSceneFile);
   return loaded ? PlainLine(loaded->name) : std::string();
 }
 
-/// Shows the scenes that were fetched from sessions; gives them as JSON.
+/// Shows the scenes that were fetched from sessions. Returns them as JSON.
 nlohmann::ordered_json ListScenes(bool as_json) {
   nlohmann::ordered_json scenes = nlohmann::ordered_json::array();
   const std::optional<SceneStore> store = FetchedScenes();

@@ -12,19 +12,19 @@
 namespace tandem {
 
 namespace {
-constexpr std::uint32_t kStride = 7;  // of the blocks tested: those that come due are scattered
-constexpr std::size_t kPiece = 128;   // of them, that one thread takes at a time
+constexpr std::uint32_t kStride = 7;  // from one tested block to the next: due blocks are scattered
+constexpr std::size_t kPiece = 128;   // blocks that one thread takes at a time
 constexpr std::int64_t kLongEnoughNs = 20'000'000;
-/// What is done besides, for each test, as a share of its time: queues, which are shared as well,
-/// and what one thread does.
+/// The further work for each test, as a share of its time: queues, which threads share as well, and
+/// the work of one thread alone.
 constexpr double kQueueShare = 0.25;
 constexpr double kAloneShare = 0.05;
 /// Voxels along each axis that the body stands beside itself. Near its own sharp edges nearly every
-/// place asks a list of faces, at up to four times the price; two voxels off hardly any does.
+/// place asks a list of faces, at up to four times the price. Two voxels off hardly any place does.
 /// Frames are between: the follower corrects by a half or twice (CapacityFollower).
 constexpr std::array kAside{0.6, 2.0};
 
-/// Of one test among many, s; by the calling thread alone.
+/// Returns the time of one test among many, s, on the calling thread alone.
 template <class Test>
 double TimeAlone(std::size_t points, const Test& test) {
   LoopClock& clock = MachineClock();
@@ -39,8 +39,9 @@ double TimeAlone(std::size_t points, const Test& test) {
   return 1e-9 * static_cast<double>(spent) / tested;
 }
 
-/// The same by several. What counts is when all have done; the middle round, for any may be held
-/// up. As urgent as the haptic thread: an ordinary one would wait for its own helpers' processor.
+/// Returns the same for several threads. It takes the median of rounds, each of which ends when all
+/// threads have done, because any thread may be held up. Its thread is as urgent as the haptic
+/// thread: an ordinary one would wait for the processor of its own helpers.
 template <class Test>
 double TimeShared(std::size_t points, const Test& test) {
   std::vector<double> rounds;
@@ -60,8 +61,8 @@ double TimeShared(std::size_t points, const Test& test) {
   return 1e-9 * *middle / static_cast<double>(points);
 }
 
-/// The fixture's voxels round a body where it stands at first, of a world that has them in memory
-/// in part; else null.
+/// Returns the fixture's voxels round a body where it stands at first, for a world that has only
+/// part of them in memory; else null.
 std::unique_ptr<ResidentVoxels> VoxelsNear(const WorldModel& world, const BodyModel& body,
                                            const PointBlocks& blocks) {
   if (world.fixture_pages == nullptr) return nullptr;
@@ -117,8 +118,8 @@ FrameCapacity OfPoints(const WorldModel& world, double seconds, FrameHelpers* he
   return {.tests = std::max(1000.0, seconds / test_s)};
 }
 
-/// Measures a frame of the refined model, by look-ups of a body's features in its own field, beside
-/// which it stands.
+/// Measures a frame of the refined model, by look-ups of a body's features in its own field. The
+/// body stands beside that field.
 FrameCapacity OfFeatures(const WorldModel& world, double seconds, FrameHelpers* helpers) {
   const auto largest = std::ranges::max_element(world.bodies, {}, [](const BodyModel& body) {
     return body.surface.features.point_count();
@@ -148,7 +149,7 @@ FrameCapacity OfFeatures(const WorldModel& world, double seconds, FrameHelpers* 
       });
   const double test_s = (1 + kQueueShare) * shared + kAloneShare * alone;
   FrameCapacity capacity{.tests = std::max(1000.0, seconds / test_s)};
-  // a look: how a point is pushed, a third of a voxel off the surface
+  // a look reads how a point is pushed, a third of a voxel off the surface
   FieldPushes pushes;
   std::vector<Vec3> places_V;
   for (std::size_t b = 0; b < features.blocks().size(); ++b) {

@@ -6,20 +6,19 @@
 
 namespace tandem {
 
-/// Of a frame of 1 ms, s: for all that the haptic thread does in it; the rest is for the machine's
-/// own doings.
+/// The part of a frame of 1 ms that the haptic thread's work may take, s. The machine has the rest.
 inline constexpr double kFrameBudget = 800e-6;
 
-/// What fits into a frame.
+/// The work that fits into a frame.
 struct FrameCapacity {
   double tests = kDefaultCapacity;  // nCapacity (paper §5)
   double look_price = kDefaultLookPrice;
 };
 
-/// The capacity of this machine for a scene (paper §5): how many points the calling thread and its
-/// helpers, if any, can test in `seconds`, as they are tested in a frame, here and there along the
-/// largest pointshell; and how many of these tests an exact look takes as long as. Takes about 40
-/// ms. Call it before the loop begins.
+/// Measures the capacity of this machine for a scene (paper §5): how many points the calling thread
+/// and its helpers, if any, can test in `seconds`. The tests are spread over the body with the most
+/// points, as in a frame. It also measures the price of an exact look, in such tests. Takes some
+/// tens of milliseconds. Call it before the loop begins.
 FrameCapacity MeasureCapacity(const WorldModel& world, double seconds,
                               FrameHelpers* helpers = nullptr);
 

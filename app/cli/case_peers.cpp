@@ -48,7 +48,7 @@ std::string NameOfUser(std::size_t user) {
 std::optional<Error> WriteCaseHand(const LabCase& test, std::size_t user,
                                    const std::filesystem::path& file) {
   HandScript script = ScriptOf(test, user);
-  if (script.waypoints.empty()) script.waypoints.emplace_back();  // it stays
+  if (script.waypoints.empty()) script.waypoints.emplace_back();  // the hand stays at rest
   return WriteWholeFile(file, HandFile(script));
 }
 
@@ -61,7 +61,7 @@ std::optional<Error> WriteCasePlan(const LabCase& test, std::size_t user,
     OrderedJson steps = OrderedJson::array();
     const auto add = [&](double at_s, double delay_s) {
       const LinkConditions conditions = ConditionsOf(test, other, user, delay_s);
-      seed = conditions.seed % 1'000'000'000;  // the most that a plan takes
+      seed = conditions.seed % 1'000'000'000;  // largest seed that a plan takes
       steps.push_back(StepOf(conditions, at_s));
     };
     const std::vector<LabNetwork::Step>& schedule = test.network.schedule;

@@ -9,7 +9,7 @@ namespace tandem {
 
 namespace {
 
-constexpr std::size_t kJudgedEvery = 10;  // frames between those whose pushes are kept
+constexpr std::size_t kJudgedEvery = 10;  // frames from one whose pushes are kept to the next
 
 }  // namespace
 
@@ -50,12 +50,12 @@ TimedFrame CheckedSteps::Step(World& world, const StepInputs& inputs, TimesOfFra
 void CheckedSteps::KeepPushes(const World& world, const Pose& X_WB) {
   TANDEM_CHECK(world.shell_of(0) == 0 && world.voxmap_of(0) < 0);
   const BodyPair& pair = world.pair(0);
-  const Pose X_WV = pair.X_BV();  // of the fixture, whose frame is W
+  const Pose X_WV = pair.X_BV();  // fixture's frame is W
   const std::span<const Contact> contacts = pair.contacts();
   const double due =
       contacts_a_frame_ * static_cast<double>(frame_) - static_cast<double>(pushes_.size());
   if (contacts.empty() || due < 1) return;
-  // spread over all of them
+  // the kept pushes are spread over all contacts
   const auto share = static_cast<std::size_t>(static_cast<double>(contacts.size()) / due);
   const std::size_t stride = std::max<std::size_t>(1, share);
   for (std::size_t i = frame_ / kJudgedEvery % stride; i < contacts.size(); i += stride) {

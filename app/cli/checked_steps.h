@@ -9,19 +9,18 @@
 
 namespace tandem {
 
-/// Steps a world whose first body a hand holds, and checks what contact does to it: the wrench that
-/// is reported against the change of momentum, and pushes of refined contact against exact
-/// geometry.
+/// Steps a world whose first body a hand holds, and checks what contact does to it. It compares the
+/// reported force with the change of momentum, and pushes of refined contact with exact geometry.
 class CheckedSteps {
  public:
-  /// Judges about so many contacts, if there are as many, in as many frames; 0: none.
+  /// Judges about `contacts` contacts over `frames` frames, if there are as many; 0: none.
   CheckedSteps(const WorldModel& model, std::size_t contacts, std::size_t frames);
 
-  /// One frame, timed without its checks.
+  /// Steps one frame, timed without its checks.
   TimedFrame Step(World& world, const StepInputs& inputs, TimesOfFrames& times);
 
-  /// Gives the checks of all frames so far. It judges pushes here, so that frames have the caches
-  /// to themselves.
+  /// Returns the checks of all frames so far. It judges pushes only here, so that frames have the
+  /// caches to themselves.
   ContactChecks Checks();
 
  private:

@@ -23,7 +23,7 @@ namespace tandem {
 
 namespace {
 constexpr std::chrono::milliseconds kPollPeriod{5};
-constexpr std::chrono::milliseconds kGrace{3000};  // between SIGTERM and SIGKILL
+constexpr std::chrono::milliseconds kGrace{3000};  // from SIGTERM to SIGKILL
 }  // namespace
 
 Result<ChildProcess> ChildProcess::Start(const std::vector<std::string>& command, int keep) {
@@ -34,7 +34,7 @@ Result<ChildProcess> ChildProcess::Start(const std::vector<std::string>& command
   const pid_t pid = fork();
   if (pid < 0) return Error{command[0] + ": cannot be started: " + std::strerror(errno)};
   if (pid == 0) {
-    // only what is safe between fork and exec
+    // only calls that are safe between fork and exec
     prctl(PR_SET_PDEATHSIG, SIGTERM);
     if (getppid() != parent) _exit(127);
     dup2(STDERR_FILENO, STDOUT_FILENO);
@@ -105,7 +105,7 @@ TemporaryFolder::TemporaryFolder() {
   if (failed) {
     const char* const given = std::getenv("TMPDIR");
     const std::string where = !parent.empty() ? parent.string() : given != nullptr ? given : "/tmp";
-    // nothing can go on without it, wherever the caller is
+    // no caller can go on without the folder
     std::exit(Fail(kExitFile, PlainLine(where) +
                                   ": no temporary folder can be made there: " + failed.message() +
                                   ": let TMPDIR name a folder that you may write to"));
@@ -123,7 +123,7 @@ TemporaryFolder::~TemporaryFolder() {
   std::filesystem::remove_all(path_, ignored);
   removal_.reset();
   if (lifeline_ >= 0) {
-    // a line: all is done here
+    // the line tells the guardian that all is done
     const ssize_t told = write(lifeline_, "\n", 1);
     static_cast<void>(told);
     close(lifeline_);
@@ -131,8 +131,9 @@ TemporaryFolder::~TemporaryFolder() {
   if (guardian_ > 0) waitpid(guardian_, nullptr, 0);
 }
 
-// A process of its own session, which Ctrl-C does not reach. Programs that we started end within
-// seconds of us, and may write until then.
+// Starts the guardian, a process in a session of its own, which Ctrl-C does not reach. It removes
+// the folder twice, because programs that we started end within seconds of us and may write until
+// then.
 void TemporaryFolder::StartGuardian() {
   int ends[2];
   if (pipe2(ends, O_CLOEXEC) != 0) return;
@@ -148,7 +149,7 @@ void TemporaryFolder::StartGuardian() {
   for (const int fd : {STDOUT_FILENO, STDERR_FILENO}) {
     posix_spawn_file_actions_addopen(&files, fd, "/dev/null", O_WRONLY, 0);
   }
-  // a pipe of others that it kept open would seem to be in use
+  // the guardian must not keep pipes of other programs open
   posix_spawn_file_actions_addclosefrom_np(&files, STDERR_FILENO + 1);
   posix_spawnattr_t attributes;
   posix_spawnattr_init(&attributes);

@@ -15,12 +15,13 @@
 
 namespace tandem {
 
-/// A program that we started: ended with us, by SIGTERM and then SIGKILL, if it does not end by
-/// itself.
+/// A program that this process started. The destructor ends it if it still runs, by SIGTERM and
+/// then SIGKILL.
 class ChildProcess {
  public:
-  /// fork and exec; its stdout goes to our stderr, for our stdout is one JSON document.
-  /// `keep`: a file descriptor that it gets under the same number; below 0: none.
+  /// Starts a program by fork and exec. Its stdout goes to our stderr, because our stdout is one
+  /// JSON document. `keep`: a file descriptor that the program gets under the same number; below 0:
+  /// none.
   static Result<ChildProcess> Start(const std::vector<std::string>& command, int keep = -1);
 
   ChildProcess(ChildProcess&& other) noexcept;
@@ -28,7 +29,8 @@ class ChildProcess {
   ~ChildProcess();
 
   pid_t pid() const noexcept { return pid_; }
-  /// Its exit code once it has ended, 128 + n if signal n ended it; nothing while it runs.
+  /// Returns the exit code of a program that has ended, 128 + n if signal n ended it; nothing while
+  /// it runs.
   std::optional<int> Poll();
   /// Waits until it ends or `timeout` has passed.
   std::optional<int> Wait(std::chrono::milliseconds timeout);
@@ -41,8 +43,8 @@ class ChildProcess {
   std::optional<int> ended_;
 };
 
-/// While it lives, what is started runs on one half of the cores alone, so that two groups of
-/// programs are as on two machines; where there are fewer than four, on all.
+/// Makes programs that are started during its life run on one half of the cores. Two groups of
+/// programs then run as on two machines. With fewer than four cores, programs run on all.
 class HalfOfTheCores {
  public:
   enum class Half { kFirst, kSecond };
@@ -55,9 +57,9 @@ class HalfOfTheCores {
   cpu_set_t before_{};
 };
 
-/// A new folder of our own under the system's temporary one, removed with its content however this
-/// program ends: a small process waits for that. Where none can be made, the program says so in a
-/// line and ends with kExitFile.
+/// A new folder under the system's temporary one. It is removed with its content however this
+/// program ends: a small process waits for that end. If no folder can be made, the program says so
+/// in a line and ends with kExitFile.
 class TemporaryFolder {
  public:
   TemporaryFolder();

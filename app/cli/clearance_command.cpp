@@ -22,7 +22,7 @@ namespace {
 struct ClearanceArguments {
   std::string file;
   std::string scene;       // empty: the recorded file
-  bool adopt_any = false;  // the recorded voxels, however far from the scene file's
+  bool adopt_any = false;  // take the recorded voxels, however far from the scene file's
   bool json = false;
 };
 
@@ -32,7 +32,7 @@ std::string AsMillimetres(double metres) {
   return text;
 }
 
-/// The name of the body that the part came nearest to; empty: there is none.
+/// Returns the name of the body that the part came nearest to; empty: there is none.
 std::string NameOfOther(const WorldModel& model, const NearestPlace& nearest) {
   if (!std::isfinite(nearest.distance)) return {};
   const double reach = std::max(0.0, nearest.distance) + 1e-3 * model.scene.voxel_size;

@@ -4,10 +4,10 @@
 
 namespace tandem {
 
-/// Adds them all.
+/// Adds all subcommands.
 void AddCommands(CLI::App& app, int& exit_code);
 
-/// Each adds a subcommand whose run leaves its exit code in `exit_code`.
+/// Each function adds a subcommand whose run leaves its exit code in `exit_code`.
 void AddViewCommand(CLI::App& app, int& exit_code);
 void AddVoxelizeCommand(CLI::App& app, int& exit_code);
 void AddCacheCommand(CLI::App& app, int& exit_code);

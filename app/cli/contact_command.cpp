@@ -27,11 +27,11 @@ struct ContactArguments {
   std::string moving;
   std::string poses;
   double voxel = 0;
-  double spacing = 0;  // m; 0: of the voxel
+  double spacing = 0;  // m; 0: the voxel's size
   std::optional<double> scale;
-  int force_layer = -1;  // not given: the model's own
+  int force_layer = -1;  // -1: the model's own
   std::string contact = "refined";
-  ContactModel model = ContactModel::kRefined;  // of that name
+  ContactModel model = ContactModel::kRefined;  // the model of that name
   bool csv = false;
 
   double SpacingOfPoints() const { return spacing > 0 ? spacing : voxel; }
@@ -41,8 +41,9 @@ std::string Basename(const std::string& path) {
   return std::filesystem::path(path).filename().string();
 }
 
-/// Whether any part of triangle a b c comes within `reach` of the solid, or into it; cut in two
-/// until each piece is smaller than the reach, and near only if its middle is.
+/// Returns whether any part of triangle a b c may come within `reach` of the solid, or into it. It
+/// cuts the triangle in two until each piece is smaller than the reach. Such a piece counts as near
+/// if its centre is within the reach and the piece's radius.
 bool ComesNear(const ExactSurface& solid, const Vec3& a, const Vec3& b, const Vec3& c,
                double reach) {
   const Vec3 middle = (a + b + c) / 3.0;
@@ -58,13 +59,15 @@ bool ComesNear(const ExactSurface& solid, const Vec3& a, const Vec3& b, const Ve
   return ComesNear(solid, a, half, c, reach) || ComesNear(solid, half, b, c, reach);
 }
 
-/// Whether no point could read anything but "beyond" at any of the poses (of the moving mesh's
-/// frame): its surface stays farther from the fixed solid than the farthest marked voxel can be.
+/// Returns whether no point could read anything but "beyond" at any of the poses (of the moving
+/// mesh's frame). Then its surface stays farther from the fixed solid than the farthest marked
+/// voxel can be.
 bool StaysBeyond(const TriangleMesh& fixed, const TriangleMesh& moving,
                  const std::vector<FilePose>& poses, double voxel) {
   const ExactSurface solid(fixed);
-  if (solid.empty()) return false;  // open: its distance cannot be told here
-  // the range, the source voxel's own surface, the point's voxel: half a diagonal each to spare
+  if (solid.empty()) return false;  // an open solid: its distance cannot be told here
+  // the range, and half a diagonal each for the source voxel's own surface and the point's voxel,
+  // to spare
   const double reach = std::sqrt(3.0) * (kDefaultRange + 3) * voxel;
   return std::none_of(poses.begin(), poses.end(), [&](const FilePose& pose) {
     for (std::size_t t = 0; t < moving.triangles.size(); ++t) {
@@ -93,7 +96,7 @@ void PrintRow(std::size_t row, const PoseReading& reading) {
   }
 }
 
-/// The rows of the file that are about these two parts, translations in metres.
+/// Returns the rows of the file that are about these two parts, with translations in metres.
 std::vector<FilePose> PosesOfPair(std::vector<FilePose> poses, const ContactArguments& arguments) {
   std::erase_if(poses, [&](const FilePose& pose) {
     return Basename(pose.fixed) != Basename(arguments.fixed) ||
@@ -103,16 +106,16 @@ std::vector<FilePose> PosesOfPair(std::vector<FilePose> poses, const ContactArgu
   return poses;
 }
 
-constexpr double kMass = 0.3;  // kg, for the gains that a part of this mass would have
+constexpr double kMass = 0.3;  // kg, for the gains of a part of this mass
 
 /// The two parts as the contact model has them, at rest in W.
 struct PosedParts {
-  std::unique_ptr<BodySurface> fixed_surface;  // of the refined model
+  std::unique_ptr<BodySurface> fixed_surface;  // in the refined model
   std::unique_ptr<BodySurface> moving_surface;
-  std::unique_ptr<Voxmap> voxmap;  // of the plain one
+  std::unique_ptr<Voxmap> voxmap;  // in the plain model
   std::unique_ptr<Pointshell> shell;
   std::unique_ptr<BodyPair> pair;
-  std::size_t points = 0;  // that are looked up
+  std::size_t points = 0;  // points that are looked up
 };
 
 Result<PosedParts> MakePlainParts(const ContactArguments& arguments, const TriangleMesh& fixed,
@@ -147,7 +150,7 @@ Result<PosedParts> MakeParts(const ContactArguments& arguments, const TriangleMe
   Result<BodySurface> shell =
       MakeSurface(scene, moving, X_MB, arguments.SpacingOfPoints() / arguments.voxel);
   if (!shell) return Error{arguments.moving + ": " + shell.error().what};
-  map->radius = 0;  // it never moves
+  map->radius = 0;  // the fixed part never moves
   PosedParts parts;
   parts.points = shell->features.point_count();
   parts.fixed_surface = std::make_unique<BodySurface>(std::move(*map));
@@ -183,7 +186,7 @@ int RunContact(const ContactArguments& arguments) {
   const std::size_t need =
       std::max(EstimateVoxelizeBytes(*fixed, options), EstimateVoxelizeBytes(*moving, options));
   if (need > options.max_memory_bytes && StaysBeyond(*fixed, *moving, poses, arguments.voxel)) {
-    // no voxel that could be stored would be read
+    // no pose would read a stored voxel
     if (arguments.csv) PrintHeader();
     for (const FilePose& pose : poses) {
       if (arguments.csv) PrintRow(pose.row, PoseReading{});

@@ -31,14 +31,14 @@ namespace {
 
 using nlohmann::ordered_json;
 
-// of the length that a run has by default: what is shorter does not show whether it is stable
+// share of a run's default length; a shorter run does not show whether it is stable
 constexpr double kJudgedShare = 0.9;
-constexpr double kDeepestVoxels = 0.5;  // in the fixture: what is deeper fails
+constexpr double kDeepestVoxels = 0.5;  // in the fixture; a greater depth fails
 constexpr double kJudgeSeconds = 60.0;
 constexpr double kLeastDemoSeconds = 2;
 constexpr double kMostSeconds = 600;
 constexpr double kMeetingSeconds = 180.0;  // for loading and meeting, at the most
-constexpr double kPictureAt = 0.28;        // of the run: about when the part is half out
+constexpr double kPictureAt = 0.28;        // share of the run at which the part is about half out
 
 struct DemoArguments {
   std::string scene = "bracket_actuator";
@@ -54,8 +54,8 @@ struct DemoArguments {
   bool no_contact = false;
 };
 
-/// How long a run must be, s: the hands are at rest by 60 % of it, and the last third, by which
-/// rest is judged, begins when what they hold has had time to come to rest at this delay.
+/// Returns how long a run must be, s. The hands are at rest by 60 % of it. Rest is judged by the
+/// last third, which begins when the held body has had time to come to rest at this delay.
 Result<double> SecondsFor(const Scene& scene, double delay_ms) {
   double hands = 0;
   for (const SceneHand& hand : scene.hands) {
@@ -67,7 +67,7 @@ Result<double> SecondsFor(const Scene& scene, double delay_ms) {
   return std::ceil(std::max(hands / 0.6, 1.5 * (hands + calm)));
 }
 
-/// Why the scene is none that the demo can show, and how to make it one; empty: it can.
+/// Returns why the demo cannot show the scene, and how to make one that it can; empty: it can.
 std::string WhyNoDemo(const Scene& scene) {
   constexpr const char* kHow =
       ": the demo needs two hands on one body: \"hands\": [{\"body\": NAME, \"file\": HAND}, "
@@ -119,7 +119,8 @@ std::vector<std::string> ViewerCommand(const DemoArguments& arguments, const std
   if (window) {
     command = {(ProgramFolder() / "tandem-view").string()};
     if (!arguments.screenshot.empty()) {
-      // on the way out, and with --seconds the window stays open after the picture
+      // the picture shows the part on its way out; with --seconds the window stays open after the
+      // picture
       command.insert(command.end(), {"--screenshot", arguments.screenshot, "--screenshot-after",
                                      std::to_string(kPictureAt * arguments.seconds), "--seconds",
                                      std::to_string(arguments.seconds + kMeetingSeconds)});
@@ -140,7 +141,7 @@ Result<ordered_json> ReadJson(const std::filesystem::path& file) {
   return json;
 }
 
-/// Starts all, waits for the peers, ends the viewer; or says what went wrong.
+/// Starts all programs, waits for the peers and ends the viewer. Otherwise it says what went wrong.
 int RunSession(const DemoArguments& arguments, const Scene& scene,
                const std::filesystem::path& folder) {
   const std::string session =
@@ -186,7 +187,7 @@ std::string Percent(double share) {
 
 struct Judged {
   ordered_json json;
-  std::vector<std::string> failures;  // why the run is not as it should be; empty: it is
+  std::vector<std::string> failures;  // reasons why the run is not as it must be; empty: it is
 };
 
 Result<Judged> JudgeRun(const DemoArguments& arguments, const Scene& scene,
@@ -280,8 +281,8 @@ void Tell(const ordered_json& json) {
       number(json.at("poses_checked")));
 }
 
-/// Sets the length of the run where none is given; refuses one that would not show whether the run
-/// is stable.
+/// Sets the length of the run if none is given. Refuses a run too short to show whether it is
+/// stable.
 int SetLength(const Scene& scene, DemoArguments& arguments) {
   const Result<double> needed = SecondsFor(scene, arguments.delay_ms);
   if (!needed) return Fail(kExitFile, needed.error().what);
@@ -339,7 +340,7 @@ int RunDemo(DemoArguments& arguments) {
   }
   if (arguments.no_contact || judged->failures.empty()) return kExitOk;
   for (const std::string& failure : judged->failures) Say(failure);
-  TellStart(gaps);  // what stood too near from the start is the first thing to look at
+  TellStart(gaps);  // bodies too near from the start are the first thing to look at
   return kExitFailed;
 }
 

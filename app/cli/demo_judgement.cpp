@@ -33,7 +33,7 @@ Rms RmsOf(const std::vector<TraceSample>& trace, std::size_t begin, std::size_t 
   return {std::sqrt(speed / count), std::sqrt(turn / count)};
 }
 
-/// Slope of the least-squares line through the values, per place.
+/// Returns the slope of the least-squares line through the values, per index.
 double Slope(const std::vector<double>& values) {
   const auto n = static_cast<double>(values.size());
   double sum_i = 0;
@@ -117,7 +117,8 @@ PenetrationReport Penetration(const WorldModel& model, std::size_t body,
       Append(part_B, Transformed(model.meshes_W[i], model.bodies[body].X_WB0.Inverse()));
     }
   }
-  // what the part never comes near to is left out: its union takes minutes to make in a large scene
+  // bodies that the part never comes near are left out: in a large scene their union takes minutes
+  // to make
   Bounds part;
   for (const Vec3& v : part_B.vertices) part.Add(v);
   Bounds way;

@@ -10,39 +10,41 @@
 
 namespace tandem {
 
-/// A `tandem-device` that we started, and the memory that we share with it.
+/// A `tandem-device` that this process started, and the memory that both share.
 class DeviceProcess {
  public:
   struct Options {
     std::string driver;                  // NAME[:OPTIONS]
-    Pose home_W{};                       // of the body that the hand is to hold
-    DeviceLimits users = kUsersDefault;  // the user's setting
+    Pose home_W{};                       // pose of the body that the hand is to hold
+    DeviceLimits users = kUsersDefault;  // limits that the user set
     int core = -1;
-    bool passivity_control = false;  // damps a port that gives out more than it took
+    bool passivity_control = false;  // damp a port that gives out more energy than it took
   };
-  /// Returns when the device has begun. Errors: what the driver says.
+  /// Starts the process and returns when the device has begun. Errors: the driver's own words, a
+  /// process that ended, or a device that did not open in time.
   static Result<std::unique_ptr<DeviceProcess>> Start(const Options& options);
 
-  /// The device, for the haptic thread; must not outlive this.
+  /// Returns the device for the haptic thread. It must not outlive this object.
   std::unique_ptr<Device> MakeDevice();
-  /// Of a deadline of its ticks: frames that share them find the handle of the same moment.
+  /// Returns the time of a deadline of the device's ticks. Frames that share these deadlines find
+  /// the handle of the same moment.
   std::int64_t origin_ns() const noexcept { return memory_->origin_ns; }
   DeviceCapabilities capabilities() const noexcept { return AsCapabilities(memory_->capabilities); }
-  /// In force at the motor.
+  /// Returns the limits in force at the motor.
   DeviceLimits limits() const noexcept { return {memory_->limits[0], memory_->limits[1]}; }
-  /// What the device said last; nothing: nothing yet.
+  /// Returns the newest tick of the device; nothing before the first one.
   std::optional<DeviceTick> Newest() const noexcept;
   DeviceTimes times() const noexcept;
-  /// Of the thread of its loop: "SCHED_FIFO" or "SCHED_OTHER", and what it was not granted, in a
-  /// line; empty: nothing.
+  /// These describe the thread of the device's loop: its scheduler, "SCHED_FIFO" or "SCHED_OTHER",
+  /// and in a line what the system did not grant. An empty line: it granted all.
   std::string scheduler() const { return memory_->scheduler.data(); }
   std::string warning() const { return memory_->warning.data(); }
-  /// Of the shared memory, for another process that is to be the controller.
+  /// Returns the descriptor of the shared memory, for another process that is to be the controller.
   int descriptor() const noexcept { return shared_.descriptor(); }
   std::int64_t period_ns() const noexcept { return memory_->period_ns; }
-  /// What a person is to know since the last call, in a line; empty: nothing. Control thread.
+  /// Returns in a line what a person must know since the last call; empty: nothing. Control thread.
   std::string News();
-  /// Ends it, once its motor has no force.
+  /// Asks the process to end and waits. The process ends once its motor has no force.
   void End();
   pid_t pid() const noexcept { return process_.pid(); }
 

@@ -9,18 +9,19 @@
 
 namespace tandem {
 
-/// A device in a process of its own, and how the user wants it to reach the scene, as said by
-/// options, orders and hosts, each on a thread of its own. It outlives the scenes that are loaded
-/// one after the other: so do an emergency stop at the device, a fault, the warmth of its motors.
+/// A device in a process of its own, and its mapping into the scene. Options, orders and hosts
+/// change the mapping, each on a thread of its own. This object outlives the scenes that are loaded
+/// one after the other. So do an emergency stop at the device, a fault and the warmth of its
+/// motors.
 class DeviceSpace {
  public:
-  /// A person who looks along W's y axis: V's x, y and z axes are W's x, z and -y. So a device of
-  /// its own axes is mapped until a window says how its user looks.
+  /// The mapping for a person who looks along W's y axis: V's x, y and z axes are W's x, z and -y.
+  /// It holds for a device with axes of its own until a window says how its user looks.
   static inline const Quat kFacingNorth{M_SQRT1_2, M_SQRT1_2, 0, 0};
 
   explicit DeviceSpace(const WorkspaceOrder& order) : order_(order) {}
 
-  /// Of the thread that joins sessions. Null: there is none yet.
+  /// Returns the device process; null: there is none yet. For the thread that joins sessions.
   DeviceProcess* process() const noexcept { return process_.get(); }
   void Keep(std::unique_ptr<DeviceProcess> process) {
     process_ = std::move(process);
@@ -29,14 +30,14 @@ class DeviceSpace {
       order_.q_WV = kFacingNorth;
     }
   }
-  /// The device, mapped into the scene; must not outlive this.
+  /// Returns the device mapped into the scene. It must not outlive this object.
   std::unique_ptr<Workspace> MapInto() {
     const std::lock_guard lock(mutex_);
     auto workspace = std::make_unique<Workspace>(*handle_, order_);
     workspace_ = workspace.get();
     return workspace;
   }
-  /// The scene with that one is about to go.
+  /// Forgets the workspace of MapInto(), because its scene is about to go.
   void Forget() {
     const std::lock_guard lock(mutex_);
     workspace_ = nullptr;
@@ -46,12 +47,12 @@ class DeviceSpace {
     const std::lock_guard lock(mutex_);
     return order_.scale;
   }
-  /// The scale of the next scene; the present one goes by Command::Kind::kScale.
+  /// Sets the scale of the next scene. Command::Kind::kScale changes that of the present one.
   void Rescale(double scale) {
     const std::lock_guard lock(mutex_);
     order_.scale = scale;
   }
-  /// False: no device in a process of its own is in the hand.
+  /// Changes the mapping. Returns false if no device in a process of its own is in hand.
   bool Change(const WorkspaceChange& change) {
     const std::lock_guard lock(mutex_);
     if (workspace_ == nullptr) return false;

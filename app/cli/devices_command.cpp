@@ -25,8 +25,8 @@ namespace {
 
 using std::chrono::milliseconds;
 
-constexpr milliseconds kListing{5000};  // that a driver may take to look for its devices
-constexpr double kOpeningSeconds = 30;  // that a device may take to open before it is tried
+constexpr milliseconds kListing{5000};  // time that a driver may take to look for its devices
+constexpr double kOpeningSeconds = 30;  // time that a device may take to open before it is tried
 
 struct DevicesArguments {
   bool json = false;
@@ -35,8 +35,8 @@ struct DevicesArguments {
   double seconds = 5;
 };
 
-/// `tandem-device` with some words, whose answer is read once it has ended: a driver may crash, and
-/// its vendor's library may hang.
+/// Runs `tandem-device` with some words, and reads its answer once it has ended. A process of its
+/// own is needed because a driver may crash and its vendor's library may hang.
 class DeviceAnswer {
  public:
   explicit DeviceAnswer(const std::vector<std::string>& words)
@@ -51,7 +51,7 @@ class DeviceAnswer {
   DeviceAnswer(const DeviceAnswer&) = delete;
   DeviceAnswer& operator=(const DeviceAnswer&) = delete;
 
-  /// Its exit code; nothing: it did not start, or took longer and was ended.
+  /// Returns the exit code; nothing: the process did not start, or took longer and was ended.
   std::optional<int> Wait(milliseconds timeout) {
     if (!process_) return std::nullopt;
     const std::optional<int> code = process_->Wait(timeout);
@@ -75,7 +75,7 @@ class DeviceAnswer {
 
 /// One line of the list.
 struct ListedDevice {
-  std::string name{};  // for --device
+  std::string name{};  // name for --device
   std::string kind{};
   std::string model{};
   bool present = false;
@@ -83,8 +83,8 @@ struct ListedDevice {
   std::string mend{};
 };
 
-/// Returns what a driver said, a line for each device. A driver that said nothing sound gets one
-/// line with `missing`.
+/// Returns what a driver said, a line for each device. If the driver said nothing sound, it returns
+/// one line with `missing`.
 std::vector<ListedDevice> Listed(const std::string& driver, std::optional<int> code,
                                  const std::string& answer) {
   const auto fault = [&driver](const std::string& what) {
@@ -116,7 +116,7 @@ int ListDevices(const DevicesArguments& arguments) {
     return Fail(kExitDevice, "tandem-device, which knows the drivers, does not run: is it beside " +
                                  (ProgramFolder() / "tandem").string() + "?");
   }
-  // all at once, for each may take seconds
+  // all drivers at once, because each may take seconds
   std::vector<std::pair<std::string, std::unique_ptr<DeviceAnswer>>> answers;
   std::istringstream lines(names.text());
   for (std::string name; std::getline(lines, name);) {
@@ -163,7 +163,7 @@ int TryOne(const DevicesArguments& arguments) {
   if (!code) {
     return Fail(kExitDevice, "--try " + arguments.tried + ": the device does not answer");
   }
-  if (*code != kExitOk) return *code > 128 ? kExitDevice : *code;  // it said why
+  if (*code != kExitOk) return *code > 128 ? kExitDevice : *code;  // the process said why
   if (arguments.json) {
     std::fputs(answer.text().c_str(), stdout);
     return kExitOk;

@@ -79,7 +79,7 @@ void DistanceMeter::See(int held, const std::vector<Pose>& X_WB) {
 
 void DistanceMeter::Run() {
   pthread_setname_np(pthread_self(), "distances");
-  // on Linux of this thread alone
+  // on Linux this changes this thread alone
   setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), kLowPriority);
   auto next = std::chrono::steady_clock::now();
   std::unique_lock lock(mutex_);

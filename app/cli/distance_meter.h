@@ -16,13 +16,13 @@
 
 namespace tandem {
 
-/// How near the part in hand is to the others (paper §3.1), measured on a thread of its own, some
-/// twenty times a second: far from the haptic loop, of which it only sees where bodies were.
+/// Measures how near the part in hand is to the others (paper §3.1), up to twenty times a second.
+/// It has a thread of its own. Of the haptic loop it sees only where bodies were.
 class DistanceMeter {
  public:
   using OnMeasured = std::function<void(int held, const SnapshotDistance&)>;
 
-  /// Voxelizes the scene's parts for it, which takes seconds; gives up once `stop` is true.
+  /// Voxelizes the scene's parts for the meter, which takes seconds. Gives up once `stop` is true.
   static Result<std::unique_ptr<DistanceMeter>> Make(const WorldModel& model,
                                                      const std::atomic<bool>& stop,
                                                      OnMeasured on_measured);
@@ -30,7 +30,7 @@ class DistanceMeter {
   DistanceMeter(const DistanceMeter&) = delete;
   DistanceMeter& operator=(const DistanceMeter&) = delete;
 
-  /// The moving body in hand (-1: none) and where the moving bodies are.
+  /// Takes the moving body in hand (-1: none) and the poses of the moving bodies.
   void See(int held, const std::vector<Pose>& X_WB);
 
  private:
@@ -38,8 +38,8 @@ class DistanceMeter {
   void Run();
   SnapshotDistance Measure(int held, const std::vector<Pose>& X_WB);
 
-  std::vector<int> body_index_;  // per scene body, as of WorldModel
-  std::vector<Pose> X_BW0_;      // of the moving bodies at first
+  std::vector<int> body_index_;  // per scene body, as WorldModel::body_index
+  std::vector<Pose> X_BW0_;      // inverse first poses of the moving bodies
   SceneProximity proximity_;
   std::vector<std::size_t> part_of_moving_;
   OnMeasured on_measured_;

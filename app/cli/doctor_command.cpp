@@ -29,11 +29,11 @@
 namespace tandem {
 namespace {
 
-constexpr std::uint32_t kPortsLookedAt = 8;               // of as many programs on this machine
-constexpr std::uint16_t kAnswerPort = 7399;               // beside DDS's own, which begin at 7400
-constexpr int kLeastPayload = 1400;                       // what a session's packets need
-constexpr double kAnnouncedWithin = 2;                    // s
-constexpr std::int64_t kDoctorListensNs = 2'000'000'000;  // for who is in the session
+constexpr std::uint32_t kPortsLookedAt = 8;  // ports of as many programs on this machine
+constexpr std::uint16_t kAnswerPort = 7399;  // beside DDS's own, which begin at 7400
+constexpr int kLeastPayload = 1400;          // size that a session's packets need
+constexpr double kAnnouncedWithin = 2;       // s
+constexpr std::int64_t kDoctorListensNs = 2'000'000'000;  // for the members of the session
 
 struct DoctorArguments {
   ReachOptions reach;
@@ -46,7 +46,7 @@ struct DoctorArguments {
   bool json = false;
 };
 
-/// Who answers in a session, by name.
+/// Collects the names of the programs that answer in a session.
 class Listener final : public Inbox {
  public:
   void OnState(const ObjectState&, std::int64_t) override {}
@@ -99,7 +99,7 @@ void CheckInterfaces(const DoctorArguments& arguments, Findings& findings) {
 }
 
 void CheckPorts(const DoctorArguments& arguments, Findings& findings) {
-  if (const std::uint16_t port = arguments.reach.port; port != 0) {  // the options' check says else
+  if (const std::uint16_t port = arguments.reach.port; port != 0) {  // others are refused already
     findings.Add(Finding::kGood, "ports",
                  "UDP " + std::to_string(port) + " and " + std::to_string(port + 1) + " are free");
     return;
@@ -192,7 +192,7 @@ void CheckDiscovery(const DoctorArguments& arguments, Findings& findings) {
                              : "");
 }
 
-/// Whom the session is announced by on this network, where the doctor cannot look on.
+/// Says whether the session is announced on this network, where the doctor cannot look on.
 void CheckAnnounced(const DoctorArguments& arguments, Findings& findings) {
   if (arguments.session.empty()) return;
   bool heard = false;
@@ -216,7 +216,7 @@ int AnswerOthers() {
   return kExitOk;
 }
 
-/// A peer's way is looked at; what can be said without one comes first.
+/// Runs all checks. What can be said without a peer comes before the ways to peers.
 int RunDoctor(DoctorArguments arguments) {
   if (arguments.answer) return AnswerOthers();
   if (!arguments.line.file.empty()) {
@@ -247,7 +247,7 @@ int RunDoctor(DoctorArguments arguments) {
     CheckRealtime(findings);
     CheckSocketBuffers(findings);
     if (invited && invitation.secured && arguments.reach.secure.empty()) {
-      // whoever has no keys yet hears nobody: the line gives them
+      // without keys nobody is heard: the line gives them
     } else if (CheckKeys(arguments.reach, findings)) {
       CheckDiscovery(arguments, findings);
     } else {

@@ -25,9 +25,8 @@
 namespace tandem {
 namespace {
 
-/// Returns whether an address means nothing on the Internet: an address of
-/// a private network (RFC 1918), of a provider's own (RFC 6598), of a link or of the machine
-/// itself.
+/// Returns whether an address means nothing on the Internet: an address of a private network (RFC
+/// 1918), of a provider's own (RFC 6598), of a link or of the machine itself.
 bool IsPrivateAddress(const std::string& text) {
   in_addr address{};
   if (inet_pton(AF_INET, text.c_str(), &address) != 1) return false;

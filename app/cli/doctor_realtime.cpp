@@ -10,10 +10,10 @@
 namespace tandem {
 namespace {
 
-constexpr std::int64_t kTimerFrames = 500;   // of a millisecond
+constexpr std::int64_t kTimerFrames = 500;   // frames of a millisecond
 constexpr double kLateEnoughToFeelUs = 500;  // half a frame
 
-/// The first line of a file of the kernel's; empty: there is none.
+/// Returns the first line of a file of the kernel; empty: there is no such file.
 std::string FirstLine(const char* file) {
   std::string line;
   std::ifstream stream(file);
@@ -29,7 +29,7 @@ void CheckRights(const RealtimeStatus& realtime, Findings& findings) {
   findings.Add(realtime.memory_locked ? Finding::kGood : Finding::kWarning, "locked memory",
                realtime.memory_locked ? "all of it: no frame waits for the disk"
                                       : "none: a frame may wait for a page, milliseconds",
-               realtime.memory_locked || !realtime.fifo ? ""  // the line above grants both
+               realtime.memory_locked || !realtime.fifo ? ""  // the advice on priority grants both
                                                         : realtime.warning);
   const std::string share = FirstLine("/proc/sys/kernel/sched_rt_runtime_us");
   if (!share.empty() && share != "-1" && realtime.fifo) {

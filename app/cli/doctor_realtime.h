@@ -4,8 +4,8 @@
 
 namespace tandem {
 
-/// What this machine grants a loop of a millisecond, and what grants more: priority, locked memory,
-/// cores, their clock, and how late a timer is.
+/// Checks what this machine grants a loop of a millisecond, and says what grants more. It looks at
+/// priority, locked memory, cores, their clock and the lateness of a timer.
 void CheckRealtime(Findings& findings);
 
 }  // namespace tandem

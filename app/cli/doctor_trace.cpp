@@ -27,7 +27,7 @@ using OrderedJson = nlohmann::ordered_json;
 struct Spread {
   double least = 0;
   double median = 0;
-  double most_of_hundred = 0;  // all but one in a hundred are below
+  double most_of_hundred = 0;  // 99th percentile
   double most = 0;
 };
 

@@ -8,7 +8,7 @@
 
 namespace tandem {
 
-/// `tandem doctor --trace`: records a line to a machine that answers.
+/// The options of `tandem doctor --trace`, which records a line to a machine that answers.
 struct LineArguments {
   std::string file;  // the trace; empty: none is recorded
   double seconds = 10;
@@ -17,7 +17,7 @@ struct LineArguments {
 
 void AddLineOptions(CLI::App& doctor, LineArguments& arguments);
 
-/// Records the line to the one of `peers`, at UDP `port`, and says what it is like. Returns the
+/// Records the line to the only machine in `peers`, at UDP `port`, and describes it. Returns the
 /// exit code.
 int RunDoctorTrace(const LineArguments& arguments, const std::vector<std::string>& peers,
                    std::uint16_t port, bool json);

@@ -7,10 +7,11 @@
 
 namespace tandem {
 
-/// Arithmetic that touches no memory, as long as a frame: what it varies by is the machine's doing.
+/// Arithmetic that touches no memory and takes as long as a frame. The machine causes its
+/// variation.
 class EmptyWork {
  public:
-  /// Takes the processor's measure: some milliseconds, which are not to be a loop's.
+  /// Measures the processor's speed for some milliseconds, which must not be a loop's.
   EmptyWork() {
     constexpr std::uint64_t kProbe = 20000;
     double best = 1e18;
@@ -20,7 +21,7 @@ class EmptyWork {
                       }));
     steps_per_ns_ = kProbe / best;
   }
-  /// To take `ns` of a quiet processor.
+  /// Sets the work to what a quiet processor does in `ns`.
   void Size(double ns) { steps_ = static_cast<std::uint64_t>(ns * steps_per_ns_); }
   void operator()() { Run(steps_); }
 

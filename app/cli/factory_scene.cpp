@@ -4,7 +4,7 @@ namespace tandem {
 
 namespace {
 
-constexpr double kCapacity = 1e9;  // fidelity is asked for here, not speed
+constexpr double kCapacity = 1e9;  // these benches ask for fidelity, not speed
 
 }  // namespace
 

@@ -18,15 +18,15 @@ namespace tandem {
 namespace {
 
 constexpr std::size_t kJudged = 20000;  // places whose error is measured
-constexpr std::size_t kBatch = 256;     // places of one look-up
+constexpr std::size_t kBatch = 256;     // places in one look-up
 
-/// Places near one another, voxels from `base`.
+/// Some places near one another, voxels from `base`.
 struct Batch {
   GridIndex base;
   std::array<float, kBatch> x{}, y{}, z{};
 };
 
-/// In their order; the last batch is filled up with its last place.
+/// Returns the places in batches, in their order. The last place fills the last batch up.
 std::vector<Batch> InBatches(const std::vector<Vec3>& places_V) {
   std::vector<Batch> batches;
   for (std::size_t first = 0; first < places_V.size(); first += kBatch) {
@@ -44,7 +44,7 @@ std::vector<Batch> InBatches(const std::vector<Vec3>& places_V) {
   return batches;
 }
 
-/// In W.
+/// Returns places in W within half a voxel of the body's points, along their normals.
 std::vector<Vec3> PlacesOf(const BodyModel& body, double voxel_size) {
   std::mt19937_64 random(4);
   std::uniform_real_distribution<double> half(-0.5, 0.5);

@@ -10,7 +10,7 @@ namespace tandem {
 
 enum class Finding : std::uint8_t { kGood, kWarning, kBad };
 
-/// What was found, one line each, and what mends it.
+/// Collects findings, one line each, and what mends them.
 class Findings {
  public:
   void Add(Finding verdict, const std::string& what, const std::string& found,

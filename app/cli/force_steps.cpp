@@ -22,7 +22,7 @@ Vec3 ForceAtRest(BodyPair& pair, const Pose& X_WB) {
 }
 
 double LargestForceStep(const std::function<Vec3(double)>& force_at, int parts, double largest) {
-  constexpr int kCuts = 20;  // then a millionth of the part is left
+  constexpr int kCuts = 20;  // after these, a millionth of the part is left
   Vec3 at_end = force_at(0);
   for (int part = 0; part < parts; ++part) {
     double low = part / static_cast<double>(parts);

@@ -8,15 +8,16 @@
 
 namespace tandem {
 
-/// The first body of a world and its fixture, as a pair that no frame has tested.
+/// Makes a pair of the first body of a world and its fixture. No frame has tested the pair.
 std::unique_ptr<BodyPair> FixturePair(const WorldModel& model);
 
-/// The contact force on the pair's first body at rest at X_WB, N, every point being read.
+/// Returns the contact force on the pair's first body at rest at X_WB, N. It reads every point.
 Vec3 ForceAtRest(BodyPair& pair, const Pose& X_WB);
 
-/// Looks for a larger jump of a force (N) than `largest` between shares of a way, 0 to 1, in so
-/// many parts: each is halved, the half with the larger difference kept, until nothing is left of
-/// it or its difference is no larger. Gives the larger of both.
+/// Looks for a jump of a force (N) larger than `largest` along a way from 0 to 1. It cuts the way
+/// into `parts`, halves each part and keeps the half with the larger difference. It stops when
+/// almost nothing is left of the part, or its difference is no larger. Returns the larger of that
+/// jump and `largest`.
 double LargestForceStep(const std::function<Vec3(double)>& force_at, int parts, double largest);
 
 }  // namespace tandem

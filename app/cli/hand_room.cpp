@@ -17,11 +17,11 @@ namespace {
 
 constexpr double kBisectedToVoxels = 0.01;
 constexpr double kEndsWithin = 0.002;    // m
-constexpr double kCrossesVoxels = 0.01;  // less deep is touching
+constexpr double kCrossesVoxels = 0.01;  // surfaces that are less deep only touch
 constexpr double kDepthSeconds = 10;
 
-/// Enlarges the hand's clearance over what a recording orders: by an order in the first frame that
-/// has none, and in each recorded order.
+/// Enlarges the hand's clearance over what a recording orders. It adds an order to the first frame
+/// without orders, and changes each recorded order.
 class LargerClearance {
  public:
   explicit LargerClearance(double by) : by_(by) {}
@@ -50,7 +50,7 @@ struct RecordedHand {
   std::shared_ptr<const PathMeshes> meshes;
 };
 
-/// One replay, with the distances along its path.
+/// The state of one replay, with the distances along its path.
 struct RunOfHand {
   explicit RunOfHand(const std::shared_ptr<const PathMeshes>& meshes)
       : path(meshes), held(meshes->model().bodies.size(), false) {}
@@ -60,9 +60,9 @@ struct RunOfHand {
   std::vector<Pose> last_WB;
   std::int64_t frames = 0;
   std::int64_t first_ns = 0;
-  double outward = 0;  // m, the farthest that recorded orders displace points outwards
+  double outward = 0;  // m, farthest that recorded orders displace points outwards
   bool torn = false;
-  bool whole = true;  // not ended because surfaces came too near
+  bool whole = true;  // the replay did not end because surfaces came too near
 };
 
 std::vector<Pose> PosesIn(const World& world) {
@@ -73,8 +73,8 @@ std::vector<Pose> PosesIn(const World& world) {
   return bodies_WB;
 }
 
-/// Replays with a clearance larger `by` so much (m), until surfaces come nearer than `least` (m).
-/// With none every frame must end in its recorded bits.
+/// Replays with a clearance that is larger by `by` (m), until surfaces come nearer than `least`
+/// (m). With `by` 0 every frame must end in its recorded bits.
 Result<RunOfHand> RunWith(const RecordedHand& hand, double by, double least) {
   const std::string name = hand.file.string();
   Result<RecordingReader> reader = RecordingReader::Open(hand.file);
@@ -129,8 +129,8 @@ bool EndsAsRecorded(const PathMeshes& meshes, const RunOfHand& recorded, const R
   return true;
 }
 
-/// The least distance along a path; where surfaces cross it is below 0, by their depth. Sets
-/// `crosses`, to nothing where surfaces meet and the depth is not judged.
+/// Returns the least distance along a path; where surfaces cross it is below 0, by their depth.
+/// Sets `crosses`, to nothing where surfaces meet and the depth is not judged.
 NearestPlace SignedNearest(const RunOfHand& run, double voxel_size, std::optional<bool>& crosses) {
   NearestPlace nearest = run.path.nearest();
   crosses = false;
@@ -155,12 +155,13 @@ class ClearanceSearch {
         recorded_(recorded),
         on_trial_(on_trial) {}
 
-  /// Fills in what `room`, of the recorded path, has of clearances that pass.
+  /// Fills in the clearance that passes and what it keeps. `room` has the figures of the recorded
+  /// path.
   std::optional<Error> Run(HandRoom& room) {
     if (room.nearest.distance < -kKeptToVoxels * voxel_ || !room.crosses) return std::nullopt;
     room.passes_with = 0;
     room.kept = room.nearest.distance;
-    // points are displaced by a voxel at the most
+    // points can be displaced by a voxel at the most
     const double most = voxel_ - recorded_.outward;
     double fails = most;
     if (!(most > 0)) {
@@ -184,7 +185,7 @@ class ClearanceSearch {
   }
 
  private:
-  /// The distance that is kept with a clearance, m; nothing: it does not pass.
+  /// Returns the distance that is kept with a clearance, m; nothing: it does not pass.
   Result<std::optional<double>> Try(double clearance) {
     const double least = clearance - kKeptToVoxels * voxel_;
     const Result<RunOfHand> run = RunWith(hand_, clearance, least);

@@ -108,7 +108,7 @@ int ShowHeadless(const HandRequest& request, bool json) {
   options.secured = !request.secure.empty();
   std::string why;
   while (MonotonicNowNs() - begun_ns < kControllerPatienceNs) {
-    // what it says is on stderr already
+    // the controller's own words are on stderr already
     if (const std::optional<int> ended = peer->Poll()) return *ended;
     Result<Controller> controller = Controller::Attach(request.control, options);
     if (!controller) {
@@ -116,7 +116,7 @@ int ShowHeadless(const HandRequest& request, bool json) {
       std::this_thread::sleep_for(std::chrono::milliseconds(20));
       continue;
     }
-    // a large scene is voxelized for minutes
+    // loading a large scene can take minutes
     while (controller->snapshot().frame == 0) {
       if (const std::optional<int> ended = peer->Poll()) return *ended;
       if (!controller->attached()) return Fail(kExitFailed, "the controller is not heard any more");

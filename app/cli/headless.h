@@ -4,8 +4,8 @@
 
 namespace tandem {
 
-/// Starts a controller as a window would, prints what the window would show first, ends the
-/// controller. Returns the exit code; that of a controller that ended by itself.
+/// Starts a controller as a window would, prints what the window would show first, and ends the
+/// controller. Returns the exit code, which is the controller's once that has ended.
 int ShowHeadless(const HandRequest& request, bool json);
 
 }  // namespace tandem

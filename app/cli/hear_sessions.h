@@ -9,13 +9,13 @@
 
 namespace tandem {
 
-/// Listens for sessions that are announced, so long at the most (s), or until `enough` of what was
-/// heard or a signal comes.
+/// Listens for announced sessions for `seconds` at most. Returns earlier if `enough` is true for
+/// the sessions heard, or on a signal.
 std::vector<AnnouncedSession> HearSessions(
     const ReachOptions& reach, double seconds,
     const std::function<bool(const std::vector<AnnouncedSession>&)>& enough);
 
-/// The same with a listener that is there already, until that time.
+/// Listens by a listener that is there already, until `until_ns`.
 std::vector<AnnouncedSession> HearSessions(
     SessionsNearby& nearby, std::int64_t until_ns,
     const std::function<bool(const std::vector<AnnouncedSession>&)>& enough);

@@ -16,7 +16,7 @@ struct HeardInstance {
   explicit HeardInstance(PeerId self) : line(self) {}
 
   HeardLine line;
-  std::vector<TraceSample> poses;  // times by its clock
+  std::vector<TraceSample> poses;  // times by the peer's clock
 };
 
 }  // namespace

@@ -31,7 +31,7 @@
 namespace tandem {
 namespace {
 
-constexpr std::int64_t kHearSceneNs = 2'500'000'000;  // from whoever is in the session
+constexpr std::int64_t kHearSceneNs = 2'500'000'000;  // from any program in the session
 constexpr std::int64_t kHearTurnNs = 20'000'000;
 constexpr int kMinute = 60;
 constexpr int kMostMinutes = 7 * 24 * 60;
@@ -40,7 +40,7 @@ struct InviteArguments {
   ReachOptions reach;
   std::string session;
   std::string scene;
-  std::string keys;  // the session's folder; empty: it is plain
+  std::string keys;  // folder of the session's keys; empty: the session is plain
   std::string name;
   std::string role = "active";
   int days = 365;
@@ -49,7 +49,7 @@ struct InviteArguments {
   bool json = false;
 };
 
-/// Addresses of this machine that others can reach, as far as it knows.
+/// Returns the addresses of this machine that others can reach, as far as it knows.
 std::vector<std::string> OwnHosts(const ReachOptions& reach) {
   const std::string port = reach.port == 0 ? "" : ":" + std::to_string(reach.port);
   if (!reach.external_address.empty()) return {reach.external_address + port};
@@ -62,16 +62,17 @@ std::vector<std::string> OwnHosts(const ReachOptions& reach) {
   return hosts;
 }
 
-/// The inviter hears these facts of a session within a moment.
+/// The facts of a session that the inviter hears within a moment.
 struct HeardOf {
   std::optional<SceneManifest> scene;
   bool as_secured = false;
 };
 
-/// Listens to a plain session, as somebody whom nobody sees.
+/// Listens to a plain session, in which nobody sees the listener.
 Result<HeardOf> HearOf(const InviteArguments& arguments) {
   ReachOptions reach = arguments.reach;
-  // of a program that has its place fixed, and hears no multicast
+  // a program on this machine with a fixed port or named peers hears no multicast: it is sought by
+  // address
   if (reach.port != 0 || !reach.peers.empty()) {
     for (const InterfaceFacts& interface : UsableInterfaces()) {
       reach.peers.push_back(interface.address +
@@ -112,7 +113,7 @@ void Tell(const SceneManifest& scene, Invitation& invitation) {
                       .file = file};
 }
 
-/// The line, before anybody can use it.
+/// Makes the line, before anybody can use it.
 int PrepareLine(const InviteArguments& arguments, Invitation& invitation) {
   invitation.session = arguments.session;
   invitation.role = arguments.role == "viewer" ? Role::kViewer : Role::kActive;
@@ -187,7 +188,7 @@ int InvitePlainly(const InviteArguments& arguments) {
   return kExitOk;
 }
 
-/// Why the folder can make no members; empty: it can.
+/// Returns why the folder can make no members; empty: it can.
 std::string WhyNoSession(const std::string& folder) {
   std::error_code failed;
   for (const Authority& authority : {IdentityAuthority(folder), PermissionsAuthority(folder)}) {

@@ -37,7 +37,7 @@ namespace fs = std::filesystem;
 constexpr const char* kLineFile = "invitation.txt";
 constexpr std::uintmax_t kLongestLineFile = 4096;
 
-/// Returns the line without its secret, by which it is told from all others.
+/// Returns the line without its secret, which still differs from all other lines.
 std::string NameOfLine(Invitation invitation) {
   invitation.enrolment.secret = {};
   return LineOf(invitation) + "\n";
@@ -63,7 +63,7 @@ fs::path FolderForKeys(const Invitation& invitation) {
   return data / "keys" / (name.substr(0, 64) + "-" + digest);
 }
 
-/// Gets a certificate for a key that is made here, and the folder of a member with both.
+/// Gets a certificate for a key that it makes here, and makes a member's folder with both.
 int GetKeys(const Invitation& invitation, const fs::path& folder) {
   std::error_code failed;
   if (fs::exists(folder, failed)) {
@@ -77,7 +77,7 @@ int GetKeys(const Invitation& invitation, const fs::path& folder) {
                                "with --keys-to");
   }
   fs::create_directories(fs::absolute(folder).parent_path(), failed);
-  // before the line is used up: whether there is place for them
+  // checks that there is place for the keys before it uses the line up
   Result<UnfinishedFolder> scratch = UnfinishedFolder::Make(folder.string() + ".key");
   if (!scratch) return Fail(kExitFile, scratch.error().what);
   const fs::path key = scratch->path() / "identity.key";
@@ -99,13 +99,14 @@ int GetKeys(const Invitation& invitation, const fs::path& folder) {
   return kExitOk;
 }
 
-/// The options of tandem peer that came after `--`, in one line what is wrong with them.
+/// Reads the options of tandem peer that came after `--`. Returns in one line what is wrong with
+/// them.
 std::optional<std::string> ReadFurther(const std::vector<std::string>& words,
                                        PeerArguments& arguments) {
   CLI::App app;
   app.name("tandem peer");
   AddPeerOptions(app, arguments);
-  // said before `--`, or by the line
+  // these are given before `--`, or by the line
   for (const char* option : {"--scene-from-session", "--accept-scene", "--session", "--scene",
                              "--role", "--name", "--hold", "--device", "--interface", "--domain",
                              "--peers", "--external-address", "--port", "--secure"}) {
@@ -124,7 +125,8 @@ std::optional<std::string> ReadFurther(const std::vector<std::string>& words,
   return std::nullopt;
 }
 
-/// The scene's file where it was named or the line's is here; otherwise the session will tell.
+/// Sets the scene's file if it was named or the line's file is here. Otherwise the session will
+/// tell.
 void FindLinesScene(const Invitation& invitation, PeerArguments& arguments) {
   if (!arguments.scene.empty()) return;
   if (const InvitedScene& scene = invitation.scene; scene.digest != 0) {
@@ -155,7 +157,7 @@ void PrintLine(const nlohmann::ordered_json& json) {
   std::fflush(stdout);
 }
 
-/// All that is needed to join, for a program that does so by itself.
+/// Prints all that a program needs to join by itself.
 void PrintWay(const Invitation& invitation, const PeerArguments& arguments) {
   nlohmann::ordered_json json = AsJson(invitation);
   json["domain"] = invitation.domain;
@@ -196,7 +198,7 @@ int JoinByLine(const JoinLineArguments& asked) {
     if (!scene) return Fail(kExitFile, scene.error().what);
     arguments.scene = scene->file.string();
   }
-  // it listens while the inviter's program signs our key
+  // the search listens while the inviter's program signs our key
   InviterSearch search(*invitation, arguments.reach);
   if (invitation->secured && arguments.reach.secure.empty()) {
     const fs::path folder =

@@ -22,15 +22,15 @@ namespace tandem {
 
 namespace {
 
-// for the session's scene, before anything is loaded: those who are here answer in a tenth of it
+// time to hear the session's scene before anything is loaded; present peers answer in a tenth of it
 constexpr std::int64_t kListenNs = 400 * kMs;
-// where what is heard is another scene, before we refuse to join
+// time before we refuse to join, where another scene is heard
 constexpr std::int64_t kListenToOthersNs = 2000 * kMs;
-// how long those who are in the session already may take to be discovered
+// time that present peers may take to be discovered
 constexpr std::int64_t kSettleNs = 1000 * kMs;
-// of that, for claims to reach the haptic thread
+// least part of it, in which claims reach the haptic thread
 constexpr std::int64_t kLeastSettleNs = 100 * kMs;
-// for force parameters that somebody else offers meanwhile
+// loads for force parameters that others offer meanwhile
 constexpr int kMostLoads = 3;
 
 /// Puts the session's scene into `arguments` where they name none.
@@ -65,7 +65,7 @@ int ReadScene(const PeerArguments& arguments, Joining& joining) {
   return kExitOk;
 }
 
-/// Which bodies there are to hold, where that one is none.
+/// Returns which bodies there are to hold, where `body` is none of them.
 std::string WhyNotHeld(const std::string& body, const Scene& scene) {
   const bool fixed = scene.BodyNamed(body) >= 0;
   std::string moving;
@@ -126,11 +126,12 @@ int Insist(const PeerArguments& arguments, const ForceParameters& session, Joini
 void OfferOn(const SceneManifest& session, Joining& joining) {
   joining.manifest = session;
   joining.manifest.offered_by = joining.id;
-  // one insisted, and is the only one left: what it goes by is the session's now
+  // a peer that insisted may be the only one left: then its parameters are the session's
   joining.manifest.revision = std::max(session.revision, SceneManifest::kSession);
 }
 
-/// By what the scene file says, however often others were adopted since.
+/// Returns whether force parameters may be adopted. It compares with the scene file, however often
+/// others were adopted.
 bool MayAdopt(const ForceParameters& theirs, const Joining& joining) {
   return joining.adopt_any || MayBeAdopted(theirs, joining.own);
 }
@@ -172,7 +173,7 @@ int Agree(const PeerArguments& arguments, const SceneManifest& session, Joining&
   return kExitOk;
 }
 
-/// Loads the world for the scene as agreed on; the slow part.
+/// Loads the world for the agreed scene. This is the slow part.
 int LoadAgreed(const PeerArguments& arguments, Joining& joining) {
   Result<std::shared_ptr<const WorldModel>> model = LoadCached(
       joining.scene, {.stop = arguments.stop, .voxel_memory_bytes = arguments.voxel_memory});
@@ -184,7 +185,7 @@ int LoadAgreed(const PeerArguments& arguments, Joining& joining) {
     joining.helpers =
         std::make_unique<FrameHelpers>(FrameHelpers::Options{.threads = arguments.threads});
   }
-  // once the tests are given, so is the price: a run can be repeated
+  // given tests fix the price too, so that a run can be repeated
   joining.capacity = arguments.capacity > 0
                          ? FrameCapacity{.tests = arguments.capacity}
                          : MeasureCapacity(*joining.model, kFrameBudget, joining.helpers.get());
@@ -192,7 +193,7 @@ int LoadAgreed(const PeerArguments& arguments, Joining& joining) {
   return kExitOk;
 }
 
-/// What of a device's claims is not taken as it is, a line each.
+/// Returns a line for each of a device's claims that is not taken as it is.
 std::vector<std::string> WhatClaimsBecame(const std::string& device,
                                           const DeviceCapabilities& can) {
   std::vector<std::string> lines;
@@ -206,11 +207,11 @@ std::vector<std::string> WhatClaimsBecame(const std::string& device,
   return lines;
 }
 
-/// Starts that process and says what is in force.
+/// Starts the device process, if one is to be there, and says what is in force.
 int StartDevice(const PeerArguments& arguments, const Pose& X_WB0, Joining& joining) {
   if (!HasDeviceProcess(arguments)) return kExitOk;
   joining.space = arguments.space;
-  if (arguments.space->process() != nullptr) return kExitOk;  // of the scene before
+  if (arguments.space->process() != nullptr) return kExitOk;  // that of the previous scene goes on
   Result<std::unique_ptr<DeviceProcess>> device =
       DeviceProcess::Start({.driver = arguments.device,
                             .home_W = X_WB0,
@@ -239,7 +240,7 @@ int StartDevice(const PeerArguments& arguments, const Pose& X_WB0, Joining& join
   return kExitOk;
 }
 
-/// The limits that are not the law's own, "stiffness=80 …".
+/// Returns the limits that are not the law's own: "stiffness=80 …".
 std::string GainsOf(const CouplingLimits& limits) {
   std::string text;
   for (const LimitName& limit : kLimitNames) {
@@ -252,7 +253,7 @@ std::string GainsOf(const CouplingLimits& limits) {
   return text;
 }
 
-/// The script that moves the hand, or that says where it grasps; empty: none.
+/// Returns the script that moves the hand, or that says where it grasps; empty: none.
 std::string ScriptOf(const PeerArguments& arguments) {
   for (const std::string driver : {"scripted:", "none:"}) {
     if (arguments.device.rfind(driver, 0) == 0) return arguments.device.substr(driver.size());
@@ -272,7 +273,8 @@ std::unique_ptr<Device> MakeDevice(const PeerArguments& arguments, HandScript sc
   return std::make_unique<ScriptedDevice>(std::move(script), X_WB0);
 }
 
-/// The first frames alone, for they are kept in memory that is never paged out: 86 MB.
+/// Returns how many frames are traced. These are the first ones, in memory that is never paged out:
+/// 86 MB at the most.
 std::size_t TraceFrames(const PeerArguments& arguments) {
   constexpr double kMost = 600'000;
   if (arguments.report.empty()) return 0;
@@ -348,10 +350,11 @@ int MakeNode(const PeerArguments& arguments, Joining& joining) {
   return kExitOk;
 }
 
-/// The scene that most here go by. Whoever is heard first may be the only one that goes by another.
+/// Listens for the scene that most peers here go by. The peer that is heard first may be the only
+/// one that goes by another.
 std::optional<SceneManifest> ListenForScene(const PeerArguments& arguments,
                                             const Joining& joining) {
-  std::optional<std::int64_t> first_ns;  // when anything was heard
+  std::optional<std::int64_t> first_ns;  // time at which a scene was first heard
   for (;;) {
     const std::int64_t now_ns = MonotonicNowNs();
     const std::optional<SceneManifest> session = joining.inbox.SessionScene();
@@ -372,7 +375,7 @@ bool Superseded(const Joining& joining) {
   if (joining.unequal) return false;
   const std::optional<SceneManifest> session =
       joining.node ? joining.node->directory().SessionScene() : joining.inbox.SessionScene();
-  // the node's own is under way after a while
+  // the node offers a manifest of its own after a while
   const SceneManifest& ours = joining.node ? joining.node->manifest() : joining.manifest;
   return session && session->content_hash == joining.hash.content && Precedes(*session, ours) &&
          !(ParametersOf(*session) == ParametersOf(joining.scene)) &&
@@ -411,7 +414,7 @@ int Join(PeerArguments& arguments, Joining& joining) {
     if (session) {
       if (const int failed = Agree(arguments, *session, joining); failed != kExitOk) return failed;
     }
-    // at once: who comes while we load adopts what we offer
+    // published at once: peers that come while we load adopt what we offer
     joining.transport->Publish(joining.manifest);
     if (const int failed = LoadAgreed(arguments, joining); failed != kExitOk) return failed;
     session = joining.inbox.SessionScene();

@@ -17,15 +17,15 @@
 
 namespace tandem {
 
-/// The way into a session, in two phases: listen for its scene, agree with it, and only then load
-/// (docs/decisions/0022-agreement.md). Listening goes on while loading, so the first of a session
-/// waits for nobody.
+/// The way into a session, in two phases: listen for its scene and agree with it, and only then
+/// load (docs/decisions/0022-agreement.md). Listening goes on while the scene loads, so the first
+/// peer of a session waits for nobody.
 struct Joining {
   Joining() = default;
   ~Joining() {
-    if (space) space->Forget();  // the workspace is the node's
+    if (space) space->Forget();  // the node owns the workspace
   }
-  /// Null: the device is in this process.
+  /// Returns the device process; null: the device is in this process.
   DeviceProcess* device() const noexcept { return space ? space->process() : nullptr; }
   Joining(const Joining&) = delete;
   Joining& operator=(const Joining&) = delete;
@@ -33,36 +33,36 @@ struct Joining {
   PeerId id = 0;
   std::int64_t joined_ns = 0;
   EarlyInbox inbox;
-  Scene scene;                             // with the force parameters that it will be simulated by
-  ForceParameters own;                     // the scene file's
-  bool adopt_any = false;                  // the session's, however far they are from ours
-  SceneHash hash;                          // of the scene
-  SceneManifest manifest;                  // what we offer
+  Scene scene;             // scene with the force parameters that the simulation uses
+  ForceParameters own;     // force parameters of the scene file
+  bool adopt_any = false;  // adopt the session's force parameters, however far they are from ours
+  SceneHash hash;          // hash of the scene
+  SceneManifest manifest;  // manifest that we offer
   std::optional<ForceParameters> unequal;  // the session's, where we insist on others
   std::shared_ptr<const WorldModel> model;
-  StartGaps start_gaps;                   // of bodies that contact begins on at once
+  StartGaps start_gaps;                   // gaps of bodies that contact pushes from the start
   std::unique_ptr<FrameHelpers> helpers;  // null: none
   std::unique_ptr<Recorder> recorder;     // null: none; outlives the node
   FrameCapacity capacity;
-  std::size_t waiting = PeerInbox::kDefaultWaiting;  // samples under way at the most
-  std::shared_ptr<DeviceSpace> space;  // of the device's process; null: it is in this one
+  std::size_t waiting = PeerInbox::kDefaultWaiting;  // most samples held back at once
+  std::shared_ptr<DeviceSpace> space;  // device process; null: the device is in this process
   std::unique_ptr<PeerNode> node;
-  int times_loaded = 0;                  // for the session's force parameters
-  GoalDevice* goal_device = nullptr;     // the node's; null: it has another kind
-  std::unique_ptr<SceneServer> files;    // for joiners who lack the scene; null: they get none
-  std::unique_ptr<Transport> transport;  // goes first but for what says goodbye by it
-  std::optional<AtForcedEnd> goodbye;    // while it loads, too
+  int times_loaded = 0;                // loads after the first, for the session's force parameters
+  GoalDevice* goal_device = nullptr;   // device of the node; null: the node has another kind
+  std::unique_ptr<SceneServer> files;  // for joiners who lack the scene; null: they get none
+  std::unique_ptr<Transport> transport;  // goes first, but for `goodbye`, which uses it
+  std::optional<AtForcedEnd> goodbye;    // says goodbye at a forced end, while the scene loads, too
 };
 
-/// Comes as far as a node that hears the session and has said nothing but what it offers; or says
-/// why not and gives the exit code.
+/// Comes as far as a node that hears the session and has said nothing but what it offers. Otherwise
+/// it says why not. Returns the exit code or kEndedWhileLoading.
 int Join(PeerArguments& arguments, Joining& joining);
-/// Join() returns it, beside exit codes, where PeerArguments::stop has ended it: nothing failed.
+/// Join() returns this value where PeerArguments::stop has ended it. Nothing failed.
 inline constexpr int kEndedWhileLoading = -2;
 
-/// Whether others have offered the session other force parameters before us: then what we have
-/// loaded is of no use, unless we insist. Loading anew is done a few times at the most, lest
-/// somebody who offers others for ever keeps us out.
+/// Returns whether a peer offered the session other force parameters before us. Then the world that
+/// we have loaded is of no use, unless we insist. The number of new loads is limited, so that a
+/// peer that always offers others cannot keep us out.
 bool Superseded(const Joining& joining);
 
 }  // namespace tandem

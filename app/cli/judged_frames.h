@@ -6,8 +6,8 @@
 
 namespace tandem {
 
-/// Statistics of some of a periodic loop's frames, from within the loop: those in which the hand
-/// moves, for frames before and after have less to do. Used by one thread; read once that has
+/// Keeps statistics of a periodic loop's frames in which the hand moves, from within the loop.
+/// Frames before and after have less to do. One thread uses it; others read it once that thread has
 /// ended.
 class JudgedFrames {
  public:
@@ -15,7 +15,8 @@ class JudgedFrames {
   JudgedFrames(std::int64_t origin_ns, std::int64_t period_ns) noexcept
       : origin_ns_(origin_ns), period_ns_(period_ns) {}
 
-  /// After each frame of the loop, which started at `start_ns` and ends at `end_ns`.
+  /// Counts a frame that began at `start_ns` and ended at `end_ns`. `judged`: the hand moves in it.
+  /// Call it after each frame of the loop.
   void Add(bool judged, std::int64_t start_ns, std::int64_t end_ns, std::int64_t cpu_ns) noexcept {
     const std::int64_t since = start_ns - origin_ns_;
     const std::int64_t deadline = since / period_ns_;
@@ -29,13 +30,13 @@ class JudgedFrames {
   }
 
   const FrameStats& stats() const noexcept { return stats_; }
-  /// Frames that by themselves took longer than the loop's period.
+  /// Returns the number of judged frames that by themselves took longer than the loop's period.
   std::uint64_t over_period() const noexcept { return over_period_; }
 
  private:
   std::int64_t origin_ns_;
   std::int64_t period_ns_;
-  std::int64_t last_ = 0;  // deadline of the frame before
+  std::int64_t last_ = 0;  // deadline of the previous frame
   bool judged_before_ = false;
   FrameStats stats_;
   std::uint64_t over_period_ = 0;

@@ -19,8 +19,8 @@ namespace tandem {
 namespace {
 
 struct KeysArguments {
-  std::string folder;  // the session's
-  std::string name;    // the member's
+  std::string folder;  // folder of the session
+  std::string name;    // name of the member
   std::string out;
   std::vector<std::string> identity_authority;  // certificate, key
   std::vector<std::string> permissions_authority;
@@ -32,7 +32,7 @@ Authority AuthorityOf(const std::vector<std::string>& files) {
   return files.empty() ? Authority{} : Authority{.certificate = files[0], .key = files[1]};
 }
 
-/// What of the disk speaks against a new folder; empty: nothing.
+/// Returns what speaks against a new folder on the disk; empty: nothing.
 std::string WhyNoFolder(const std::filesystem::path& folder) {
   std::error_code failed;
   if (std::filesystem::exists(folder, failed) && !std::filesystem::is_empty(folder, failed)) {

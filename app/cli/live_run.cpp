@@ -54,7 +54,7 @@ std::vector<std::string> CommandOf(const LabCase& test, const LabScene& scene,
   return WordsOf(peer, more);
 }
 
-/// Until all have ended well; one that has not ends the wait.
+/// Waits until all peers have ended well. A peer that has not ended well ends the wait.
 std::optional<Error> WaitFor(std::vector<ChildProcess>& peers, double seconds) {
   constexpr std::chrono::milliseconds kPeriod{50};
   const auto limit = std::chrono::milliseconds(static_cast<long>(1e3 * seconds));
@@ -127,7 +127,8 @@ Result<LiveTries> TryLive(const fs::path& keep, const LiveTry& run) {
     ++tries.count;
     const TemporaryFolder own;
     tries.folder = keep.empty() ? own.path() : keep / ("try-" + std::to_string(tries.count));
-    std::error_code ignored;  // what cannot be made cannot be written to either, and is told then
+    // a folder that cannot be made cannot be written to either, which is told then
+    std::error_code ignored;
     fs::create_directories(tries.folder, ignored);
     Result<LiveRun> live = run(tries.folder);
     if (!live) return live.error();

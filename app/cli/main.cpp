@@ -17,15 +17,15 @@
 namespace tandem {
 namespace {
 
-/// Returns the code to end with once all that was printed is written: a script must not take a part
-/// of a result for the whole.
+/// Returns the exit code once all output is written. A script must not take part of a result for
+/// the whole.
 int EndOfOutput(int exit_code) {
   errno = 0;
   const bool written = std::fflush(stdout) == 0 && std::ferror(stdout) == 0;
   if (written || exit_code != kExitOk) return exit_code;
   const std::string reason = errno == 0 ? "" : ": " + std::generic_category().message(errno);
   pollfd reader{STDOUT_FILENO, POLLOUT, 0};
-  // a reader that has had enough need not hear of it
+  // a reader that closed the pipe has had enough and need not hear of it
   if (poll(&reader, 1, 0) == 1 && (reader.revents & (POLLERR | POLLHUP)) != 0) return kExitFile;
   return Fail(kExitFile, "stdout: not all could be written" + reason);
 }

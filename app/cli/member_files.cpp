@@ -27,7 +27,7 @@ constexpr std::uintmax_t kLargestAnswer = EnrolmentAnswer::kLongest;
 constexpr const char* kRequestFile = "request.pem";
 constexpr const char* kKeyFile = "identity.key";
 
-/// Where the private key waits for its certificate.
+/// Returns the folder in which the private key waits for its certificate.
 fs::path Waiting(const std::string& folder) {
   fs::path path = fs::path(folder).lexically_normal();
   if (!path.has_filename()) path = path.parent_path();

@@ -4,8 +4,8 @@
 
 namespace tandem {
 
-/// Adds to `tandem keys` the way by files, for where no line leads to the inviter: `request`,
-/// `answer` and `take`.
+/// Adds `request`, `answer` and `take` to `tandem keys`. They enrol a member by files, where no
+/// line leads to the inviter.
 void AddMemberFileCommands(CLI::App& keys, int& exit_code);
 
 }  // namespace tandem

@@ -7,7 +7,7 @@ namespace tandem {
 
 namespace {
 constexpr std::size_t kLine = 64;
-constexpr std::size_t kAhead = 48;  // lines asked for before they are read
+constexpr std::size_t kAhead = 48;  // lines that are fetched before they are read
 }  // namespace
 
 RandomLines::RandomLines(std::span<const std::byte> bytes, std::size_t count, std::uint64_t seed)

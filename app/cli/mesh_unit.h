@@ -10,9 +10,9 @@
 
 namespace tandem {
 
-/// What to say of a mesh file that was read at `scale` metres per file unit, if anybody gave that:
-/// a file that is tens of metres long because nobody gave its unit is in millimetres, as a rule.
-/// Empty: nothing.
+/// Returns a hint on a mesh file that was read at `scale` metres per file unit, if a person gave
+/// that scale. A file that is very long in metres, and whose unit nobody gave, is in millimetres as
+/// a rule. Empty: no hint.
 inline std::string UnitHint(const std::filesystem::path& file, const TriangleMesh& mesh,
                             std::optional<double> scale) {
   constexpr double kOddlyLong = 10;  // m
@@ -24,14 +24,14 @@ inline std::string UnitHint(const std::filesystem::path& file, const TriangleMes
   return text;
 }
 
-/// The same behind what was said already.
+/// Returns the same hint, to follow other words in a line.
 inline std::string AndUnitHint(const std::filesystem::path& file, const TriangleMesh& mesh,
                                std::optional<double> scale) {
   const std::string hint = UnitHint(file, mesh, scale);
   return hint.empty() ? hint : "; " + hint;
 }
 
-/// Of --scale.
+/// The help on --scale.
 inline constexpr const char* kScaleHelp =
     "metres per file unit; default: as a 3MF file declares, else 1";
 

@@ -12,7 +12,7 @@ namespace {
 
 constexpr const char* kOrder = "network";
 constexpr std::size_t kMostLinksInPlan = 64;
-constexpr std::size_t kMostSteps = 10'000;  // of a link
+constexpr std::size_t kMostSteps = 10'000;  // steps of a link
 constexpr double kShortestSwing = 1e-3;     // s
 constexpr double kLongestSwing = 1e6;       // s
 
@@ -27,7 +27,7 @@ double Within(const JsonNode& node, const char* key, double most, double otherwi
   return value;
 }
 
-/// A step's trace, and which way of it this peer hears.
+/// Reads a step's trace, and which direction of it this peer hears.
 void ReadTrace(const JsonNode& node, const std::filesystem::path& folder, LinkConditions& c) {
   const TraceChoice choice = ReadTraceKeys(node, folder);
   bool back = false;
@@ -133,7 +133,7 @@ Result<NetworkPlan> LoadNetworkPlan(const std::filesystem::path& file) {
 }
 
 std::size_t MostWaiting(const NetworkPlan& plan, std::size_t senders) {
-  constexpr double kHapticDelayMs = 100;  // until a sample that is due is taken
+  constexpr double kHapticDelayMs = 100;  // time until a due sample is taken
   double most = 0;
   for (const NetworkPlan::Link& link : plan.links) {
     for (const NetworkPlan::Step& step : link.steps) {
@@ -141,7 +141,7 @@ std::size_t MostWaiting(const NetworkPlan& plan, std::size_t senders) {
       const double held_ms =
           c.delay_ms + c.jitter_ms + c.swing_ms + (c.reorder > 0 ? c.reorder_ms : 0) +
           (c.trace != nullptr ? c.trace->facts().longest_ms : 0) + kHapticDelayMs;
-      // one a millisecond
+      // a sample comes every millisecond
       if (!c.cut) most = std::max(most, c.duplicate > 0 ? 2 * held_ms : held_ms);
     }
   }
@@ -152,7 +152,7 @@ void PlannedNetwork::Start(NetworkPlan plan, std::int64_t now_ns) {
   begin_ns_ = now_ns;
   waits_ = plan.from_hand && !hand_begun_;
   links_.clear();
-  // what no link names is as if there were no plan, from the beginning on
+  // samples that no link names are treated as without a plan, from the beginning on
   links_.push_back({});
   links_[0].link.steps.push_back({.at_s = 0, .conditions = {.seed = plan.seed}});
   for (NetworkPlan::Link& link : plan.links) {

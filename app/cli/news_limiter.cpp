@@ -14,7 +14,7 @@ void NewsLimiter::Add(const std::string& about, const std::string& line) {
   const auto same = [&about](const Line& one) {
     return one.about == about;
   };
-  // what is newer says more than what is older
+  // newer lines say more than older ones
   if (!about.empty() &&
       static_cast<std::size_t>(std::ranges::count_if(waiting_, same)) >= kMostOfOne) {
     waiting_.erase(std::ranges::find_if(waiting_, same));

@@ -9,10 +9,10 @@
 
 namespace tandem {
 
-/// Lets news of other programs through at a pace that a person can read and that nobody can flood: at
-/// most kMostPerSecond lines in any second, and of one program one line a second. What comes faster
-/// waits, the newest kMostOfOne of a program and kMostWaiting in all; what is left out is counted and
-/// told. Times are handed in.
+/// Lets news of other programs through at a pace that a person can read and that nobody can flood.
+/// It passes at most kMostPerSecond lines in any second, and one line a second of each program.
+/// Faster news waits: the newest kMostOfOne lines of a program, and kMostWaiting lines in all. It
+/// counts the lines that it leaves out, and tells their number. Callers hand in the times.
 class NewsLimiter {
  public:
   static constexpr std::size_t kMostPerSecond = 6;
@@ -20,14 +20,14 @@ class NewsLimiter {
   static constexpr std::size_t kMostWaiting = 24;
   static constexpr std::size_t kMostNames = 256;
 
-  /// `about`: the name of the program that made the news; empty: this program's own, which wait for
-  /// no other line of theirs.
+  /// Adds a line. `about`: name of the program that made the news. Empty: this program's own news,
+  /// whose lines do not wait for one another.
   void Add(const std::string& about, const std::string& line);
 
-  /// The lines to say now, in the order in which they came as far as the pace allows.
+  /// Returns the lines to say, in the order in which they came, as far as the pace allows.
   std::vector<std::string> Due(std::int64_t now_ns);
 
-  /// The lines that still wait, at the end.
+  /// Returns the lines that still wait. For the end.
   std::vector<std::string> Rest();
 
   std::uint64_t left_out() const noexcept { return left_out_; }
@@ -43,13 +43,13 @@ class NewsLimiter {
   void ForgetNames(std::int64_t now_ns);
 
   std::deque<Line> waiting_;
-  std::deque<std::int64_t> said_ns_;             // of the newest kMostPerSecond lines
-  std::map<std::string, std::int64_t> told_ns_;  // when each program was told of last
+  std::deque<std::int64_t> said_ns_;             // times of the newest kMostPerSecond lines
+  std::map<std::string, std::int64_t> told_ns_;  // time of the last line about each program
   std::uint64_t left_out_ = 0;
   std::uint64_t left_out_told_ = 0;
 };
 
-/// Of `names` the longest that the line begins with; empty: none.
+/// Returns the longest of `names` that the line begins with; empty: none.
 std::string AboutWhom(const std::string& line, const std::vector<std::string>& names);
 
 }  // namespace tandem

@@ -31,7 +31,7 @@ namespace {
 constexpr std::chrono::milliseconds kWatchPeriod{20};
 constexpr int kMostNewWindows = 3;
 
-/// What `tandem open` and `tandem join` were asked for.
+/// The options of `tandem open` and `tandem join`.
 struct TakePartArguments {
   HandRequest hand;
   ReachOptions reach;
@@ -39,7 +39,7 @@ struct TakePartArguments {
   std::string peer_options;
   bool headless = false;
   bool json = false;
-  JoinLineArguments line;  // of an invitation
+  JoinLineArguments line;  // options for an invitation
 };
 
 void FillReach(TakePartArguments& arguments) {
@@ -77,7 +77,8 @@ std::vector<std::string> ReachWords(const HandRequest& hand) {
   return words;
 }
 
-/// Starts the window's program; it does not end with this one. A negative number: it cannot.
+/// Starts the window's program, which does not end with this one. Returns its process; a negative
+/// number: it cannot be started.
 pid_t StartWindow(const std::vector<std::string>& words) {
   std::vector<std::string> command{(ProgramFolder() / "tandem-view").string()};
   command.insert(command.end(), words.begin(), words.end());
@@ -90,7 +91,7 @@ pid_t StartWindow(const std::vector<std::string>& words) {
   _exit(127);
 }
 
-/// Waits for a window; hands a request to end on to it. Returns its status.
+/// Waits for a window, and passes a request to end on to it. Returns its status.
 int WatchWindow(pid_t window) {
   const std::atomic<bool>& stop = StopOnSignals();
   bool told = false;
@@ -113,7 +114,8 @@ std::string Joined(const std::vector<std::string>& words) {
   return joined;
 }
 
-/// Shows the window. Where that crashes, the controller goes on, and a new window takes it up.
+/// Shows the window. If it crashes, the controller goes on and a new window takes it up. Returns
+/// the exit code.
 int RunWindow(const std::vector<std::string>& words, const HandRequest& hand, bool has_controller) {
   std::vector<std::string> now = words;
   std::vector<std::string> take_up{"--attach", "--own", "--control", hand.control};
@@ -123,7 +125,7 @@ int RunWindow(const std::vector<std::string>& words, const HandRequest& hand, bo
     if (window < 0) return Fail(kExitFailed, std::string("tandem-view: ") + std::strerror(errno));
     const int status = WatchWindow(window);
     if (WIFEXITED(status)) return WEXITSTATUS(status);
-    if (StopOnSignals().load()) return kExitOk;  // it was asked to end
+    if (StopOnSignals().load()) return kExitOk;  // a signal asked it to end
     const std::string signal = std::to_string(WTERMSIG(status));
     if (!has_controller || windows > kMostNewWindows) {
       return Fail(kExitFailed, "the window was ended by signal " + signal +
@@ -168,7 +170,8 @@ int RunJoin(TakePartArguments& arguments) {
   return RunWindow(words, arguments.hand, true);
 }
 
-/// `given`: tells which options stand in the command line.
+/// Joins a session by its name or by an invitation. `given`: tells which options stand in the
+/// command line.
 int JoinWhat(TakePartArguments& arguments, const CLI::App& given) {
   JoinLineArguments& line = arguments.line;
   if (!IsInvitationLine(arguments.hand.session)) {

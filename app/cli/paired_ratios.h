@@ -6,22 +6,22 @@
 
 namespace tandem {
 
-/// The median; of an even number of values the mean of the middle two.
+/// Returns the median; for an even number of values, the mean of the middle two.
 inline double MedianOf(std::vector<double> values) {
   std::sort(values.begin(), values.end());
   return 0.5 * (values[(values.size() - 1) / 2] + values[values.size() / 2]);
 }
 
-/// How figures compare with a base that is measured again in every round.
+/// The ratios of figures to a base that is measured again in every round.
 struct PairedRatios {
   double median = 0;
   double least = 0;
   double most = 0;
 };
 
-/// Each vector holds one figure for each round. The base of a round is the mean of the runs before
-/// and after, so a drift of the machine meets both sides of a ratio. Noise widens the spread of the
-/// ratios and does not lower their median.
+/// Returns the ratios of figures to their base. Each vector holds one figure for each round. The
+/// base of a round is the mean of the runs before and after, so a drift of the machine meets both
+/// sides of a ratio. Noise widens the spread of the ratios and does not lower their median.
 inline PairedRatios RatiosToBase(const std::vector<double>& figures,
                                  const std::vector<double>& before,
                                  const std::vector<double>& after) {
@@ -32,7 +32,8 @@ inline PairedRatios RatiosToBase(const std::vector<double>& figures,
   return {MedianOf(ratios), std::ranges::min(ratios), std::ranges::max(ratios)};
 }
 
-/// The larger of two runs of one kind by the smaller, median of the rounds: what noise alone makes.
+/// Returns the ratio of the larger to the smaller of two equal runs, as the median of the rounds.
+/// Noise alone makes it.
 inline double RatioOfEquals(const std::vector<double>& before, const std::vector<double>& after) {
   std::vector<double> ratios;
   for (std::size_t round = 0; round < before.size(); ++round) {

@@ -11,8 +11,8 @@ namespace tandem {
 
 namespace {
 
-constexpr std::size_t kMostTrianglesForDepths = 300'000;  // of all bodies
-constexpr double kRoundingShare = 1e-9;                   // of a bound
+constexpr std::size_t kMostTrianglesForDepths = 300'000;  // triangles of all bodies
+constexpr double kRoundingShare = 1e-9;                   // share of a bound
 constexpr double kRoundingLength = 1e-12;                 // m
 
 Pose PlaceOf(int body, const std::vector<Pose>& bodies_WB) {
@@ -71,7 +71,7 @@ void PathDistance::SeePair(std::size_t body, int other, const std::vector<Pose>&
     if (other >= 0) {
       moved += MostMoved(last.X_WO, X_WO, meshes_->radius(static_cast<std::size_t>(other)));
     }
-    // a pair that crosses is searched again as soon as it moves, for its depth
+    // a pair that crosses is searched again as soon as it moves, because its depth is wanted
     const double room = last.distance - moved;
     if (moved <= 0 || (room > 0 && room >= nearest_.distance)) return;
     at_most = (1 + kRoundingShare) * (last.distance + moved) + kRoundingLength;
@@ -81,7 +81,7 @@ void PathDistance::SeePair(std::size_t body, int other, const std::vector<Pose>&
   const MeshTree& part = meshes_->TreeOf(static_cast<int>(body));
   const MeshTree& others = meshes_->TreeOf(other);
   ClosestPoints closest = FindClosestPoints(part, X_OB, others, {.at_most = at_most});
-  // rounding may have hidden all that is as far as the bound
+  // rounding may have hidden everything as far as the bound
   if (closest.distance > at_most) closest = FindClosestPoints(part, X_OB, others, {});
   last = {.known = true, .X_WB = X_WB, .X_WO = X_WO, .distance = closest.distance};
   const bool meet = closest.distance <= 0;

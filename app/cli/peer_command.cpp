@@ -42,7 +42,7 @@ namespace tandem {
 
 namespace {
 
-/// The points that contact tests, and the voxels it tests them against.
+/// Counts the points that contact tests, and the voxels that it tests them against.
 void CountShapes(const Joining& joining, PeerReport& report) {
   report.capacity = joining.capacity.tests;
   report.look_price = joining.capacity.look_price;
@@ -63,16 +63,18 @@ int WriteReport(const PeerArguments& arguments, const PeerReport& report, const 
   return written ? kExitOk : Fail(kExitFile, written.error().what);
 }
 
-// not one of ExitCode: the session's force parameters came too late, all is to be done again
+// no ExitCode: the session's force parameters came too late, so the peer joins anew
 constexpr int kJoinAgain = -1;
 
-/// Samples that the network, as it is to be from the start, holds back in the largest session.
+/// Returns how many samples the network, as it is to be from the start, holds back in the largest
+/// session.
 std::size_t RoomFor(NetworkPlan plan, const LinkConditions& conditions) {
   plan.links.push_back({.from = {}, .steps = {{.at_s = 0, .conditions = conditions}}});
   return std::max(PeerInbox::kDefaultWaiting, MostWaiting(plan, kMaxPeers - 1));
 }
 
-/// Returns what became of the bodies that the hand held: nothing if it held none or tells none.
+/// Returns the verdicts on the bodies that the hand held; none if it held none or the options want
+/// none.
 std::vector<BodyVerdict> VerdictsOfPeer(const PeerArguments& arguments, const Joining& joining,
                                         const HeldPoses& poses, const BodiesMet& met,
                                         double seconds) {
@@ -87,7 +89,7 @@ std::string Seconds(double seconds) {
   return text;
 }
 
-/// For somebody who came with an empty hand.
+/// Returns a line for a user whose hand is empty at the start.
 std::string WhatThereIsToHold(const WorldModel& model) {
   std::string line = "your hand is empty: --hold BODY, or 'grab BODY' as a line here, of: ";
   for (std::size_t b = 0; b < model.object.size(); ++b) {
@@ -97,7 +99,7 @@ std::string WhatThereIsToHold(const WorldModel& model) {
   return line;
 }
 
-/// By what force terms each peer here goes, a line each.
+/// Returns a line for each peer here with its force terms.
 std::vector<std::string> TermsOf(const PeerDirectory& directory) {
   std::vector<std::string> lines;
   for (const PeerDirectory::Entry& entry : directory.Entries()) {
@@ -135,7 +137,7 @@ std::size_t ActiveIn(const PeerDirectory& directory) {
       }));
 }
 
-/// Whether the device is in an emergency stop: by an order, or by its own button.
+/// Returns whether the device is in an emergency stop, by an order or by its own button.
 bool StoppedAtDevice(const DeviceProcess& device) {
   const std::optional<DeviceTick> tick = device.Newest();
   return tick && static_cast<SafetyState>(tick->state) == SafetyState::kStopped;
@@ -149,7 +151,7 @@ std::vector<std::string> NamesOfPeers(const PeerDirectory& directory) {
   return names;
 }
 
-/// How the ticks of the device process went; nothing: there is none.
+/// Returns how the ticks of the device process went; nothing: there is none.
 std::optional<DeviceTimes> TimesOf(const Joining& joining) {
   if (joining.device() == nullptr) return std::nullopt;
   return joining.device()->times();
@@ -160,7 +162,7 @@ std::optional<PassivityAccount> PassivityOf(const Joining& joining) {
   return joining.device()->Newest().value_or(DeviceTick{}).passivity;
 }
 
-/// Lets the handle go from what it leads, or takes it up again; what there is to say of that.
+/// Lets the handle go from what it leads, or takes it up again. Returns what to say of that.
 std::string Clutch(const PeerArguments& arguments, bool pressed) {
   if (!arguments.space->Change({.clutch = pressed})) {
     return "clutch: only a device in a process of its own has one";
@@ -168,7 +170,8 @@ std::string Clutch(const PeerArguments& arguments, bool pressed) {
   return pressed ? "the handle moves alone, until 'clutch off'" : "the handle leads again";
 }
 
-/// `may_join_again`: whether other force parameters, offered at the same time, still count.
+/// Takes part in a session once. Returns the exit code or kJoinAgain. `may_join_again`: other force
+/// parameters, offered at the same time, still count.
 int RunOnce(PeerArguments& arguments, PeerControl* control, bool may_join_again) {
   if (!arguments.report.empty()) {
     std::string fault = WhyNotWritable(arguments.report);
@@ -181,7 +184,7 @@ int RunOnce(PeerArguments& arguments, PeerControl* control, bool may_join_again)
   Joining joining;
   joining.waiting = RoomFor(*plan, arguments.conditions);
   if (const int failed = Join(arguments, joining); failed != kExitOk) return failed;
-  // before there is a haptic thread: it looks at keys by other programs
+  // asked while there is no haptic thread, because it runs other programs to look at keys
   const std::string security =
       arguments.repeats ? "" : SecurityOf(arguments.reach, arguments.session);
   PeerNode& node = *joining.node;
@@ -189,15 +192,16 @@ int RunOnce(PeerArguments& arguments, PeerControl* control, bool may_join_again)
   if (control != nullptr) control->Begin(arguments, joining);
   const std::atomic<bool>& stop_asked = StopOnSignals();
 
-  // the haptic thread says when it has begun and when it has done its frames; it goes on until
-  // stopped, for the others still feel its instance
+  // The haptic thread says when it has begun and when it has done its frames. It goes on until it
+  // is stopped, because other peers still feel its instance.
   std::atomic<bool> begun{false};
   std::atomic<bool> done{false};
-  std::atomic<bool> holds{false};  // the hand, a body
+  std::atomic<bool> holds{false};  // the hand holds a body
   const auto frames = static_cast<std::int64_t>(arguments.seconds * 1000.0);
   std::int64_t frames_since_start = 0;
-  bool hand_moves = false;                   // in the frame that the haptic thread is in
-  std::optional<CapacityFollower> capacity;  // as given, or as frames turn out
+  bool hand_moves = false;  // in the present frame of the haptic thread
+  // follows the frames' times; nothing: the capacity stays as given
+  std::optional<CapacityFollower> capacity;
   if (arguments.capacity == 0) {
     capacity.emplace(joining.capacity.tests, joining.capacity.look_price, kFrameBudget);
   }
@@ -226,7 +230,7 @@ int RunOnce(PeerArguments& arguments, PeerControl* control, bool may_join_again)
             const int body = HeldBody(node);
             met.See(node.world(), body);
             holds.store(true, std::memory_order_relaxed);
-            // of no use when nobody takes them: then the run is judged by fewer
+            // a full queue loses the pose: then fewer poses judge the run
             if (frames_since_start % kPoseFrames == 0) {
               static_cast<void>(held_poses.TryPush({.body = body, .X_WB = held->X_WB}));
             }
@@ -243,7 +247,7 @@ int RunOnce(PeerArguments& arguments, PeerControl* control, bool may_join_again)
         }
         judged.Add(hand_moves, start_ns, end_ns, cpu_ns);
       });
-  // whatever this thread is in when a signal must end the program; the goodbye is Joining's
+  // stops the haptic thread at a forced end, whatever this thread is in; `joining` says goodbye
   const AtForcedEnd no_more_force([&haptic] {
     haptic.Stop();
   });
@@ -277,24 +281,24 @@ int RunOnce(PeerArguments& arguments, PeerControl* control, bool may_join_again)
   constexpr std::int64_t kControlPeriodNs = 20'000'000;
   constexpr std::int64_t kWaitingNs = 2'000'000'000;
   constexpr std::int64_t kAloneNs = 5'000'000'000;
-  constexpr std::int64_t kNewcomerNs = 10'000'000'000;  // later nobody is sent away
+  constexpr std::int64_t kNewcomerNs = 10'000'000'000;  // no peer is sent away after this
   const std::int64_t opened_ns = MonotonicNowNs();
   std::int64_t next_ns = opened_ns;
   std::int64_t done_ns = 0;
   OrderReader orders;
-  NewsLimiter news;  // of the others
+  NewsLimiter news;  // news about other programs
   RefusalNews refusals;
   PlannedNetwork network(joining.waiting);
   if (!arguments.network.empty()) network.Start(*std::move(plan), opened_ns);
   const NameFunction name = [&node](PeerId peer) {
     return node.directory().NameOf(peer);
   };
-  PeerTable table;  // the last one with anybody in it
+  PeerTable table;  // last table with a peer in it
   HeldPoses poses;
   HeldPose pose;
-  bool waiting_told = false;  // that the hand waits for others
-  bool hand_told = false;     // that the hand has begun
-  bool stop_seen = false;     // at the device
+  bool waiting_told = false;  // user knows that the hand waits for others
+  bool hand_told = false;     // hand has begun
+  bool stop_seen = false;     // stop at the device
   bool quit = false;
   const auto give_order = [&](const Command& command) {
     return control != nullptr ? control->Order(command) : node.peer().commands().TryPush(command);
@@ -318,7 +322,7 @@ int RunOnce(PeerArguments& arguments, PeerControl* control, bool may_join_again)
         Say(line);
         if (control != nullptr) control->OnLine(line);
       }
-      // its button stops the hand, too
+      // a stop by the device's button stops the hand, too
       const bool stopped = StoppedAtDevice(*device);
       if (stopped && !std::exchange(stop_seen, stopped)) give_order({.kind = Command::Kind::kStop});
       stop_seen = stopped;
@@ -431,7 +435,7 @@ int RunOnce(PeerArguments& arguments, PeerControl* control, bool may_join_again)
           std::to_string(arguments.wait_for) + ", given up after " +
           Seconds(arguments.wait_seconds));
     }
-    // the others' last frames still need ours: one more second
+    // other peers' last frames still need ours: one more second
     if (done.load(std::memory_order_acquire) && done_ns == 0) done_ns = now_ns;
     if (done_ns != 0 && now_ns - done_ns > 1'000'000'000) break;
     next_ns += kControlPeriodNs;
@@ -449,7 +453,7 @@ int RunOnce(PeerArguments& arguments, PeerControl* control, bool may_join_again)
   node.Leave(MonotonicNowNs(), transport);
   StillEnding();
   if (joining.recorder) {
-    // what was recorded before all is done again is no part of the session
+    // frames before a new join are no part of the session
     if (exit_code == kJoinAgain && !begun.load()) joining.recorder->Discard();
   }
   if (joining.recorder && (exit_code != kJoinAgain || begun.load())) {
@@ -510,7 +514,7 @@ int RunOnce(PeerArguments& arguments, PeerControl* control, bool may_join_again)
   return exit_code != kExitOk ? exit_code : written;
 }
 
-/// A viewer is what tandem watch is.
+/// Looks on as tandem watch does.
 int LookOn(const PeerArguments& arguments) {
   if (!arguments.hold.empty() || !arguments.hand.empty() || !arguments.record.empty()) {
     return Fail(kExitUsage, "--role viewer: a viewer neither holds nor records anything");
@@ -537,7 +541,7 @@ bool HoldsBytes(const std::string& file) {
 }  // namespace
 
 int RunPeer(PeerArguments& arguments) {
-  if (arguments.role == "viewer") return LookOn(arguments);  // who needs no scene
+  if (arguments.role == "viewer") return LookOn(arguments);  // a viewer needs no scene
   if (arguments.scene.empty() && !arguments.scene_from_session) {
     return Fail(kExitUsage, "--scene is required, or --scene-from-session (tandem peer --help)");
   }
@@ -557,7 +561,7 @@ int RunPeer(PeerArguments& arguments) {
     if (!opened) return Fail(kExitNetwork, opened.error().what);
     control = *std::move(opened);
   }
-  constexpr int kMostJoins = 3;  // for force parameters that others offer meanwhile
+  constexpr int kMostJoins = 3;  // limit for force parameters that others offer meanwhile
   int exit_code = kJoinAgain;
   const std::string record = arguments.record;
   int joins = 0;
@@ -567,7 +571,7 @@ int RunPeer(PeerArguments& arguments) {
     if (HoldsBytes(arguments.record)) arguments.record = record + "." + std::to_string(run);
     exit_code = RunOnce(arguments, control.get(), joins < kMostJoins);
     if (exit_code == kEndedWhileLoading) exit_code = kExitOk;
-    // a scene that a host asked for and that cannot be: the one before it goes on
+    // if a host's scene cannot be loaded, the previous one goes on
     const bool failed = exit_code != kJoinAgain && exit_code != kExitOk;
     if (failed && control && control->RevertLoad(arguments, LastSaid())) exit_code = kJoinAgain;
   }

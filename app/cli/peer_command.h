@@ -5,7 +5,7 @@
 namespace tandem {
 
 /// Takes part in a session, or looks on in the role of a viewer, until a signal or an order ends
-/// it. Gives the exit code; what went wrong is said.
+/// it. Says what went wrong. Returns the exit code.
 int RunPeer(PeerArguments& arguments);
 
 }  // namespace tandem

@@ -18,11 +18,11 @@ namespace tandem {
 namespace {
 
 constexpr std::int64_t kIdleNs = 50'000'000;
-constexpr int kTurnsPerLook = 5;                     // of 20 ms: at who is there
-constexpr std::int64_t kPosesPeriodNs = 20'000'000;  // in which a saved scene may be old
+constexpr int kTurnsPerLook = 5;  // turns of 20 ms between looks at the peers here
+constexpr std::int64_t kPosesPeriodNs = 20'000'000;  // from one copy of the poses to the next
 constexpr std::uint64_t kFloodFrom = 200;            // refused samples; fewer are an accident
 
-/// What a host is told of the voxels of a mesh.
+/// Returns what a host is told of the voxels of a mesh.
 Answer VoxelsOf(const Scene& scene, const std::stop_token& stop) {
   const Result<std::shared_ptr<const WorldModel>> model = LoadCached(scene, {.stop = stop});
   if (!model) return {false, model.error().what};
@@ -83,7 +83,7 @@ PeerControl::~PeerControl() {
   }
   job_came_.notify_all();
   jobs_thread_.join();
-  meter_.reset();  // it posts here
+  meter_.reset();  // the meter posts here
 }
 
 void PeerControl::RunJobs() {
@@ -107,7 +107,7 @@ void PeerControl::RunJobs() {
     } catch (const std::exception& fault) {
       answer = Answer{false, fault.what()};
     }
-    if (!answer) continue;  // later: the scene is being loaded
+    if (!answer) continue;  // the answer comes when the scene is loaded
     Post([job, answer](ControlServer& server) {
       server.OnDone(job, *answer);
     });
@@ -140,7 +140,7 @@ void PeerControl::Run() {
     port_->Take(server_, now_ns);
     const SimulationFacts& facts = facts_.Read();
     const bool fresh = std::exchange(seen_frame, facts.frame) != facts.frame;
-    // those of the scene before are left out
+    // facts of the previous scene are left out
     if (fresh && facts.scene_number == scene_shown_) {
       server_.OnFacts(facts, now_ns);
       KeepPoses(facts);
@@ -151,7 +151,7 @@ void PeerControl::Run() {
       const std::lock_guard lock(posted_mutex_);
       std::ranges::move(lines, std::back_inserter(lines_));
     }
-    // a host that comes is to find one, whatever the rate
+    // a host that comes must find a snapshot, whatever the rate
     if (now_ns < next_ns) continue;
     const auto period_ns =
         rate_hz > 0 ? static_cast<std::int64_t>(std::llround(1e9 / rate_hz)) : kIdleNs;
@@ -213,7 +213,7 @@ void PeerControl::End() {
   device_ = nullptr;
   Post([this](ControlServer& server) {
     scene_shown_ = 0;
-    std::shared_ptr<DistanceMeter> meter;  // ends without the lock, which it may wait for
+    std::shared_ptr<DistanceMeter> meter;  // must end without the lock, which it may wait for
     {
       const std::lock_guard lock(posted_mutex_);
       poses_of_ = nullptr;
@@ -410,7 +410,7 @@ std::optional<Answer> PeerControl::AskForScene(std::uint64_t job, const std::str
     const std::lock_guard lock(posted_mutex_);
     if (load_) return Answer{false, "another scene is being loaded"};
   }
-  // what can be seen at once is said before the present scene is left
+  // faults that can be seen at once are told before the present scene is left
   if (const Result<Scene> scene = LoadNamedScene(file); !scene) {
     return Answer{false, scene.error().what};
   }
@@ -436,7 +436,7 @@ bool PeerControl::TakeLoad(PeerArguments& arguments) {
   load_->begun = true;
   load_->before = arguments.scene;
   arguments.scene = load_->file;
-  arguments.hold.clear();  // it is of the scene before
+  arguments.hold.clear();  // body of the previous scene
   return true;
 }
 
@@ -454,7 +454,7 @@ Answer PeerControl::Write(const std::filesystem::path& file, const std::optional
   const std::shared_ptr<const WorldModel> kept = Model();
   if (!kept) return {false, "the scene is being loaded"};
   const WorldModel& model = *kept;
-  // as the server saw it last, where that was this scene
+  // poses as the server saw them last, where that was this scene
   std::optional<std::vector<Pose>> poses = PosesOf(model);
   if (!poses) return {false, "the scene is being loaded"};
   std::vector<Pose> displaced(model.scene.bodies.size());

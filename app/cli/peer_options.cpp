@@ -82,7 +82,7 @@ void AddHandOptions(CLI::App& command, PeerArguments& arguments) {
       ->check(NumberFrom(0, kLongestRun));
 }
 
-/// NAME=VALUE of a law's limit.
+/// Reads NAME=VALUE of a law's limit.
 void ReadGain(const std::string& gain, CouplingLimits& limits) {
   const std::size_t equals = gain.find('=');
   const auto limit = std::ranges::find(kLimitNames, gain.substr(0, equals), &LimitName::name);
@@ -217,7 +217,7 @@ void AddPeerOptions(CLI::App& command, PeerArguments& arguments) {
   command.add_flag("--no-contact", arguments.no_contact, "bodies pass through one another");
   command.add_flag("--brief", arguments.brief,
                    "say neither how bodies stand at the start nor what became of yours");
-  // by commands that start several programs
+  // for commands that start several programs
   command.add_flag("--as-part", arguments.as_part)->group("");
   command.add_flag("--repeats", arguments.repeats)->group("");
   command.add_flag("--require-rt", arguments.require_rt, "fail when SCHED_FIFO is not granted");

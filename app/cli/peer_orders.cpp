@@ -22,7 +22,7 @@ namespace {
 const Error kTooLong{"a line of more than " + std::to_string(OrderReader::kLongest) +
                      " bytes is no order, and is left out"};
 
-/// A whole word that is a number.
+/// Returns the number that a whole word is; nothing: it is none.
 template <typename Number>
 std::optional<Number> AsNumber(const std::string& word) {
   Number number{};
@@ -31,7 +31,7 @@ std::optional<Number> AsNumber(const std::string& word) {
   return number;
 }
 
-/// `layer N` or `displace MM`.
+/// Parses the word of `layer N` or `displace MM`.
 Result<Command> ParseClearance(bool layer, const std::string& word, const Scene& scene) {
   const ClearanceBounds bounds = scene.clearance_bounds();
   char text[160];
@@ -169,7 +169,7 @@ std::size_t OrderReader::Read() {
     return static_cast<std::size_t>(size);
   }
   ended_ = true;
-  // the last line need not be ended
+  // the last line need not end in a newline
   if (!pending_.empty()) pending_ += '\n';
   return 0;
 }

@@ -27,7 +27,7 @@ nlohmann::ordered_json AsJson(const DropCounts& drops) {
   return json;
 }
 
-/// Of those that DDS did not get to see.
+/// Returns the counts of packets that were refused before DDS.
 nlohmann::ordered_json AsJson(const PacketCounts& packets) {
   nlohmann::ordered_json json = nlohmann::ordered_json::object();
   for (std::size_t i = 1; i < packets.size(); ++i) {

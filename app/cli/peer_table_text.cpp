@@ -7,7 +7,7 @@ namespace tandem {
 
 namespace {
 
-/// A number with its unit in a column, or a dash.
+/// Returns a number with its unit for a column, or a dash.
 std::string Cell(bool known, double value, int decimals, const char* unit) {
   std::array<char, 48> text{};
   if (known) std::snprintf(text.data(), text.size(), "%.*f %s", decimals, value, unit);

@@ -11,7 +11,7 @@
 namespace tandem {
 namespace {
 
-// Less than this (voxels) is touching.
+// Voxels; a depth below this is touching.
 constexpr double kTouch = 1e-9;
 
 struct Block {
@@ -20,7 +20,7 @@ struct Block {
   std::size_t end;
 };
 
-// 0, 1, …, count - 1 in bit-reversed order: any beginning of it is spread evenly.
+// Returns 0, 1, …, count - 1 in bit-reversed order, in which any first part is spread evenly.
 std::vector<std::size_t> SpreadOrder(std::size_t count) {
   std::size_t size = 1;
   while (size < count) size *= 2;
@@ -49,14 +49,15 @@ bool Deeper(const PenetrationReport& a, const PenetrationReport& b) {
 
 }  // namespace
 
-// Branch and bound for the deepest sample at a pose, with a memory over poses.
+// Finds the deepest sample at a pose by branch and bound, with a memory over poses.
 //
-// Depth changes by no more than a point moves. So a sphere of radius r whose centre had depth d and
-// has moved by s since holds no sample deeper than d + s + r, and if that is no more than the depth
-// found already (or than nothing), the sphere needs no look at the geometry. The same bound tells
-// when a look would be in vain, the sphere having to be opened anyway; it limits the search for the
-// closest point; and while s < |d| the centre is on the side where it was. All of this holds
-// however far the next pose is; near ones only make it pay.
+// Depth changes by no more than a point moves. Let a sphere of radius r have a centre that had
+// depth d and has moved by s since. It holds no sample deeper than d + s + r. If that is no more
+// than the depth found already (or than 0), the sphere needs no look at the geometry.
+//
+// The same bound tells when a look would be in vain, because the sphere has to be opened anyway. It
+// also limits the search for the closest point. While s < |d|, the centre stays on its side of the
+// surface. All this holds however far the next pose is; near poses only make it pay.
 class PenetrationOracle::Search {
  public:
   struct Found {
@@ -104,7 +105,7 @@ class PenetrationOracle::Search {
       ExactSurface::Hint hint;
       if (known) {
         hint.at_most = std::abs(memory.depth) + moved;
-        // nearly the whole way would do; the margin is for rounding
+        // the factor leaves a margin for rounding
         if (moved < 0.999 * std::abs(memory.depth)) {
           hint.side = memory.depth > 0 ? ExactSurface::Side::kInside : ExactSurface::Side::kOutside;
         }
@@ -126,8 +127,9 @@ class PenetrationOracle::Search {
   const ExactSurface& fixture_;
   const SampleTree& tree_;
   double touch_;
-  std::vector<Memory> memory_;  // one a node
-  std::size_t worst_ = 0;  // leaf of the deepest sample of the pose before; the next one's is near
+  std::vector<Memory> memory_;  // one for each node
+  // leaf of the deepest sample at the previous pose, near which the next one is
+  std::size_t worst_ = 0;
   Mat3 R_FB_ = Mat3::Identity();
   Vec3 p_FBo_ = Vec3::Zero();
   double deepest_ = 0;

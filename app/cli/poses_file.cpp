@@ -13,9 +13,9 @@ namespace tandem {
 namespace {
 
 constexpr std::size_t kLongestLine = 1 << 16;  // bytes
-constexpr std::size_t kLongestCell = 256;      // bytes, of text
-constexpr std::size_t kMostPoses = 1'000'000;  // of some 150 bytes in memory each
-constexpr double kMostOfCell = 1e9;            // either way: places in the file's unit, degrees
+constexpr std::size_t kLongestCell = 256;      // bytes, text of a cell
+constexpr std::size_t kMostPoses = 1'000'000;  // about 150 bytes in memory each
+constexpr double kMostOfCell = 1e9;            // either sign: places in the file's unit, degrees
 constexpr double kLeastAxis = 1e-9;
 constexpr double kMostAxis = 1e9;
 
@@ -96,7 +96,7 @@ Result<std::vector<FilePose>> ReadPosesFile(const std::filesystem::path& file, P
         return Error{at + kColumns[k + 2] + ": expected a number, got \"" + PlainLine(cell, 60) +
                      "\""};
       }
-      const bool of_axis = k >= 3 && k < 6;  // its length is looked at below
+      const bool of_axis = k >= 3 && k < 6;  // the axis's length is looked at below
       if (!of_axis && std::abs(values[k]) > kMostOfCell) {
         return Error{at + kColumns[k + 2] + ": expected a number from -1e9 to 1e9, got \"" +
                      PlainLine(cell, 60) + "\""};

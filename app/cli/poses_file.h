@@ -9,17 +9,17 @@
 
 namespace tandem {
 
-/// One row of a poses file: the moving file's frame, first where the fixed one's is, turned about
-/// its own origin and then shifted: X = T(t) R(axis, angle).
+/// One row of a poses file. The moving file's frame is first where the fixed one's is. It is turned
+/// about its own origin and then shifted: X = T(t) R(axis, angle).
 struct FilePose {
-  std::size_t row = 0;  // from 0, over the file's rows
+  std::size_t row = 0;  // index over the file's rows, from 0
   std::string fixed;
   std::string moving;
-  std::string kind;  // as the column of that name says, if there is one
+  std::string kind;  // value of the column of that name, if there is one
   Pose X_WM;         // translation in file units
 };
 
-/// What a poses file is about: pairs of mesh files, or bodies of a scene, which needs no column
+/// The subject of a poses file: pairs of mesh files, or bodies of a scene, which need no column
 /// `fixed`.
 enum class PosesOf { kPairs, kSceneBodies };
 

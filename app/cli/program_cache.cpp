@@ -17,7 +17,7 @@ namespace {
 
 std::uint64_t LimitOfCache() {
   if (const auto bytes = CacheLimit()) return *bytes;
-  // nothing of ours sets the environment
+  // this program does not set the environment
   const char* text = std::getenv("TANDEM_CACHE_LIMIT");  // NOLINT(concurrency-mt-unsafe)
   if (text == nullptr) return VoxelCache::kMostBytes;
   Say("TANDEM_CACHE_LIMIT: '" + std::string(text) +
@@ -25,7 +25,7 @@ std::uint64_t LimitOfCache() {
   return VoxelCache::kMostBytes;
 }
 
-/// Says what takes so long, while it does.
+/// Says that loading takes long, while it does.
 class LongLoad {
  public:
   explicit LongLoad(const std::string& scene)

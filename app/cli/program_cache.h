@@ -12,12 +12,13 @@
 
 namespace tandem {
 
-/// The folder that the user's programs share: $TANDEM_CACHE, or `tandem` of $XDG_CACHE_HOME
-/// (~/.cache). Null: there is none, or $TANDEM_CACHE is empty, which says that nothing is kept.
-/// $TANDEM_CACHE_LIMIT says how many bytes it may have, such as 512M or 20G.
+/// Returns the cache in the folder that the user's programs share: $TANDEM_CACHE, or `tandem` of
+/// $XDG_CACHE_HOME (~/.cache). Null: there is no folder, or $TANDEM_CACHE is empty, which says that
+/// nothing is kept. $TANDEM_CACHE_LIMIT is the most bytes that it may have, such as 512M or 20G.
 const VoxelCache* ProgramCache();
 
-/// LoadWorld() with that folder. Says so on stderr where it takes longer than ten seconds.
+/// Loads a world by LoadWorld() with that cache. Says so on stderr if it takes longer than ten
+/// seconds.
 Result<std::shared_ptr<const WorldModel>> LoadCached(const Scene& scene, LoadOptions options = {});
 
 }  // namespace tandem

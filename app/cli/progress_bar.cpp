@@ -15,7 +15,7 @@ namespace {
 constexpr int kWidth = 30;
 constexpr std::int64_t kLeastNs = 200'000'000;
 
-// 41 s, 12 min, 3.4 h
+// Returns a time in words, such as 41 s, 12 min or 3.4 h.
 std::string InWords(double seconds) {
   char text[32];
   if (seconds < 100) {

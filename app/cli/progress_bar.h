@@ -6,22 +6,22 @@
 
 namespace tandem {
 
-/// "[########            ] 123 of 536, 41 s left", without its line's beginning and end. `share` of
-/// the work is done, `elapsed_s` after its start.
+/// Returns "[########            ] 123 of 536, 41 s left", without the line's beginning and end.
+/// `share`: part of the work that is done `elapsed_s` after its start.
 std::string ProgressLine(std::size_t done, std::size_t of, double share, double elapsed_s);
 
-/// How far a long run is, for a person: one line on stderr, written anew at most five times a
+/// Shows a person how far a long run is, in one line on stderr, written anew at most five times a
 /// second. One thread at a time.
 class ProgressBar {
  public:
-  /// Shown on a terminal, or if `always`.
+  /// Shows the bar on a terminal, or if `always`.
   ProgressBar(std::size_t of, bool always);
   /// Wipes the line.
   ~ProgressBar();
   ProgressBar(const ProgressBar&) = delete;
   ProgressBar& operator=(const ProgressBar&) = delete;
 
-  /// `share`: of the work, as the parts that are done cost.
+  /// `share`: part of the work that is done, weighted by what its parts cost.
   void Show(std::size_t done, double share);
 
  private:

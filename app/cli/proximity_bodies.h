@@ -8,7 +8,8 @@
 
 namespace tandem {
 
-/// The meshes of a scene's bodies, where they stand at first. An error names the body and its file.
+/// Loads the meshes of a scene's bodies, where they stand at first. An error names the body and its
+/// file.
 Result<std::vector<ProximityBody>> LoadProximityBodies(const Scene& scene);
 
 }  // namespace tandem

@@ -30,12 +30,12 @@ struct ProximityArguments {
   bool json = false;
 };
 
-// of triangles: nobody waits for the next picture here, so searches may come to their end
+// Pairs of triangles. No picture waits for these searches, so they may come to their end.
 constexpr std::size_t kMostPairs = 2'000'000;
 
-/// One question: a body somewhere, all others where the scene has them at first.
+/// One question: a body at some pose, all others where the scene has them at first.
 struct Question {
-  std::size_t row = 0;  // of the poses file; without one: the moving body, from 0
+  std::size_t row = 0;  // row of the poses file; without a file, index of the question
   std::size_t body = 0;
   Pose X_W;
 };
@@ -54,7 +54,7 @@ std::vector<Question> QuestionsOfScene(const Scene& scene) {
   return questions;
 }
 
-/// By its name or its mesh file's; -1: none.
+/// Returns the body of that name or mesh file; -1: none.
 int BodyOf(const Scene& scene, const std::string& name) {
   for (std::size_t body = 0; body < scene.bodies.size(); ++body) {
     if (scene.bodies[body].mesh.filename() == name) return static_cast<int>(body);
@@ -109,10 +109,10 @@ void PrintCsv(const SceneProximity& scene, const std::vector<Answer>& answers) {
   }
 }
 
-/// What took how long.
+/// The times of the steps.
 struct Costs {
   double voxelize_s = 0;
-  double median_ms = 0;  // of a pose
+  double median_ms = 0;  // for a pose
   double most_ms = 0;
 };
 
@@ -144,7 +144,7 @@ void PrintJson(const ProximityArguments& arguments, const SceneProximity& scene,
 
 std::string Words(const Vec3& v) {
   const auto rounded = [](double x) {
-    return std::round(x * 1e6) * 1e-6 + 0.0;  // no minus before a 0
+    return std::round(x * 1e6) * 1e-6 + 0.0;  // no minus sign before a 0
   };
   char text[96];
   std::snprintf(text, sizeof text, "(%.6g %.6g %.6g)", rounded(v.x()), rounded(v.y()),

@@ -13,15 +13,15 @@ namespace tandem {
 
 namespace {
 
-constexpr double kTieVoxels = 0.02;       // surfaces within this are as near
-constexpr double kTouchingVoxels = 1e-3;  // places that are one
+constexpr double kTieVoxels = 0.02;       // surfaces this close count as equally near
+constexpr double kTouchingVoxels = 1e-3;  // places this close count as the same
 constexpr double kOnSurfaceVoxels = 5e-3;
 constexpr double kFartherVoxels = 0.6;
 constexpr double kAskewDeg = 10;
 
 using Corners = std::array<Vec3, 3>;
 
-/// Of a triangle, with its distance from a place, m.
+/// A triangle and its distance from a place, m.
 struct Near {
   const Corners* corners;
   Vec3 nhat;
@@ -29,8 +29,8 @@ struct Near {
   double distance;
 };
 
-/// The triangles within `more` of as near as the nearest, the nearest first. Those without area
-/// are left out: their neighbours have their edges.
+/// Returns the triangles that are within `more` of the nearest one's distance, the nearest first.
+/// It leaves out triangles without area, because their neighbours have their edges.
 std::vector<Near> NearestTriangles(const MeshTree& mesh, const Vec3& p, double more) {
   std::vector<Near> found;
   double least = std::numeric_limits<double>::infinity();
@@ -56,7 +56,7 @@ std::vector<Near> NearestTriangles(const MeshTree& mesh, const Vec3& p, double m
   return found;
 }
 
-/// Whether the surface goes on from a triangle's closest point to places that are nearer.
+/// Returns whether the surface goes on from a triangle's closest point to places that are nearer.
 bool GoesOnNearer(const Near& near, const std::vector<Near>& all, double touching) {
   if (near.closest.on_face) return false;
   return std::any_of(all.begin(), all.end(), [&](const Near& other) {
@@ -95,7 +95,7 @@ PushJudge::Surface::Ways PushJudge::Surface::At(const Vec3& p, double tie, doubl
   const double out = winding.At(p) >= 0.5 ? -1.0 : 1.0;
   Ways ways{near.empty() ? std::numeric_limits<double>::infinity() : near[0].distance, {}};
   for (const Near& triangle : near) {
-    // on the surface itself only the faces tell a way
+    // on the surface itself only the faces tell a direction
     if (triangle.distance < 1e-3 * touching) {
       ways.off.push_back(triangle.nhat);
     } else if (!GoesOnNearer(triangle, near, touching)) {
@@ -113,7 +113,8 @@ JudgedPush PushJudge::Judge(const Vec3& p_W, const Vec3& nhat_W, const Pose& X_W
   const double touching = kTouchingVoxels * s_;
   const Surface::Ways off_map = map_.At(p_W, tie, touching);
   const Surface::Ways off_shell = shell_.At(X_WB.Inverse() * p_W, tie, touching);
-  // a place on one surface tells the way off the other; one on both or on neither, off either
+  // A place on one surface tells the direction off the other. A place on both or on neither tells
+  // the directions off either.
   const bool on_map = off_map.distance < kOnSurfaceVoxels * s_;
   const bool on_shell = off_shell.distance < kOnSurfaceVoxels * s_;
   std::vector<Vec3> right_W;
@@ -130,7 +131,7 @@ double AngleFromCone(const Vec3& unit, const std::vector<Vec3>& spanning) {
   if (spanning.empty()) return 180;
   double nearest = -1;  // cosine
   for (const Vec3& way : spanning) nearest = std::max(nearest, way.dot(unit));
-  // the sum of the vectors, none taken less than not at all, that comes nearest
+  // the combination of the vectors with shares of at least 0 that comes nearest
   std::vector<double> shares(spanning.size(), 0.0);
   Vec3 left = unit;
   for (int sweep = 0; sweep < kSweeps; ++sweep) {

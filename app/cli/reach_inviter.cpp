@@ -13,7 +13,7 @@
 namespace tandem {
 namespace {
 
-constexpr std::int64_t kHearInviterNs = 2000 * kMs;  // for the session on this network
+constexpr std::int64_t kHearInviterNs = 2000 * kMs;  // for the session's announcement here
 constexpr const char* kLoopbackAddress = "127.0.0.1";
 
 }  // namespace
@@ -21,7 +21,7 @@ constexpr const char* kLoopbackAddress = "127.0.0.1";
 InviterSearch::InviterSearch(Invitation invitation, ReachOptions& reach)
     : invitation_(std::move(invitation)) {
   reach.domain = invitation_.domain;
-  if (!reach.peers.empty()) return;  // told by hand
+  if (!reach.peers.empty()) return;  // peers from the options count
   const bool this_machine = std::ranges::all_of(invitation_.hosts, [](const std::string& host) {
     return host.substr(0, host.find(':')) == kLoopbackAddress;
   });

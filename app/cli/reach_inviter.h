@@ -9,15 +9,15 @@
 
 namespace tandem {
 
-/// Finds where an invitation's session is. Listens for it from the construction on, while the owner
-/// does other things.
+/// Finds where an invitation's session is. It listens for the session from its construction on,
+/// while the owner does other things.
 class InviterSearch {
  public:
   /// Puts the session's domain into `reach`.
   InviterSearch(Invitation invitation, ReachOptions& reach);
 
-  /// Puts the line's hosts into `reach`, unless others are named in it already or the session is
-  /// announced on this network. Waits until it is, or until two seconds after the construction.
+  /// Puts the line's hosts into `reach`, unless it names others already or the session is announced
+  /// on this network. Waits for the announcement until two seconds after the construction.
   void End(ReachOptions& reach);
 
  private:
@@ -26,7 +26,7 @@ class InviterSearch {
   std::int64_t until_ns_ = 0;
 };
 
-/// The same at once, for an owner who has nothing else to do meanwhile.
+/// Does the same at once, for an owner that has nothing else to do meanwhile.
 void ReachInviter(const Invitation& invitation, ReachOptions& reach);
 
 }  // namespace tandem

@@ -17,7 +17,7 @@ Result<std::shared_ptr<const WorldModel>> LoadRecorded(const RecordingHeader& he
   std::string file = options.scene.empty() ? header.scene : SceneFile(options.scene).string();
   std::string what_to_do;
   if (options.scene.empty()) {
-    // it may lie elsewhere here and now
+    // the scene may lie elsewhere on this machine
     const std::vector<std::filesystem::path> folders = FoldersWithScenes();
     const auto found = FindScene({header.scene_hash, header.scene, 0}, folders);
     if (found && found->string() != header.scene) Say("scene found in " + found->string());
@@ -27,7 +27,7 @@ Result<std::shared_ptr<const WorldModel>> LoadRecorded(const RecordingHeader& he
       searched += (searched.empty() ? "" : ", ") + folder.string();
     }
     what_to_do = " (no file with its content is in " + searched + "; --scene says where it is now)";
-    // a stranger may have named any path
+    // a stranger's recording may name any path
     if (!found && !MayBeSceneFile(file)) {
       return Error{file + ": is no scene file of 4 MB at most that ends in .json" + what_to_do};
     }

@@ -3,7 +3,7 @@
 namespace tandem {
 namespace {
 
-// The user is told so of packets that were too many; null where it is of no interest.
+// Returns what the user is told of refused packets; null: they are of no interest.
 const char* WordsFor(PacketDrop reason) {
   switch (reason) {
     case PacketDrop::kNewSender:

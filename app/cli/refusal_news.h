@@ -8,14 +8,14 @@
 
 namespace tandem {
 
-/// Tells a user once of each kind of packet that DDS did not get to see since there were too many.
-/// Whose they are nobody knows. What is refused of a program's samples PeerDirectory tells.
+/// Tells a user once of each kind of packet that was refused before DDS because there were too
+/// many. Nobody knows who sent them. PeerDirectory tells of a program's samples that are refused.
 class RefusalNews {
  public:
-  /// Fewer of a kind are an accident: a program that starts, or ends.
+  /// Fewer packets of a kind are an accident: a program starts, or ends.
   static constexpr std::uint64_t kLeastPackets = 200;
 
-  /// What is new since the last call.
+  /// Returns the news since the last call.
   std::vector<std::string> Look(const PacketCounts& packets);
 
  private:

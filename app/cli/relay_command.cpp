@@ -20,8 +20,8 @@ namespace tandem {
 
 namespace {
 
-constexpr std::int64_t kTurnNs = 250'000'000;      // says that it is here
-constexpr std::int64_t kStatusNs = 5'000'000'000;  // says what it does
+constexpr std::int64_t kTurnNs = 250'000'000;      // period of "I am here"
+constexpr std::int64_t kStatusNs = 5'000'000'000;  // period of a line on the work
 
 struct RelayArguments {
   std::string session;
@@ -79,7 +79,7 @@ int RunRelay(RelayArguments arguments) {
   info.name = arguments.name;
   const std::int64_t opened_ns = MonotonicNowNs();
   std::int64_t now_ns = opened_ns;
-  std::int64_t turn_ns = opened_ns;  // turns do not drift by what they take
+  std::int64_t turn_ns = opened_ns;  // due time, so that a turn's length does not add up
   std::int64_t status_ns = opened_ns;
   std::uint64_t told = 0;
   int exit_code = kExitOk;

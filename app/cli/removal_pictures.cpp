@@ -31,7 +31,7 @@ Picture Blank(std::string name, std::string title) {
   return picture;
 }
 
-/// A round number that is no less.
+/// Returns the least round number that is not below the value.
 double RoundedUp(double value) {
   if (value <= 0) return 1;
   const double decade = std::pow(10, std::floor(std::log10(value)));
@@ -41,7 +41,7 @@ double RoundedUp(double value) {
   return 10 * decade;
 }
 
-/// Gives each pixel of the time axis the largest value of its frames.
+/// Returns for each pixel of the time axis the largest value of its frames.
 std::vector<PicturePoint> MostOf(const RemovalTrace& trace,
                                  const std::function<double(const RemovalTrace::Frame&)>& value) {
   std::vector<PicturePoint> points;
@@ -62,12 +62,12 @@ double Highest(const std::vector<PicturePoint>& points) {
   return highest;
 }
 
-/// The share of values above each time of the axis.
+/// Returns the share of values above each time of the axis.
 std::vector<PicturePoint> SharesAbove(const Histogram& times) {
   constexpr int kSteps = 400;
   std::vector<PicturePoint> points;
   for (int i = 0; i < kSteps; ++i) {
-    // from all of them down to 1e-5
+    // shares from 1 down to 1e-5
     const double above = std::pow(10, -5.0 * i / kSteps);
     points.push_back({1e-3 * static_cast<double>(times.Quantile(1 - above)), 100 * above});
   }

@@ -34,23 +34,23 @@ using nlohmann::ordered_json;
 constexpr std::int64_t kFramesPerSecond = 1000;
 constexpr std::int64_t kControlFrames = 20;              // from one ControlFrame to the next
 constexpr std::int64_t kReplayPoseFrames = 5;            // from one pose that is judged to the next
-constexpr std::int64_t kReplaySettleNs = 1'000'000'000;  // for those who are in the session already
+constexpr std::int64_t kReplaySettleNs = 1'000'000'000;  // to discover peers in the session
 
 struct ReplayArguments {
   std::string file;
-  std::string scene;     // empty: the recorded file
-  std::string session;   // empty: nobody looks on
-  std::string exported;  // empty: not
-  std::string network;   // trace to be made of what was heard; empty: none
-  std::string from;      // of that peer
+  std::string scene;     // name or file; empty: the recorded file
+  std::string session;   // session in which viewers look on; empty: none
+  std::string exported;  // file of the export; empty: none
+  std::string network;   // file for a trace of what was heard; empty: none
+  std::string from;      // peer whose trace is made
   ReachOptions reach;
   double speed = 0;  // times real time; 0: as fast as it goes
   int threads = 1;
-  bool adopt_any = false;  // the recorded voxels, however far from the scene file's
+  bool adopt_any = false;  // take the recorded voxels, however far from the scene file's
   bool json = false;
 };
 
-/// For a replay that nobody looks on at.
+/// Sends nothing, for a replay without viewers.
 class Nowhere final : public Transport {
  public:
   void Publish(const ObjectState&) override {}
@@ -62,8 +62,8 @@ class Nowhere final : public Transport {
   void Leave() override {}
 };
 
-/// Replays are seen, not met: of what a peer says only what viewers need goes out, under an id of
-/// the replay's own.
+/// Sends only what viewers need of a peer, under an id of the replay's own. A replay is seen, and
+/// does not take part.
 class ViewersOnly final : public Transport {
  public:
   ViewersOnly(std::unique_ptr<Transport> to, PeerId as) : to_(std::move(to)), as_(as) {}
@@ -78,7 +78,7 @@ class ViewersOnly final : public Transport {
     PeerInfo ours = info;
     ours.peer = as_;
     ours.name = ReplayName(info.name);
-    ours.claims.clear();  // it answers for nothing
+    ours.claims.clear();  // the replay answers for nothing
     to_->Publish(ours);
   }
   void Publish(const Event&) override {}
@@ -94,7 +94,7 @@ class ViewersOnly final : public Transport {
   PeerId as_;
 };
 
-/// Whoever is in that session must not reach what is replayed; only who else takes part is heard.
+/// Hears only which other active peers are in the session. Nothing from there may reach the replay.
 class Ears final : public Inbox {
  public:
   void OnState(const ObjectState&, std::int64_t) override {}
@@ -110,7 +110,7 @@ class Ears final : public Inbox {
   void OnEvent(const Event&, std::int64_t) override {}
   void OnScene(const SceneManifest&) override {}
 
-  /// The name of an active peer that is here; nothing: none is.
+  /// Returns the name of an active peer that is here; nothing: none is.
   std::optional<std::string> Active() const {
     const std::lock_guard lock(mutex_);
     return active_.empty() ? std::nullopt : std::optional(active_.begin()->second);
@@ -126,13 +126,15 @@ class Ears final : public Inbox {
   std::map<PeerId, std::string> active_;
 };
 
-/// Active peers would take a replay for one of them, who answers for bodies and is deaf.
+/// Returns why a replay cannot be shown beside an active peer. Such a peer would take it for one
+/// that answers for bodies and is deaf.
 std::string NotBeside(const std::string& name, const ReplayArguments& arguments) {
   return name + " takes part in session " + arguments.session +
          ": a replay is shown in a session of its own";
 }
 
-/// The way to the viewers; `exit_code` is that of a failure.
+/// Joins the viewers' session; without a session it returns a transport that sends nothing.
+/// `exit_code`: code of a failure.
 Result<std::unique_ptr<Transport>> JoinForViewers(const ReplayArguments& arguments, Ears& ears,
                                                   int& exit_code) {
   if (arguments.session.empty()) return std::unique_ptr<Transport>(std::make_unique<Nowhere>());
@@ -157,12 +159,12 @@ Result<std::unique_ptr<Transport>> JoinForViewers(const ReplayArguments& argumen
   return std::unique_ptr<Transport>(std::make_unique<ViewersOnly>(*std::move(joined), *id));
 }
 
-/// Writes a replay down, frame by frame.
+/// Writes a replay into a file, frame by frame.
 class Export {
  public:
   virtual ~Export() = default;
   virtual void Add(const RecordedFrame& frame, PeerNode& node) = 0;
-  /// Ends the file; says how much is in it.
+  /// Ends the file. Returns how much is in it, in words.
   virtual Result<std::string> Close() = 0;
 };
 
@@ -183,7 +185,7 @@ class ExportTo final : public Export {
   std::string one_;
 };
 
-/// By the file's ending: poses as CSV, all else as MCAP.
+/// Makes the export by the file's ending: poses as CSV, all else as MCAP.
 Result<std::unique_ptr<Export>> ExportInto(const std::string& file, const RecordingHeader& header,
                                            const WorldModel& model,
                                            const std::map<PeerId, std::string>& names) {
@@ -198,7 +200,7 @@ Result<std::unique_ptr<Export>> ExportInto(const std::string& file, const Record
   return std::unique_ptr<Export>(new ExportTo<RecordingExport>(*std::move(all), "message"));
 }
 
-/// The run, at its speed, shown and written down as it goes.
+/// Runs the replay at its speed; shows and exports it as it goes.
 class Player {
  public:
   Player(const ReplayArguments& arguments, PeerNode& node, const Ears& ears, Transport& transport,
@@ -210,7 +212,7 @@ class Player {
         exported_(exported),
         stop_asked_(stop_asked) {}
 
-  /// After each frame; false ends the run.
+  /// Call it after each frame; false ends the run.
   bool After(std::int64_t number, const RecordedFrame& frame) {
     node_.SendFrame(frame.now_ns, transport_);
     if (number % kControlFrames == 0) {
@@ -238,7 +240,7 @@ class Player {
   const ordered_json& golden() const { return golden_; }
   const HeldPoses& poses() const { return poses_; }
   const BodiesMet& met() const { return met_; }
-  /// The active peer whose coming has ended the run; nothing: nobody's.
+  /// Returns the active peer whose arrival ended the run; nothing: none did.
   const std::optional<std::string>& newcomer() const { return newcomer_; }
 
  private:
@@ -274,7 +276,7 @@ int RunReplay(const ReplayArguments& arguments) {
   if (!replay) return Fail(kExitFile, arguments.file + ": " + replay.error().what);
   std::unique_ptr<Export> exported;
   if (!arguments.exported.empty()) {
-    std::error_code not_there;  // then it is another file
+    std::error_code not_there;  // set if there is no such file: then it differs
     if (std::filesystem::equivalent(arguments.file, arguments.exported, not_there)) {
       return Fail(kExitUsage, arguments.exported + ": is the recording itself, export to another");
     }

@@ -20,7 +20,7 @@ namespace tandem {
 
 namespace {
 
-/// Holds the lines to others that a recording tells of.
+/// Holds the lines to other peers in a recording.
 struct HeardOf {
   std::map<PeerId, HeardLine> lines;
   std::map<PeerId, std::string> names;
@@ -51,7 +51,7 @@ Result<HeardOf> ReadHeard(const std::string& file) {
   return heard;
 }
 
-/// The line that is asked for.
+/// Returns the peer whose line is asked for.
 Result<PeerId> Choose(const HeardOf& heard, const std::string& from) {
   std::string names;
   for (const auto& [peer, line] : heard.lines) {
@@ -64,8 +64,8 @@ Result<PeerId> Choose(const HeardOf& heard, const std::string& from) {
   return Error{"nobody of the name " + from + " was heard: there are " + names};
 }
 
-/// Without echoes nothing is known of the way there, nor of the clocks: the smallest age of the way
-/// back stands for no delay at all, and both ways are alike.
+/// Makes a trace without echoes. Nothing is known then of the way there, nor of the clocks. So the
+/// smallest age of the way back stands for no delay, and both ways are alike.
 NetworkTrace OneWay(const LineRecord& record) {
   std::int64_t least = std::numeric_limits<std::int64_t>::max();
   for (const std::int64_t ns : record.back_ns) {
@@ -81,7 +81,7 @@ NetworkTrace OneWay(const LineRecord& record) {
 
 int RunAsNetwork(const std::string& recording, const std::string& file, const std::string& from,
                  bool json) {
-  std::error_code not_there;  // then it is another file
+  std::error_code not_there;  // set if there is no such file: then it differs
   if (std::filesystem::equivalent(recording, file, not_there)) {
     return Fail(kExitUsage, file + ": is the recording itself, write to another");
   }

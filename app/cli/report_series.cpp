@@ -22,7 +22,7 @@ namespace tandem {
 
 namespace {
 
-constexpr double kMostSeriesLines = 4000;  // of a file
+constexpr double kMostSeriesLines = 4000;  // lines of a file
 
 struct Rerun {
   const CellRecord* record = nullptr;

@@ -26,7 +26,7 @@ std::vector<Edge> EdgesOf(const TriangleMesh& mesh) {
   return edges;
 }
 
-// Rows parallel to the longest edge, between it and the corner opposite.
+// Adds rows of samples parallel to the longest edge, between it and the opposite corner.
 void SampleInside(Vec3 a, Vec3 b, Vec3 c, double spacing, std::vector<Vec3>& samples) {
   const auto longest_is_ab = [&] {
     const double ab = (b - a).squaredNorm();

@@ -7,9 +7,9 @@
 
 namespace tandem {
 
-/// Points on a mesh: all the vertices that triangles use, points along every edge, and rows of
-/// points over every triangle, neighbours and neighbouring rows at most `spacing` (m) apart. So no
-/// point of the surface is farther than spacing / sqrt(2) from a sample. The same mesh gives the
+/// Returns points on a mesh: all vertices that triangles use, points along every edge, and rows of
+/// points over every triangle. Neighbours and neighbouring rows are at most `spacing` (m) apart. So
+/// no point of the surface is farther than spacing / sqrt(2) from a sample. The same mesh gives the
 /// same samples.
 std::vector<Vec3> SampleSurface(const TriangleMesh& mesh, double spacing);
 
@@ -20,7 +20,7 @@ class SampleTree {
     Vec3 centre;    // p_BC, m
     double radius;  // m; 0 in a leaf
   };
-  /// A node's place, and how many points lie in it.
+  /// The index of a node, and the number of points in it.
   struct Branch {
     std::size_t node = 0;
     std::size_t points = 0;
@@ -33,14 +33,14 @@ class SampleTree {
 
   std::size_t points() const { return (nodes_.size() + 1) / 2; }
   std::size_t node_count() const { return nodes_.size(); }
-  /// The whole tree. There must be a point in it.
+  /// Returns the whole tree. There must be a point in it.
   Branch root() const { return {0, points()}; }
   const Node& operator[](std::size_t node) const { return nodes_[node]; }
 
  private:
   void Build(Branch branch, Vec3* first);
 
-  std::vector<Node> nodes_;  // a node, all of its left branch, all of its right one
+  std::vector<Node> nodes_;  // node, all of its left branch, all of its right one
 };
 
 }  // namespace tandem

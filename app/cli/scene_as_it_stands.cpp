@@ -17,8 +17,8 @@ SceneJson PoseJson(const Pose& X) {
   return {{"p_W", {X.p.x(), X.p.y(), X.p.z()}}, {"q_xyzw", {X.q.x(), X.q.y(), X.q.z(), X.q.w()}}};
 }
 
-/// The absolute path of a file as a scene names it. Notes the first one that no scene can name in
-/// `unnamed`, for JSON holds UTF-8 alone.
+/// Returns the absolute path of a file as a scene names it. Notes in `unnamed` the first file that
+/// no scene can name, because JSON holds UTF-8 alone.
 std::string NameOf(const fs::path& file, std::optional<Error>& unnamed) {
   std::error_code not_there;
   const fs::path absolute = fs::absolute(file, not_there);

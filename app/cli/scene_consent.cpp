@@ -15,7 +15,7 @@ namespace tandem {
 
 namespace {
 
-/// Empty: yes; else why not, in a line.
+/// Asks the person. Returns why not, in a line; empty: yes.
 std::string AskPerson(const SceneOffered& offered) {
   if (isatty(STDIN_FILENO) == 0 || isatty(STDERR_FILENO) == 0) {
     return "it can be fetched (" + offered.Words() +
@@ -30,7 +30,7 @@ std::string AskPerson(const SceneOffered& offered) {
   return yes ? "" : "it is not fetched, as you said";
 }
 
-/// A bar, or a line every few seconds where nobody sees a bar.
+/// Shows a bar, or says a line every few seconds where nobody sees a bar.
 class Progress {
  public:
   void Show(std::uint64_t bytes, std::uint64_t of) {

@@ -7,15 +7,15 @@
 
 namespace tandem {
 
-/// The user answers in advance whether a scene may be fetched, and how large it may be.
+/// The user's answer in advance: whether a scene may be fetched, and how large it may be.
 struct SceneFetchOptions {
-  bool accept = false;            // without being asked
-  std::uint64_t limit_mb = 1024;  // of its files
+  bool accept = false;            // fetch without asking
+  std::uint64_t limit_mb = 1024;  // most for all of its files
 };
 
-/// How the session's scene is sought from a terminal: a person there is asked before anything is
-/// fetched, or has said `accept` in advance. Progress is a bar on a terminal, else a line now and
-/// then.
+/// Returns the options for seeking the session's scene from a terminal. A person there is asked
+/// before anything is fetched, unless `accept` is set. Progress is a bar on a terminal, else a line
+/// at intervals.
 SessionSceneOptions SceneSearchOptions(const std::string& session, PeerId id, Role role,
                                        const ReachOptions& reach, const SceneFetchOptions& fetch);
 

@@ -26,7 +26,7 @@ Result<Scene> LoadNamedScene(const std::string& name_or_path) {
   }
   std::vector<std::string> names;
   for (const auto& entry : std::filesystem::directory_iterator(file.parent_path(), unknown)) {
-    // a hand's file begins with its scene's name
+    // the file of a hand begins with its scene's name
     if (entry.path().extension() == ".json") names.push_back(entry.path().stem().string());
   }
   std::ranges::sort(names);

@@ -8,10 +8,10 @@
 
 namespace tandem {
 
-/// The file of a scene: one of ours by its name, or any by its path.
+/// Returns the file of a scene: one of ours by its name, or any by its path.
 std::filesystem::path SceneFile(const std::string& name_or_path);
 
-/// Loads it. An error says what is wrong with it, or which ones there are.
+/// Loads a scene. An error says what is wrong with it, or which scenes there are.
 Result<Scene> LoadNamedScene(const std::string& name_or_path);
 
 }  // namespace tandem

@@ -13,7 +13,7 @@ ScriptedHand::ScriptedHand(const World& world, const HandScript& script)
 }
 
 Anchor ScriptedHand::operator()(std::int64_t /*frame*/, const StepReport& report) {
-  // what the body received, about the device's own origin
+  // the device gets what the body received, about the device's own origin
   const Wrench& on_body = report.hand_B_W;
   const Vec3 r = world_->state(0).X_WB.q * X_BD_.p;
   device_.Render({-(on_body.tau - r.cross(on_body.f)), -on_body.f});

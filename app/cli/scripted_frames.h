@@ -24,15 +24,15 @@ class ScriptedHand {
   ScriptedDevice device_;
 };
 
-/// A quantile of times, us.
+/// Returns a quantile of times, us.
 double Us(const Histogram& of, double quantile);
 
-/// A script's frames, run so many times back to back, each in a world of its own: the least of each
-/// frame.
+/// Runs a script's frames `passes` times back to back, each pass in a world of its own. Returns the
+/// least time of each frame.
 Histogram LeastOfPasses(const std::shared_ptr<const WorldModel>& model,
                         const ScheduleOptions& schedule, const HandScript& script,
                         const FrameCapacity& capacity, int frames, int passes);
-/// {"passes", "cpu_p50_us", "cpu_p99_us", "cpu_p999_us"}; null where there were none.
+/// Returns {"passes", "cpu_p50_us", "cpu_p99_us", "cpu_p999_us"}; null without passes.
 nlohmann::ordered_json BackToBackJson(const Histogram& least, int passes);
 
 }  // namespace tandem

@@ -19,7 +19,7 @@
 namespace tandem {
 namespace {
 
-constexpr double kListensFor = 2;  // s: each program announces itself more often than that
+constexpr double kListensFor = 2;  // s; each program announces itself more often
 constexpr std::int64_t kHearNs = 50'000'000;
 
 struct SessionsArguments {
@@ -87,7 +87,7 @@ void AddSessionsCommand(CLI::App& app, int& exit_code) {
   CLI::App* command =
       app.add_subcommand("sessions", "List the sessions that are open on this network");
   AddReachOptions(*command, arguments->reach);
-  // what is said of one's own place does not matter to a listener
+  // options on one's own place do not matter to a listener
   for (const char* option : {"--external-address", "--port", "--secure", "--peers"}) {
     command->remove_option(command->get_option(option));
   }

@@ -25,12 +25,12 @@ namespace {
 struct SimulateArguments {
   std::uint64_t seeds = 100;
   std::uint64_t first = 1;
-  std::uint64_t seed = 0;  // 0: many
+  std::uint64_t seed = 0;  // 0: many seeds
   unsigned threads = 0;    // 0: as many as processors
-  std::string scene;       // in place of seeds
+  std::string scene;       // scene in place of seeds
   bool hands = false;      // sessions of hands that hosts move
-  double seconds = 0;      // of the scene at the most, or of a session of hands; 0: not given
-  bool hostile = false;    // beside the honest a member that keeps to no rule
+  double seconds = 0;      // limit for the scene or a session of hands; 0: not given
+  bool hostile = false;    // one member, beside the honest ones, keeps to no rule
   bool verbose = false;
   bool json = false;
 };
@@ -51,7 +51,7 @@ int RunScene(const SimulateArguments& arguments) {
   return kExitOk;
 }
 
-/// How to run a seed alone once more.
+/// Returns how to run a single seed once more.
 std::string HowToRepeat(const SimulateArguments& arguments, std::uint64_t seed) {
   std::string how = "tandem simulate";
   if (arguments.hands) how += " --hands";

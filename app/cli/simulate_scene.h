@@ -6,15 +6,15 @@
 
 namespace tandem {
 
-/// One session of a scene in virtual time, on one thread: a peer for each of its hands, 20 ms apart
-/// one way, until the longest hand script or `most_seconds` have ended. Gives how much faster than
-/// the clock on the wall it goes, by processor time: in all, and in the frames in which every
-/// peer's contacts push.
+/// Runs one session of a scene in virtual time, on one thread. It has a peer for each of the
+/// scene's hands, 20 ms apart one way. It ends when the longest hand script or `most_seconds` have
+/// ended. Returns how much faster than wall-clock time it goes, by processor time: in all, and in
+/// the frames in which every peer's contacts push.
 ///
-///   [scene, peers, simulated_s, cpu_s, speed, contact_s, contact_cpu_s, contact_speed,
-///    contact_points, loaded_points]    of a peer in the mean, in those frames
+///   {scene, peers, simulated_s, cpu_s, speed, contact_s, contact_cpu_s, contact_speed,
+///    contact_points, loaded_points}    means over peers, in those frames
 ///
-/// Error: the scene cannot be read.
+/// Errors: the scene or a hand script cannot be read, no hand is given, or a hand's body is fixed.
 Result<nlohmann::ordered_json> SimulateScene(const std::string& scene, double most_seconds);
 
 }  // namespace tandem

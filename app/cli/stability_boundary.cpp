@@ -29,8 +29,8 @@ using OrderedJson = nlohmann::ordered_json;
 
 constexpr double kLeastRatio = 0.95;
 constexpr double kMostRatio = 1.25;
-constexpr double kFarthest = 4;     // where none is found up to that
-constexpr double kLongDelay = 0.1;  // s; from here on a link's body and arm move as one
+constexpr double kFarthest = 4;     // ratio up to which a boundary is sought
+constexpr double kLongDelay = 0.1;  // s; from this delay on, a link's body and arm move as one
 
 struct BoundaryArguments {
   std::vector<std::string> hands = {"off", "heavy"};
@@ -52,8 +52,8 @@ struct Row {
   LabCase test;
   BoundaryPoint point;
 
-  /// Whether the bars hold for it: two users on a clean line who lend the link no spring of their
-  /// own.
+  /// Returns whether the bars hold for the row: two users on a clean line, whose hands lend the
+  /// link no spring.
   bool is_judged() const {
     return test.users == 2 && test.network.name == "clean" &&
            test.hands[0].impedance.stiffness == 0 && test.law.limits.constant_link_damping == 0 &&
@@ -67,7 +67,7 @@ struct Row {
   }
 };
 
-/// "jitter 20 ms, loss 5 %".
+/// Returns a name such as "jitter 20 ms, loss 5 %".
 std::string NameOf(double jitter_ms, double loss) {
   char text[64];
   std::snprintf(text, sizeof text, "jitter %g ms, loss %g %%", jitter_ms, 1e2 * loss);
@@ -106,7 +106,7 @@ Result<std::vector<Row>> RowsOf(const BoundaryArguments& arguments, const Inerti
   return rows;
 }
 
-/// The longest first, on so many threads.
+/// Finds all boundaries on `jobs` threads, the longest delay first.
 void FindAll(std::vector<Row>& rows, const LabScene& scene, unsigned jobs) {
   std::vector<Row*> order;
   for (Row& row : rows) order.push_back(&row);
@@ -141,14 +141,14 @@ OrderedJson JsonOf(const Row& row) {
     json["fault"] = row.point.fault->what;
     return json;
   }
-  // no number is infinite in JSON: none was found
+  // null: none was found, and JSON has no infinity
   const bool found = std::isfinite(row.point.measured);
   json["measured_N_m"] = found ? OrderedJson(row.point.measured) : OrderedJson();
   json["ratio"] = found ? OrderedJson(row.point.ratio()) : OrderedJson();
   return json;
 }
 
-/// As a row of a report's table of claims.
+/// Returns a row of a report's table of claims.
 OrderedJson ClaimOf(const Row& row) {
   const bool is_short = row.test.delay_s < kLongDelay;
   char name[96];

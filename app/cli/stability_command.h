@@ -4,7 +4,8 @@
 
 namespace tandem {
 
-/// Each adds a subcommand of `tandem stability`, whose run leaves its exit code in `exit_code`.
+/// Each function adds a subcommand of `tandem stability`, whose run leaves its exit code in
+/// `exit_code`.
 void AddStabilityLive(CLI::App& stability, int& exit_code);
 void AddStabilityPress(CLI::App& stability, int& exit_code);
 void AddStabilityRandom(CLI::App& stability, int& exit_code);

@@ -37,7 +37,7 @@ struct LiveArguments {
   bool json = false;
 };
 
-/// Why a case cannot be run by live peers; empty: it can.
+/// Returns why live peers cannot run a case; empty: they can.
 std::string NotLive(const LabCase& test, bool tap) {
   if (test.law.exchange_forces) return "peers never exchange forces";
   const std::vector<LabNetwork::Step>& schedule = test.network.schedule;
@@ -75,7 +75,7 @@ int RunStabilityLive(const LiveArguments& arguments) {
   const Result<LabScene> scene = LoadLabScene(*read, LabSceneFolder());
   if (!scene) return Fail(kExitFile, scene.error().what);
   TellStart(FindStartGaps(*scene->model));
-  // both of one length: a run in virtual time may go on for longer where the case sets none
+  // both runs last equally long: in virtual time a case without a length may go on
   LabCase timed = *read;
   timed.seconds = timed.Lasts();
   const LabCase test = FittedTo(scene->inertia(), timed);

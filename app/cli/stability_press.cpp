@@ -59,7 +59,7 @@ std::vector<Row> RowsOf(const PressArguments& arguments) {
   return rows;
 }
 
-/// Each row on a thread of its own; the same results however many there are.
+/// Runs the rows on `jobs` threads. Their number does not change the results.
 void RunAll(unsigned jobs, const std::shared_ptr<const WorldModel>& model, std::vector<Row>& rows) {
   std::atomic<std::size_t> next{0};
   std::vector<std::thread> workers;
@@ -89,8 +89,9 @@ ordered_json AsJson(const Row& row) {
           {"most_lag_mm", 1e3 * result.most_lag}};
 }
 
-/// Where it holds, of each motion with each mirror, that delay does not destabilise users who hold
-/// bodies of their own (paper §6.1).
+/// Returns for each motion with each mirror the delays at which the paper's claim holds, and those
+/// that refute it. The claim is that delay does not destabilise users who hold bodies of their own
+/// (paper §6.1).
 ordered_json ClaimOf(const std::vector<Row>& rows) {
   ordered_json claims = ordered_json::array();
   for (const Row& row : rows) {
@@ -150,7 +151,7 @@ int RunStabilityPress(PressArguments arguments) {
   RunAll(arguments.jobs == 0 ? processors : arguments.jobs, *model, rows);
 
   ordered_json type1 = ordered_json::array();
-  std::size_t shaking = 0;  // with the mirrors that peers use
+  std::size_t shaking = 0;  // rows that shake, with the mirrors that peers use
   for (const Row& row : rows) {
     if (!*row.result) return Fail(kExitFailed, row.result->error().what);
     type1.push_back(AsJson(row));

@@ -32,12 +32,12 @@ struct RandomArguments {
   std::size_t seeds = 1000;
   std::uint64_t first = 1;
   unsigned jobs = 0;        // 0: as many as processors
-  std::int64_t print = -1;  // the case of this seed, in place of running any
+  std::int64_t print = -1;  // seed whose case is printed, in place of running any
   bool progress = false;
   bool json = false;
 };
 
-/// A drawn case that fails, and how fast it moves on with its links cut, m/s.
+/// A drawn case that fails, and its remaining speed with its links cut, m/s.
 struct FailingCase {
   const RandomRecord* record = nullptr;
   double tail_without_links = 0;
@@ -114,7 +114,7 @@ int RunStabilityRandom(const RandomArguments& arguments) {
     Result<LabCase> test = ParseCase(cell.case_json, "a drawn case");
     if (!test) return Fail(kExitFailed, test.error().what);
     const LabScene* const scene = scenes.Of(*test);
-    if (scene == nullptr) return kExitFile;  // said already
+    if (scene == nullptr) return kExitFile;  // the scenes have said why
     cases.emplace_back(FittedTo(scene->inertia(), *std::move(test)), scene);
     cost += cell.cost;
   }

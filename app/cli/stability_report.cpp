@@ -27,10 +27,10 @@ namespace tandem {
 
 namespace {
 
-constexpr std::size_t kMostMaps = 12;  // of a sweep
+constexpr std::size_t kMostMaps = 12;  // maps of a sweep
 constexpr std::chrono::milliseconds kPaintingTakes{120'000};
 
-/// Writes a report's files and keeps what went wrong first.
+/// Writes a report's files, and keeps the first error.
 class Folder {
  public:
   explicit Folder(std::filesystem::path path) : path_(std::move(path)) {}
@@ -69,7 +69,7 @@ void AddPictures(LabScenes& scenes, ReportSweep& sweep) {
   sweep.others.push_back(MarginPictureOf(sweep.results, sweep.name + "-margin"));
 }
 
-/// As PNG, by the viewer's program.
+/// Paints the pictures as PNG, by the viewer's program.
 void Paint(const Folder& folder, const std::vector<Picture>& pictures) {
   const std::filesystem::path program = ProgramFolder() / "tandem-view";
   if (!std::filesystem::exists(program)) {

@@ -6,18 +6,18 @@
 
 namespace tandem {
 
-/// What a report of the stability lab is made of.
+/// The parts of a report of the stability lab.
 struct ReportRequest {
   std::vector<std::filesystem::path> files;  // results of sweeps, JSON of other commands
   std::filesystem::path folder;              // made if it is not there
-  std::string command;                       // as the report tells it
+  std::string command;                       // command line that the report shows
   std::size_t series = 12;                   // cells that are run again for their course in time
 };
 
-/// Writes into the folder: report.html, which needs none of the others;
-/// report.json; a CSV of each sweep, table and course in time; each picture as
-/// SVG and, where tandem-view is at hand, as PNG. Says on stderr what it does.
-/// Gives the exit code: what is wrong with a file, not whether rows pass.
+/// Writes into the folder: report.html, which needs none of the others; report.json; a CSV of each
+/// sweep, table and course in time. It writes each picture as SVG and, where tandem-view is at
+/// hand, as PNG. Says on stderr what it does. Returns the exit code, which tells of faulty files,
+/// not of rows that fail.
 int MakeReport(const ReportRequest& request);
 
 }  // namespace tandem

@@ -69,7 +69,7 @@ OrderedJson JsonOf(const LabCase& test, const Timed& run) {
           {"speed", run.speed()}};
 }
 
-/// How long the run took, where it ended early or went on.
+/// Prints how long the run took, if it ended early or went on.
 void PrintLength(const LabCase& test, const Timed& run) {
   const Metrics& m = run.result.metrics;
   const double lasted_s = kFrame * static_cast<double>(m.frames);

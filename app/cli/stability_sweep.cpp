@@ -32,7 +32,7 @@ struct SweepArguments {
   std::string report;  // folder
   std::string shard = "1/1";
   unsigned jobs = 0;        // 0: as many as processors
-  std::int64_t print = -1;  // this cell's case, in place of running any
+  std::int64_t print = -1;  // cell whose case is printed, in place of running any
   bool progress = false;
   bool json = false;
 };
@@ -41,7 +41,7 @@ double Seconds(std::int64_t ns) {
   return 1e-9 * static_cast<double>(ns);
 }
 
-/// The cells' cases with their scenes, each scene made once.
+/// Keeps the cells' cases with their scenes, each scene made once.
 class Cases {
  public:
   explicit Cases(std::filesystem::path folder) : folder_(std::move(folder)) {}
@@ -50,7 +50,7 @@ class Cases {
     Result<LabCase> test =
         ParseCase(cell.case_json, "cell " + std::to_string(cell.number), folder_);
     if (!test) return test.error();
-    // a scene file stands by the sweep's
+    // a relative scene file lies in the sweep's folder
     const std::filesystem::path file = test->scene;
     if (file.extension() == ".json" && file.is_relative()) test->scene = (folder_ / file).string();
     const auto key = std::make_pair(test->scene, test->body);
@@ -88,7 +88,7 @@ class Cases {
   std::map<std::size_t, Case> cases_;
 };
 
-/// Where outcomes go: into a file if there is one.
+/// Collects outcomes, in a file if there is one.
 class Outcomes {
  public:
   explicit Outcomes(const ResultsHeader& header) { results_.header = header; }

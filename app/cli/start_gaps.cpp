@@ -19,12 +19,12 @@ namespace tandem {
 
 namespace {
 
-constexpr double kTouching = 0.01;                      // voxels: nearer than that is no gap
-constexpr std::size_t kMostTrianglesForDepth = 50'000;  // of two bodies whose depth is worked out
-constexpr double kMostDepthSamples = 1e5;               // of each
-constexpr double kNearlyAll = 0.99;                     // of what is needed: such a gap is enough
-/// What refined contact needs where a fit is narrow, voxels: its force then begins 0.02 from the
-/// surface, which the field tells to within 0.02.
+constexpr double kTouching = 0.01;                      // voxels; a smaller distance is no gap
+constexpr std::size_t kMostTrianglesForDepth = 50'000;  // limit for both bodies together
+constexpr double kMostDepthSamples = 1e5;               // samples of each body
+constexpr double kNearlyAll = 0.99;  // share of the gap needed; such a gap is enough
+/// Voxels; gap that refined contact needs in a narrow fit. Its force then begins 0.02 from the
+/// surface, and the field tells the surface to within 0.02.
 constexpr double kRefinedNeeds = 0.05;
 constexpr std::size_t kMostLines = 8;
 
@@ -37,7 +37,7 @@ bool LiesWithin(const Bounds& inner, const Bounds& outer) {
          (inner.max.array() <= outer.max.array()).all();
 }
 
-/// The triangles that come into the box, each with vertices of its own.
+/// Returns the triangles that come into the box, each with vertices of its own.
 TriangleMesh PartIn(const Bounds& box, const TriangleMesh& mesh) {
   TriangleMesh part;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
@@ -62,7 +62,7 @@ bool LiesIn(const TriangleMesh& inner, const TriangleMesh& outer) {
   return winding >= 0.5;
 }
 
-/// How deep either lies in the other, m.
+/// Returns how deep either lies in the other, m.
 double DepthOf(const TriangleMesh& a_W, const TriangleMesh& b_W, double voxel_size) {
   const auto depth_in = [voxel_size](const TriangleMesh& outer_W, const TriangleMesh& inner_W) {
     const double voxel = SampledVoxel(inner_W, voxel_size, kMostDepthSamples);
@@ -71,27 +71,27 @@ double DepthOf(const TriangleMesh& a_W, const TriangleMesh& b_W, double voxel_si
   return std::max(depth_in(a_W, b_W), depth_in(b_W, a_W));
 }
 
-/// Two digits, and no more than the value.
+/// Returns the value to two digits, and no more than the value.
 double RoundedDown(double value) {
   if (!(value > 0)) return 0;
   const double unit = std::pow(10.0, std::floor(std::log10(value)) - 1);
   return unit * std::floor(value / unit + 1e-3);
 }
 
-/// One of a pair.
+/// One body of a pair.
 struct PlacedMesh {
   const TriangleMesh& mesh_W;
-  const Bounds& box;  // of it
+  const Bounds& box;  // box of the mesh
 };
 
-/// The depth of a pair that touches or crosses, and whether that is an overlap. `meet`: one lies in
-/// the other, or their surfaces have a point in common.
+/// Measures the depth of a pair that touches or crosses, and sets whether that is an overlap.
+/// `meet`: one lies in the other, or their surfaces have a point in common.
 void MeasureDepth(const Scene& scene, const PlacedMesh& moving, const PlacedMesh& other, bool meet,
                   StartGap& gap) {
   gap.distance = 0;
   const std::size_t size = moving.mesh_W.triangles.size() + other.mesh_W.triangles.size();
   if (size > kMostTrianglesForDepth) {
-    // the deepest point would take long
+    // it would take long to find the deepest point
     gap.overlap = meet;
     return;
   }
@@ -100,7 +100,8 @@ void MeasureDepth(const Scene& scene, const PlacedMesh& moving, const PlacedMesh
   if (!gap.overlap) gap.depth = 0;
 }
 
-/// Nothing: they stand as far apart as `needed`. `tree`: of the moving one.
+/// Returns the gap of a pair; nothing: the bodies stand as far apart as `needed`. `tree`: tree of
+/// the moving body.
 std::optional<StartGap> GapOf(const Scene& scene, const PlacedMesh& moving, const MeshTree& tree,
                               const PlacedMesh& other, double needed) {
   StartGap gap;
@@ -117,7 +118,7 @@ std::optional<StartGap> GapOf(const Scene& scene, const PlacedMesh& moving, cons
   if (!touch && !within && !(gap.distance < kNearlyAll * needed)) return std::nullopt;
   if (touch || within) {
     MeasureDepth(scene, moving, other, within || gap.distance <= 0, gap);
-    // what seats by its inward shift may lie in the other as far as that goes
+    // a body shifted inward may lie in the other as deep as its shift
     if (gap.depth <= -needed) return std::nullopt;
   }
   if (gap.distance > 0) {
@@ -126,7 +127,7 @@ std::optional<StartGap> GapOf(const Scene& scene, const PlacedMesh& moving, cons
   return gap;
 }
 
-/// Looks at the pairs of a scene, as long as there is time.
+/// Examines the pairs of a scene, as long as there is time.
 class PairSearch {
  public:
   PairSearch(const Scene& scene, const std::vector<TriangleMesh>& meshes_W,
@@ -135,7 +136,7 @@ class PairSearch {
     for (const TriangleMesh& mesh_W : meshes_W) boxes_.push_back(BoundsOf(mesh_W));
   }
 
-  /// A body that moves against all that is fixed and all that comes after it in the scene.
+  /// Examines a moving body against all fixed bodies and all bodies after it in the scene.
   void Look(std::size_t moving) {
     TriangleMesh whole_W;
     for (std::size_t j = 0; j < scene_.bodies.size(); ++j) {
@@ -183,7 +184,7 @@ class PairSearch {
   StartGaps found_;
 };
 
-/// Says true once the time for all pairs is over.
+/// Returns a function that is true once the time for all pairs is over.
 std::function<bool()> UntilTimeIsUp() {
   return [begin_ns = MonotonicNowNs()] {
     return 1e-9 * static_cast<double>(MonotonicNowNs() - begin_ns) > kStartGapSeconds;

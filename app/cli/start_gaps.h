@@ -12,55 +12,56 @@
 
 namespace tandem {
 
-/// Two bodies that stand so near to one another at the start that they push or overlap.
+/// Two bodies so near to one another at the start that they push or overlap.
 struct StartGap {
   std::string moving;   // body of the scene
   std::string other;    // body of the scene, fixed or moving
   double distance = 0;  // m, between the surfaces; 0 where they touch or overlap
-  double depth = 0;     // m, of the deepest point of one in the other; 0: none was found
+  double depth = 0;     // m, deepest point of one in the other; 0: none was found
   bool overlap = false;
-  double needed = 0;      // m, of gap, as GapNeeded() tells it
-  double voxel_fits = 0;      // m, the largest voxel by which the two do not push; 0: none does
+  double needed = 0;      // m, gap that GapNeeded() tells
+  double voxel_fits = 0;  // m, the largest voxel by which the two do not push; 0: none does
 };
 
-/// What a look at all pairs of a scene found.
+/// The findings on all pairs of a scene.
 struct StartGaps {
   std::vector<StartGap> gaps;  // the nearest first
   std::size_t unseen = 0;      // pairs for which no time was left
 };
 
-/// The largest gap (m) between exact surfaces at which the scene's contact model can push, for a
-/// body that is shifted inward by so many voxels; below 0: they may be so far in one another. In the
-/// plain model it is a bound: a point stands up to half a voxel's diagonal beside its surface, and
-/// so does the surface in its voxel.
+/// Returns the largest gap (m) between exact surfaces at which the scene's contact model can push,
+/// for a body that is shifted inward by `inward_shift_voxels`. Below 0 it is a depth that the
+/// surfaces may have in one another. In the plain model it is a bound: a point stands up to half a
+/// voxel's diagonal beside its surface, and so does the surface in its voxel.
 double ContactBegins(const Scene& scene, double inward_shift_voxels) noexcept;
 
-/// The gap (m) that a part needs to every side so as not to be pressed by opposite ones. Refined
-/// contact begins nearer where a fit is narrow (decision 0041), so that it needs less than
+/// Returns the gap (m) that a part needs on every side so that opposite sides do not press it.
+/// Refined contact begins nearer where a fit is narrow (decision 0041), so the part needs less than
 /// ContactBegins() tells.
 double GapNeeded(const Scene& scene, double inward_shift_voxels) noexcept;
 
-/// How long a program looks at pairs before it starts, s.
+/// The time for which a program examines pairs before it starts, s.
 inline constexpr double kStartGapSeconds = 1.0;
 
-/// Every pair of a moving body with another body that stands nearer at the start than GapNeeded().
-/// The distance is that of the triangles: no voxel is read. Takes kStartGapSeconds, and what is
-/// begun by then: a distance, or a depth of two bodies of 50,000 triangles together.
+/// Finds every pair of a moving body with another body that stands nearer at the start than
+/// GapNeeded(). The distance is that of the triangles: no voxel is read. Takes kStartGapSeconds,
+/// and the time of what is begun by then: a distance, or a depth of two bodies of 50,000 triangles
+/// together.
 StartGaps FindStartGaps(const WorldModel& model);
-/// The same before points are made: their numbers are taken from the bodies' surfaces. `meshes_W`:
-/// every body of the scene, where it stands at first.
+/// Finds the same before points are made, and takes their numbers from the bodies' surfaces.
+/// `meshes_W`: every body of the scene, where it stands at first.
 StartGaps FindStartGaps(const Scene& scene, const std::vector<TriangleMesh>& meshes_W);
-/// The same with numbers of points, of each body that moves, as long as there is time.
+/// Finds the same with given numbers of points of each moving body, as long as there is time.
 StartGaps FindStartGaps(const Scene& scene, const std::vector<TriangleMesh>& meshes_W,
                         const std::vector<double>& points,
                         const std::function<bool()>& out_of_time);
 
-/// A line for a person: what stands how near, what contact needs, what to do.
+/// Returns a line for a person: how near the bodies stand, what contact needs, what to do.
 std::string Describe(const StartGap& gap);
 
 nlohmann::ordered_json AsJson(const StartGaps& found);
 
-/// Says them on stderr, the first eight, and how many pairs were not looked at.
+/// Says the first eight gaps on stderr, and the number of pairs for which no time was left.
 void TellStart(const StartGaps& found);
 
 }  // namespace tandem

@@ -20,7 +20,7 @@ struct StudyArguments {
   std::string folder;
 };
 
-/// The options of `tandem peer` that say the same.
+/// Returns the options of `tandem peer` that say the same.
 std::vector<std::string> StudyReachWords(const ReachOptions& reach) {
   std::vector<std::string> words{"--domain", std::to_string(reach.domain)};
   const auto add = [&words](const char* option, const std::string& value) {

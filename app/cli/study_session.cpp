@@ -98,7 +98,7 @@ class StudySession {
 
   const StudyRequest& request_;
   Study study_;
-  std::string text_;  // of the study file
+  std::string text_;  // text of the study file
   TrialLog log_;
   std::vector<std::string> pseudonyms_;
   Interview interview_;
@@ -114,8 +114,8 @@ bool StudySession::Finished(int participant) const {
   return true;
 }
 
-/// Returns who has begun and is not done, else the first who has not begun. It returns nothing when
-/// all are done.
+/// Returns the first participant who has begun and is not done, else the first who has not begun.
+/// Nothing: all are done.
 std::optional<int> StudySession::WhoseTurn() const {
   for (const bool begun : {true, false}) {
     for (int participant = 0; participant < study_.participants; ++participant) {
@@ -166,7 +166,7 @@ void StudySession::Pause(double seconds) {
   interview_.Tell("Pause of at least " + std::to_string(static_cast<long>(seconds)) +
                   " s. What comes next is told when it is over.");
   const auto until = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);
-  // what is typed meanwhile answers nothing
+  // lines typed during the pause answer nothing
   while (std::chrono::steady_clock::now() < until) {
     interview_.LineWithin(std::chrono::milliseconds(100));
   }
@@ -175,7 +175,7 @@ void StudySession::Pause(double seconds) {
 StudySession::Ended StudySession::Try(const TrialOfParticipant& trial, const fs::path& folder) {
   const fs::path unfinished = folder.string() + ".unfinished";
   std::error_code none;
-  // what a cut trial has left stays, as that
+  // the files of a cut trial are kept under a name that says so
   for (const fs::path& left : {unfinished, folder}) {
     const int attempts = log_.Of(trial.pseudonym, trial.plan.number).attempts;
     if (!fs::exists(left, none)) continue;
@@ -193,7 +193,7 @@ StudySession::Ended StudySession::Try(const TrialOfParticipant& trial, const fs:
     const std::string line = "trial " + std::to_string(trial.plan.number) + " of " +
                              trial.pseudonym + ", attempt " + std::to_string(attempts) +
                              ", was cut: " + measures.error().what;
-    // before the next attempt of a person somebody must look at what is wrong
+    // a person must look at what is wrong before the next attempt
     if (!request_.dry_run) return Failed(kExitFailed, line + "; run the same command to go on");
     Say(line);
     return {};
@@ -343,7 +343,7 @@ int StudySession::Run() {
     std::optional<int> who;
     if (!request_.participant.empty()) {
       const auto found = std::ranges::find(pseudonyms_, request_.participant);
-      // what was typed is not repeated: it may be a name
+      // the typed word is not repeated, because it may be a person's name
       if (found == pseudonyms_.end()) {
         return Fail(kExitUsage,
                     "--participant: that is no pseudonym of this study; names are never kept: give "
@@ -358,7 +358,7 @@ int StudySession::Run() {
     if (!who) Say("all participants are done");
     while (who && ended.goes_on) {
       ended = RunParticipant(*who);
-      // persons come one by one; modelled hands all at once
+      // persons come one by one; modelled hands run all at once
       who = request_.dry_run && request_.participant.empty() ? WhoseTurn() : std::nullopt;
     }
   }
@@ -402,7 +402,7 @@ int RunStudy(const StudyRequest& request) {
                         .mode = ModeOf(request),
                         .site = request.partner_site ? "partner" : "participant"};
   if (request.results_only || !request.withdraw.empty()) {
-    // whatever the trials were run as
+    // results keep the mode and site of the trials
     if (const Result<TrialLog> known = TrialLog::Read(request.folder / "trials.jsonl", 1)) {
       header.mode = known->header().mode;
       header.site = known->header().site;

@@ -37,11 +37,12 @@ namespace fs = std::filesystem;
 constexpr int kSeriesFrames = 10;            // from one line of series.csv to the next
 constexpr double kTrialMeetingSeconds = 60;  // for loading and meeting, at the most
 constexpr std::chrono::milliseconds kTrialPeriod{50};
-constexpr std::chrono::milliseconds kTrialEnds{10'000};  // for reports after a request to end
+constexpr std::chrono::milliseconds kTrialEnds{10'000};  // for reports, after a request to end
 constexpr std::chrono::milliseconds kExportTakes{300'000};
 constexpr std::array kLabScenes{"free", "wall", "slot", "ball", "off_centre"};
 
-/// The command with nothing to read, and with what it says kept from the participant, in a file.
+/// Returns a command that reads nothing, and whose output goes to a file, hidden from the
+/// participant.
 std::vector<std::string> Quietly(const std::vector<std::string>& command, const fs::path& log) {
   std::vector<std::string> words{
       "/bin/sh", "-c", "log=$1; shift; exec \"$@\" </dev/null >\"$log\" 2>&1", "sh", log.string()};
@@ -49,13 +50,13 @@ std::vector<std::string> Quietly(const std::vector<std::string>& command, const 
   return words;
 }
 
-/// Asks them to end, and waits until they have.
+/// Asks the children to end, and waits until they have.
 void EndAll(std::vector<ChildProcess>& children) {
   for (const ChildProcess& child : children) child.Signal(SIGTERM);
   for (ChildProcess& child : children) child.Wait(kTrialEnds);
 }
 
-/// Sets `ended` when all have ended, and returns an error when one has not ended well.
+/// Sets `ended` to whether all peers have ended. Returns an error if a peer has not ended well.
 std::optional<Error> EndOf(std::vector<ChildProcess>& peers, bool& ended) {
   ended = true;
   for (ChildProcess& peer : peers) {
@@ -69,7 +70,7 @@ std::optional<Error> EndOf(std::vector<ChildProcess>& peers, bool& ended) {
   return std::nullopt;
 }
 
-/// Returns whether the peer that writes this log has told that the other one left.
+/// Returns whether the peer that writes this log has told that the other peer left.
 bool ToldThatLeft(const fs::path& log, const std::string& other) {
   std::ifstream stream(log);
   const std::string told = "tandem: " + other + " left";
@@ -193,7 +194,7 @@ std::vector<std::string> TrialRunner::WordsOfUser(const TrialPeers& peers, std::
   more.insert(more.end(), law.begin(), law.end());
   std::vector<std::string> words = WordsOf(peer, more);
   if (peers.all_here) return words;
-  // the interface is the reach's, not the loopback
+  // the interface is in the reach, and is not the loopback
   const auto interface = std::ranges::find(words, "--interface");
   words.erase(interface, interface + 2);
   words.insert(words.end(), setup_.reach.begin(), setup_.reach.end());
@@ -262,15 +263,16 @@ Result<TrialMeasures> TrialRunner::RunReal(const TrialOfParticipant& trial, cons
       return Measure(trial.plan, scene, folder);
     }
     const bool closed = window && window->Poll();
-    // Enter counts once the hand has begun: what is typed while the scene loads ends nothing.
-    // The trace is read after the line: a hand that began before it is known
+    // Enter counts once the hand has begun: a line that is typed while the scene loads ends
+    // nothing. The trace is read after the line, so that a hand that began before the line is
+    // known.
     const bool line = setup_.persons && interview.LineWithin(kTrialPeriod);
     if (!setup_.persons) std::this_thread::sleep_for(kTrialPeriod);
     for (const TraceSample& sample : tail.ReadNew()) {
       if (!began_ns) began_ns = sample.time_ns;
       meter.See(FrameOf(sample, *began_ns));
     }
-    // alone there is nothing to measure: the trial ends at both sites
+    // one peer alone measures nothing: the trial ends at both sites
     const bool alone =
         !all_here && began_ns &&
         ToldThatLeft(folder / (NameOfUser(peers.own) + ".log"), NameOfUser(1 - peers.own));
@@ -313,7 +315,7 @@ Result<TrialMeasures> TrialRunner::Measure(const PlannedTrial& plan, const LabSc
   const double missed = report.value("missed", 0.0);
   measures.delay_ms = report.value("delay_ms", TrialMeasures::kNone);
   measures.missed_share = missed / std::max(frames + missed, 1.0);
-  // for other programs; the recording itself stays
+  // the export is for other programs; the recording itself stays
   Result<ChildProcess> exporting = ChildProcess::Start(
       Quietly({(ProgramFolder() / "tandem").string(), "replay", recording.string(), "--export",
                (folder / "trial.mcap").string()},

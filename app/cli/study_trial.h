@@ -16,14 +16,14 @@
 
 namespace tandem {
 
-/// How trials are run at this site.
+/// The settings by which trials run at this site.
 struct TrialSetup {
   bool persons = true;             // else modelled hands
   bool real_peers = true;          // else virtual time, for modelled hands alone
   bool partner_site = false;       // this machine has the partner's peer, not the participant's
-  std::string device;              // of the person here, NAME:OPTIONS; empty: the window
+  std::string device;              // device of the person here, NAME:OPTIONS; empty: the window
   std::vector<std::string> reach;  // options by which peers reach a partner at another site
-  double wait_seconds = 60;        // for the partner
+  double wait_seconds = 60;        // time to wait for the partner
 };
 
 struct TrialOfParticipant {
@@ -35,15 +35,16 @@ struct TrialOfParticipant {
 /// Runs a study's trials, one at a time.
 class TrialRunner {
  public:
-  /// `study` lives longer.
+  /// `study` must outlive this object.
   TrialRunner(const Study& study, TrialSetup setup);
 
-  /// Loads the scenes of all trials, so that what is wrong with them is told before anybody
+  /// Loads the scenes of all trials, so that the program tells of their faults before anybody
   /// consents.
   std::optional<Error> LoadScenes();
-  /// Runs a trial and measures it. Leaves in `folder`, which is there and empty: case.json, hand
-  /// files and, of virtual time, series.csv; of real peers their plans, recordings, reports, what
-  /// they said, and trial.mcap. Errors: the trial was cut short by something else than the person.
+  /// Runs a trial and measures it. `folder` is there and empty. In it the trial leaves case.json,
+  /// hand files and, in virtual time, series.csv. Real peers leave their plans, recordings,
+  /// reports, what they said, and trial.mcap. Errors: something else than the person cut the trial
+  /// short.
   Result<TrialMeasures> Run(const TrialOfParticipant& trial, const std::filesystem::path& folder,
                             Interview& interview);
 
@@ -75,7 +76,7 @@ class TrialRunner {
 
   const Study& study_;
   TrialSetup setup_;
-  std::map<std::string, LabScene> scenes_;  // by scene and body
+  std::map<std::string, LabScene> scenes_;  // key is scene and body
 };
 
 }  // namespace tandem

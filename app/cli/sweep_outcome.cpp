@@ -15,7 +15,7 @@ namespace tandem {
 
 namespace {
 
-constexpr std::size_t kMostTold = 10;  // cells
+constexpr std::size_t kMostTold = 10;  // cells that are told
 
 void TellCell(const CellRecord& record) {
   const CaseResult& result = record.outcome.result;

@@ -9,32 +9,32 @@
 
 namespace tandem {
 
-/// "1 pose", "2 poses".
+/// Returns a count and its noun: "1 pose", "2 poses".
 inline std::string Counted(std::uint64_t count, const std::string& one) {
   return std::to_string(count) + " " + one + (count == 1 ? "" : "s");
 }
 
-/// All sixteen hexadecimal digits.
+/// Returns all sixteen hexadecimal digits.
 inline std::string Hex(std::uint64_t value) {
   char digits[17];
   std::snprintf(digits, sizeof digits, "%016" PRIx64, value);
   return digits;
 }
 
-/// Before each line: whose it is, where a command has started several programs. Empty: not told.
-/// Set before the program's threads start.
+/// Returns the name that is put before each line, where a command has started several programs.
+/// Empty: no name. Set it before the program's threads start.
 inline std::string& Speaker() {
   static std::string speaker;
   return speaker;
 }
 
-/// The newest line that this thread has said, for those who must tell another program why.
+/// Returns the newest line that this thread has said, for code that must tell another program why.
 inline std::string& LastSaid() {
   thread_local std::string line;
   return line;
 }
 
-/// A line for a person, on stderr: stdout is for what programs read. Never waits for a terminal or
+/// Says a line to a person, on stderr, because programs read stdout. Never waits for a terminal or
 /// a pipe.
 inline void Say(const std::string& line) {
   LastSaid() = line;
@@ -42,7 +42,7 @@ inline void Say(const std::string& line) {
   StandardError().WriteLine("tandem: " + who + line);
 }
 
-/// The same, and the exit code to end with.
+/// Says a line and returns the exit code to end with.
 inline int Fail(int exit_code, const std::string& line) {
   Say(line);
   return exit_code;

@@ -28,17 +28,17 @@ namespace tandem {
 namespace {
 
 constexpr const char* kIp = "/usr/sbin/ip";
-constexpr std::size_t kLongestFrame = 2048;  // bytes of Ethernet
+constexpr std::size_t kLongestFrame = 2048;  // bytes of an Ethernet frame
 constexpr int kBurst = 64;                   // frames of a port in a row
 
-/// Runs `ip WORDS` to its end.
+/// Runs `ip WORDS` to its end. Returns whether it succeeded.
 bool Ip(std::vector<std::string> words) {
   words.insert(words.begin(), kIp);
   Result<ChildProcess> ip = ChildProcess::Start(words);
   return ip && ip->Wait(std::chrono::seconds(10)) == 0;
 }
 
-/// Frames that are under way, first due first; of one time in the order of their coming.
+/// The frames under way, ordered by due time and then by arrival.
 using UnderWay = std::multimap<std::int64_t, std::pair<std::size_t, std::vector<char>>>;
 
 }  // namespace
@@ -59,7 +59,7 @@ Result<std::unique_ptr<TapHub>> TapHub::Open(std::size_t ports, const Conditions
   hub->thread_ = std::thread([raw = hub.get()] {
     raw->Run();
   });
-  // where that is permitted no packet waits for a core, as it does not in a network
+  // with this priority, where permitted, no packet waits for a core, as none does in a network
   const sched_param before_ordinary_threads{.sched_priority = 1};
   pthread_setschedparam(hub->thread_.native_handle(), SCHED_FIFO, &before_ordinary_threads);
   return hub;

@@ -16,31 +16,33 @@
 
 namespace tandem {
 
-/// A network of real packets on this machine, for programs that are to be as if on several: a
-/// network namespace for each port and, between them, a hub in this process that holds every frame
-/// of Ethernet back, or loses it, as a link conditioner says. So all of a session is late, its
-/// discovery and its answers too. Needs root, Linux and the command `ip`; gone with this object.
+/// A network of real packets on this machine, for programs that are to run as if on several
+/// machines. Each port has a network namespace. A hub in this process holds every Ethernet frame
+/// between them back, or loses it, as a link conditioner says. So all of a session is late, its
+/// discovery and its answers too. Needs root, Linux and the command `ip`. The network is gone with
+/// this object.
 class TapHub {
  public:
   /// The network card that programs see at their port: 10.78.0.1, 10.78.0.2 ...
   static constexpr const char* kInterface = "tandem0";
 
-  /// What happens to that which one port sends to another.
+  /// A function that gives the conditions for frames from one port to another.
   using Conditions = std::function<LinkConditions(std::size_t from, std::size_t to)>;
 
-  /// Errors say what is missing.
+  /// Makes the network. Errors say what is missing.
   static Result<std::unique_ptr<TapHub>> Open(std::size_t ports, const Conditions& conditions);
   ~TapHub();
   TapHub(const TapHub&) = delete;
   TapHub& operator=(const TapHub&) = delete;
 
-  /// Other conditions from now on for what one port sends to another: a cable that is pulled. What
-  /// is under way arrives. From any thread.
+  /// Sets other conditions for frames from one port to another, such as those of a pulled cable.
+  /// Frames under way arrive. From any thread.
   void Switch(std::size_t from, std::size_t to, const LinkConditions& conditions);
 
-  /// The command as it is to be started to run at that port.
+  /// Returns the words that start the command at that port.
   std::vector<std::string> At(std::size_t port, std::vector<std::string> command) const;
-  /// Frames carried so far, and lost by the conditions.
+  /// Returns the number of frames carried so far, or lost: by the conditions or at a port whose
+  /// queue is full.
   std::uint64_t carried() const noexcept { return carried_.load(); }
   std::uint64_t lost() const noexcept { return lost_.load(); }
 
@@ -55,8 +57,8 @@ class TapHub {
   void Run();
 
   std::vector<Port> ports_;
-  std::mutex mutex_;                    // of links_
-  std::vector<LinkConditioner> links_;  // from * ports + to
+  std::mutex mutex_;                    // guards links_
+  std::vector<LinkConditioner> links_;  // index is from * ports + to
   std::atomic<bool> stop_{false};
   std::atomic<std::uint64_t> carried_{0};
   std::atomic<std::uint64_t> lost_{0};

@@ -23,7 +23,7 @@ double MedianNs(const Work& work) {
 }  // namespace
 
 TestPrices MeasureTestPrices(const ContactPair& pair) {
-  constexpr std::uint32_t kAhead = 12;  // blocks, as the schedule
+  constexpr std::uint32_t kAhead = 12;  // blocks, as in the schedule
   const PointBlocks& blocks = pair.blocks();
   const Schedule& schedule = pair.schedule();
   const auto count = static_cast<std::uint32_t>(blocks.size());
@@ -50,7 +50,7 @@ TestPrices MeasureTestPrices(const ContactPair& pair) {
                         }
                       }) /
                       points;
-  volatile float kept = farthest;  // so that it is not optimized away
+  volatile float kept = farthest;  // keeps the compiler from leaving the loop out
   static_cast<void>(kept);
   return prices;
 }

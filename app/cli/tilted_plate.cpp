@@ -37,7 +37,7 @@ BodySurface SurfaceOf(const TriangleMesh& mesh_W, const Pose& X_WB, double clear
   return std::move(*made);
 }
 
-/// Of a body's vertices the lowest along a normal, from the body's origin, m.
+/// Returns the height of a body's lowest vertex along a normal, from the body's origin, m.
 double Lowest(const TriangleMesh& mesh_B, const Quat& q_WB, const Vec3& normal_W) {
   double lowest = std::numeric_limits<double>::max();
   for (const Vec3& v : mesh_B.vertices) lowest = std::min(lowest, normal_W.dot(q_WB * v));
@@ -47,7 +47,7 @@ double Lowest(const TriangleMesh& mesh_B, const Quat& q_WB, const Vec3& normal_W
 }  // namespace
 
 Quat DrawnRotation(std::mt19937_64& random) {
-  // Shoemake's three numbers
+  // Shoemake's method
   const double u = Uniform(random, 0, 1);
   const double a = Uniform(random, 0, 2 * std::numbers::pi);
   const double b = Uniform(random, 0, 2 * std::numbers::pi);

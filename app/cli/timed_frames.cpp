@@ -19,17 +19,16 @@ namespace tandem {
 namespace {
 
 constexpr std::int64_t kPeriodNs = 1'000'000;
-constexpr int kSizeEvery = 500;  // frames after which empty work is sized anew
+constexpr int kSizeEvery = 500;  // frames between two new sizes of the empty work
 
-/// Counts those of the calling thread, or, where helpers share a frame, of all the program's
-/// threads.
+/// Returns the page faults of the calling thread or, where helpers share a frame, of all threads.
 long PageFaults(const FrameHelpers& helpers) {
   rusage usage{};
   getrusage(helpers.threads() > 1 ? RUSAGE_SELF : RUSAGE_THREAD, &usage);
   return usage.ru_minflt + usage.ru_majflt;
 }
 
-/// Of a world whose first body a hand holds.
+/// Returns inputs for a world whose first body a hand holds.
 StepInputs InputsOf(const World& world, const Pose& X_BD, const FrameCapacity& capacity) {
   StepInputs inputs;
   inputs.bodies.resize(world.model().bodies.size());
@@ -43,7 +42,7 @@ StepInputs InputsOf(const World& world, const Pose& X_BD, const FrameCapacity& c
   return inputs;
 }
 
-/// Point tests that all pairs owe in the next frame, however far it goes.
+/// Returns the point tests that all pairs owe in the next frame, however far it goes.
 std::int64_t OwedTests(const World& world) {
   TestLoad load;
   for (std::size_t pair = 0; pair < world.pair_count(); ++pair) load += world.pair(pair).load();
@@ -92,7 +91,7 @@ void RunFrames(World& world, const FrameHand& hand, const Pose& X_BD, const Fram
       [&](std::int64_t deadline, std::int64_t start_ns) {
         const bool waited = report.waited > 0;
         const std::int64_t frame = deadline - figures.waits.frames;
-        // whoever waits for voxels does not move the hand
+        // the hand stands still while a frame waits for voxels
         if (!waited) inputs.hand.goal = hand(frame, report);
         if (follower) inputs.capacity = follower->tests();
         all.Remember();
@@ -146,7 +145,7 @@ void RunFrames(World& world, const FrameHand& hand, const Pose& X_BD, const Fram
         figures.at_bound += (report.flags & StepReport::kOverCapacity) == 0;
         figures.page_faults += new_faults;
         ++figures.frames;
-        // of voxels that are not all in memory nothing can be said
+        // violations cannot be counted where part of the voxels is not in memory
         if (frame % check_every == 0 && world.resident_voxels() == nullptr) {
           figures.violations += all.Violations();
           figures.point_frames += static_cast<double>(all.count());
@@ -154,7 +153,7 @@ void RunFrames(World& world, const FrameHand& hand, const Pose& X_BD, const Fram
         return figures.frames < frames;
       });
   thread.Join();
-  static bool told = false;  // of the first of several runs
+  static bool told = false;  // the warning comes once, in the first of several runs
   if (!thread.realtime().fifo && !std::exchange(told, true)) Say(thread.realtime().warning);
 }
 

@@ -13,13 +13,13 @@
 
 namespace tandem {
 
-inline constexpr int kFramePriority = 30;  // of the thread that runs them
+inline constexpr int kFramePriority = 30;  // priority of the thread that runs frames
 inline constexpr int kWarmUp = 500;        // frames before anything counts
 
-/// What frames took, and what was done in them.
+/// The times of frames, and the work done in them.
 struct FrameFigures {
   Histogram cpu, wall, noise;
-  Histogram helpers_cpu;                       // of all helpers together
+  Histogram helpers_cpu;                       // processor time of all helpers together
   Histogram owed;                              // point tests that a frame leaves to the next one
   double contacts = 0, looks = 0, loaded = 0;  // sums over frames
   double tests = 0, drifted = 0, chunks = 0;
@@ -29,30 +29,30 @@ struct FrameFigures {
   std::int64_t over_1ms = 0;   // frames of more than a millisecond by the wall's clock
   std::int64_t missed = 0;     // deadlines that passed from a frame's own to its end
   std::size_t violations = 0;
-  double point_frames = 0;  // looked at for violations
+  double point_frames = 0;  // points looked at for violations, summed over frames
   long page_faults = 0;
   VoxelWaits waits;
   double capacity = 0;  // sum over frames
   std::int64_t worst_ns = 0;
-  StepReport worst;  // of the frame that took longest
+  StepReport worst;  // report of the frame that took longest
 };
 
-/// What holds the body: gives its goal, frame by frame.
+/// A function that gives the goal of the hand that holds the body, frame by frame.
 using FrameHand = std::function<Anchor(std::int64_t frame, const StepReport& report)>;
 
-/// Runs frames back to back, whatever the time, at one capacity, and keeps the least processor time
-/// of each, ns, of this thread: of several runs what they take with caches warm and nobody in
-/// between. Voxels that are not in memory are waited for. `after`, if any, is called after each
+/// Runs frames back to back, at no fixed rate and with one capacity. Keeps the least processor time
+/// of each frame on this thread, ns. Over several runs these are times with warm caches and without
+/// interruption. It waits for voxels that are not in memory. It calls `after`, if any, after each
 /// frame.
 void RunBackToBack(World& world, const FrameHand& hand, const Pose& X_BD,
                    const FrameCapacity& capacity, std::vector<std::int64_t>& least_ns,
                    const std::function<void()>& after = {});
 
-/// Runs frames at 1 kHz on a real-time thread, each with empty work of its length beside it, until
-/// so many are counted. `budget_s`: what a frame's tests may take, which capacity then follows; 0:
-/// it stays as given. Every so many frames all points are looked at. The hand stands still in
-/// frames that wait for voxels, which count as such alone; after kLongestVoxelWait of them the run
-/// ends.
+/// Runs frames at 1 kHz on a real-time thread until `frames` are counted, each with empty work of
+/// its length beside it. `budget_s`: time that a frame's tests may take, which capacity then
+/// follows; 0: capacity stays as given. Every `check_every` frames all points are looked at. In
+/// frames that wait for voxels the hand stands still, and they count as waits alone. After
+/// kLongestVoxelWait such frames in a row the run ends.
 void RunFrames(World& world, const FrameHand& hand, const Pose& X_BD, const FrameCapacity& capacity,
                double budget_s, int frames, int check_every, const FrameHelpers& helpers,
                FrameFigures& figures);

@@ -20,7 +20,7 @@ std::array<Way, 2> WaysOf(const NetworkTrace& trace) {
   return {Way{"there", &trace.there_ms}, Way{"back", &trace.back_ms}};
 }
 
-/// The delay that this share of all samples that arrived stays below; 0: none arrived.
+/// Returns the delay below which this share of all samples that arrived stays; 0: none arrived.
 double QuantileOf(const std::vector<float>& delay_ms, double share) {
   std::vector<float> arrived;
   std::ranges::copy_if(delay_ms, std::back_inserter(arrived), [](float delay) {

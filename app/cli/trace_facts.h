@@ -8,7 +8,7 @@
 
 namespace tandem {
 
-/// Returns a line for each way of a trace, which tells a person its delays and losses.
+/// Returns a line for each direction of a trace, with its delays and losses for a person.
 std::string FactsAsText(const NetworkTrace& trace);
 nlohmann::ordered_json FactsAsJson(const NetworkTrace& trace);
 

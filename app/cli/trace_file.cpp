@@ -14,7 +14,7 @@ namespace tandem {
 
 namespace {
 
-// time since the first frame apart, for a double does not hold all ns of a long uptime
+// whole seconds stand apart, because a double does not hold all ns of a long uptime
 using TraceRow = std::array<double, kTraceColumns>;
 
 TraceRow AsRow(const TraceSample& sample) {
@@ -114,7 +114,7 @@ std::vector<TraceSample> TraceTail::ReadNew() {
   std::vector<TraceSample> fresh;
   if (!stream_.is_open()) stream_.open(file_, std::ios::binary);
   if (!stream_.is_open()) return fresh;
-  stream_.clear();  // the end that was met before may be the end no more
+  stream_.clear();  // the file may have grown since its end was met
   stream_.seekg(read_);
   TraceRow row{};
   while (stream_.read(reinterpret_cast<char*>(row.data()), sizeof row)) {

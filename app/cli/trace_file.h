@@ -16,20 +16,20 @@
 
 namespace tandem {
 
-/// The columns of a trace, a file of doubles: s and ns of the frame's time, p_WB (m), q_WB
-/// (x, y, z, w), the angular (rad/s) and linear (m/s) velocity in W, the hand's force (N), the
-/// number of contact points and 0.5 if contact pushes.
+/// The columns of a trace, a file of doubles: the frame's time as whole seconds and the rest (both
+/// s), p_WB (m), q_WB (x, y, z, w), the angular (rad/s) and linear (m/s) velocity in W, the hand's
+/// force (N), and the number of contact points, plus 0.5 if contact pushes.
 inline constexpr std::size_t kTraceColumns = 17;
 
-/// Why a trace could not be written into this file, in one line; empty: it can. It is opened while
-/// the run begins, and a pipe that nobody reads would be waited for.
+/// Returns why a trace cannot be written into this file, in one line; empty: it can. The run opens
+/// the file as it begins, and would wait for a reader of a pipe.
 std::string WhyNoTrace(const std::filesystem::path& file);
 
-/// Writes a peer's trace while it grows, on a thread of its own: after a long run there is little
-/// left to write, so the program ends in time.
+/// Writes a peer's trace while it grows, on a thread of its own. After a long run little is left to
+/// write, so the program ends in time.
 class TraceFile {
  public:
-  /// The frames that are traced so far. Called on this object's thread.
+  /// Returns the frames that are traced so far. This object's thread calls it, and Close().
   using Traced = std::function<std::span<const TraceSample>()>;
 
   TraceFile(std::filesystem::path file, Traced traced);
@@ -38,7 +38,7 @@ class TraceFile {
   TraceFile(const TraceFile&) = delete;
   TraceFile& operator=(const TraceFile&) = delete;
 
-  /// Writes what is left. Error: some of the trace could not be written. Called once.
+  /// Writes what is left. Call it once. Error: some of the trace could not be written.
   Result<bool> Close();
 
  private:
@@ -59,8 +59,8 @@ class TraceFile {
 class TraceTail {
  public:
   explicit TraceTail(std::filesystem::path file);
-  /// Returns the frames that are whole in the file and were not returned yet. None where there is
-  /// no file.
+  /// Returns the frames that are whole in the file and were not returned yet. None if there is no
+  /// file.
   std::vector<TraceSample> ReadNew();
 
  private:

@@ -14,7 +14,7 @@ namespace tandem {
 namespace {
 
 constexpr std::size_t kMostJudgedTriangles = 300'000;
-constexpr double kRounding = 0.01;  // voxels: nearer than that, surfaces meet
+constexpr double kRounding = 0.01;  // voxels; at a smaller distance surfaces meet
 
 std::size_t TrianglesOf(const WorldModel& model) {
   std::size_t triangles = 0;
@@ -22,20 +22,20 @@ std::size_t TrianglesOf(const WorldModel& model) {
   return triangles;
 }
 
-/// Of one pose or more: that farthest from the first place.
+/// Returns the pose that is farthest from the first place. `poses` must not be empty.
 const Pose& FarthestOf(const std::vector<Pose>& poses, const Pose& X_WB0) {
   return *std::ranges::max_element(poses, {}, [&X_WB0](const Pose& X_WB) {
     return (X_WB.p - X_WB0.p).squaredNorm();
   });
 }
 
-/// What contact holds a body away from; nothing: it lets the surfaces meet.
+/// Returns the body that contact keeps a body away from; nothing: contact lets the surfaces meet.
 std::optional<NearestBody> HeldFrom(const WorldModel& model, std::size_t body,
                                     const std::vector<LastPlace>& last) {
   if (!last[body].loaded || TrianglesOf(model) > kMostJudgedTriangles) return std::nullopt;
   std::vector<Pose> bodies_WB;
   for (const LastPlace& place : last) bodies_WB.push_back(place.X_WB);
-  // no contact reaches so far, not even the plain model's
+  // contact does not reach so far, not even in the plain model
   const double at_most = 2 * ContactBegins(model.scene, 0);
   auto nearest = NearestTo(model, body, bodies_WB, at_most);
   if (nearest && nearest->distance <= kRounding * model.scene.voxel_size) return std::nullopt;
@@ -141,7 +141,7 @@ std::string Millimetres(double metres) {
   return text.data();
 }
 
-/// What a hand's body went into.
+/// Returns what a hand's body went into, and how deep.
 std::string DescribeDepth(const BodyVerdict& verdict) {
   if (!verdict.deepest) return "how deep it went into what is fixed is not judged";
   if (verdict.poses_judged == 0) return "it touched nothing";

@@ -42,7 +42,7 @@ struct VoxelizeArguments {
   bool json = false;
 };
 
-/// Shows a person how far it is, and stops when one presses Ctrl-C.
+/// Returns a function that shows a person the progress and asks `stop` to stop on Ctrl-C.
 std::function<void(double)> Watch(std::stop_source& stop) {
   const std::atomic<bool>& stop_asked = StopOnSignals();
   const bool shown = isatty(STDERR_FILENO) != 0;
@@ -63,7 +63,7 @@ std::optional<double> AsNumber(const std::string& text) {
   return value;
 }
 
-/// Writes what refined contact meets to a file, and gives how many bytes it has.
+/// Writes the surface for refined contact to a file. Returns its size in bytes.
 Result<std::size_t> WriteSurface(const VoxelizeArguments& arguments, const TriangleMesh& mesh,
                                  double voxel_size, const std::stop_token& stop) {
   const SurfaceOptions options{

@@ -19,9 +19,9 @@ namespace tandem {
 
 namespace {
 
-constexpr double kPaperShift = 0.5;  // voxels, of the ball's points (paper section 7)
+constexpr double kPaperShift = 0.5;  // voxels, shift of the ball's points (paper section 7)
 
-/// The bodies of a scene, the one in hand apart.
+/// The bodies of a scene: the body in hand, and all others.
 struct TwoMeshes {
   TriangleMesh moving;
   TriangleMesh fixed;

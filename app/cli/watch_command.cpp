@@ -39,31 +39,31 @@ namespace {
 
 using Presence = ViewedPeer::Presence;
 
-constexpr std::int64_t kTurnNs = 100'000'000;      // looks at what is new
-constexpr std::int64_t kBeatNs = 250'000'000;      // says that it is here
-constexpr std::int64_t kStatusNs = 1'000'000'000;  // says what it receives
-constexpr std::size_t kBodiesTold = 12;            // of each peer, in a line
+constexpr std::int64_t kTurnNs = 100'000'000;      // period of looks at what is new
+constexpr std::int64_t kBeatNs = 250'000'000;      // period of "I am here"
+constexpr std::int64_t kStatusNs = 1'000'000'000;  // period of lines on what is received
+constexpr std::size_t kBodiesTold = 12;            // bodies of each peer in a line
 constexpr std::size_t kMostScenes = 16;
 
 std::string NameOf(const ViewedPeer& peer) {
   return peer.info.name.empty() ? "peer " + std::to_string(peer.info.peer) : peer.info.name;
 }
 
-/// What was given with --scene.
+/// The scene that was given with --scene.
 struct OwnScene {
   Scene scene;
   SceneHash hash;
 };
 
-/// Looks for one scene after the other on this machine, on a thread of its own, which takes as long
-/// as the disk does.
+/// Looks for one scene after the other on this machine. A thread of its own does it, because it
+/// takes as long as the disk does.
 class SceneSearches {
  public:
   ~SceneSearches() { stop_.request_stop(); }
 
   void Add(const SceneManifest& scene) { waiting_.push_back(scene); }
 
-  /// What to say of a search that has come to its end; begins the next.
+  /// Returns the result of a search that has ended, and begins the next.
   std::optional<std::string> TakeNews() {
     std::optional<std::string> news;
     if (answer_.valid() && answer_.wait_for(std::chrono::seconds(0)) == std::future_status::ready) {
@@ -93,14 +93,14 @@ class SceneSearches {
 
   std::deque<SceneManifest> waiting_;
   std::stop_source stop_;
-  std::future<std::string> answer_;  // is waited for at the end
+  std::future<std::string> answer_;  // the destructor waits for it
 };
 
 /// Tells the news of a session, line by line.
 class Reporter {
  public:
-  /// `security`: who can listen, to be said once somebody is heard. `as_part`: others are known to
-  /// come.
+  /// `security`: who can listen, which is said once a peer is heard. `as_part`: other peers are
+  /// known to come.
   Reporter(std::optional<OwnScene> own, AnnouncedSession session, std::string security,
            bool as_part)
       : own_(std::move(own)),
@@ -118,7 +118,7 @@ class Reporter {
 
   void CollectNews(const ViewerPicture& picture) {
     if (!picture.peers.empty() && !security_.empty()) Say(std::exchange(security_, {}));
-    // a session goes by one scene; who makes up more is told of no further
+    // a session goes by one scene; only the first kMostScenes of a peer that invents more are told
     if (picture.scene && told_scene_.size() < kMostScenes &&
         told_scene_.insert(picture.scene->content_hash).second) {
       TellScene(*picture.scene);
@@ -126,7 +126,7 @@ class Reporter {
     if (const auto found = searches_.TakeNews()) Note(*found);
     ForgetGone(picture);
     for (const ViewedPeer& peer : picture.peers) {
-      if (peer.info.name.empty() && peer.presence == Presence::kHere) continue;  // about to be told
+      if (peer.info.name.empty() && peer.presence == Presence::kHere) continue;  // its name follows
       const auto [known, is_new] = told_.try_emplace(peer.info.peer, peer.presence);
       if (!is_new && known->second == peer.presence) continue;
       known->second = peer.presence;
@@ -178,7 +178,7 @@ class Reporter {
   }
 
  private:
-  /// The picture keeps so many, and what is told of them is no more.
+  /// Forgets peers that the picture no longer has, so that both stay limited.
   void ForgetGone(const ViewerPicture& picture) {
     if (told_.size() <= 2 * Viewer::kMost) return;
     std::erase_if(told_, [&picture](const auto& one) {
@@ -257,7 +257,7 @@ int WatchCommand(const WatchOptions& asked) {
   });
   Say("watching session " + options.session);
   if (options.on_entered) options.on_entered({.peer = *id, .name = options.name, .holding = {}});
-  std::unique_ptr<SessionsNearby> nearby;  // while nobody is heard: it takes a port of DDS
+  std::unique_ptr<SessionsNearby> nearby;  // only while nobody is heard: it takes a DDS port
 
   PeerInfo info;
   info.peer = dds.peer;
