@@ -37,13 +37,13 @@ bool ReadHex(const std::string& text, Digest256& digest) {
   return true;
 }
 
-/// A text under a key; empty: there is none.
+/// Returns the text under a key; empty: there is none.
 std::string TextIn(const nlohmann::json& object, const char* key) {
   const auto found = object.find(key);
   return found != object.end() && found->is_string() ? found->get<std::string>() : std::string();
 }
 
-/// Nothing but an object of this version. Depth and size are bounded by the length of a message.
+/// Returns an object of this version, or null. The message's length bounds its depth and size.
 nlohmann::json ObjectIn(const std::string& text, std::size_t longest) {
   if (text.size() > longest) return {};
   nlohmann::json object = nlohmann::json::parse(text, nullptr, false);

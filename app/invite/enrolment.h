@@ -9,13 +9,13 @@
 
 namespace tandem {
 
-// What the two ends of an enrolment say to one another, within TLS: a request, then an answer, each
-// one line of JSON. The joiner's private key is in neither.
+// The messages of an enrolment, inside TLS: the joiner's request, then the inviter's answer. Each
+// is one line of JSON. Neither has the joiner's private key.
 
-/// Files of a member's folder by name.
+/// The files of a member's folder, by name.
 using MemberFiles = std::map<std::string, std::string>;
 
-/// The joiner asks for a certificate and shows that it has the line.
+/// The joiner asks for a certificate and proves that it has the line.
 struct EnrolmentRequest {
   static constexpr std::size_t kLongest = 8192;  // bytes of the line of JSON
 
@@ -23,24 +23,25 @@ struct EnrolmentRequest {
   std::string certificate_request;  // PEM
 };
 
-/// The inviter gives what makes a member, or says why not.
+/// The inviter gives the files that make a member, or says why it refuses.
 struct EnrolmentAnswer {
   static constexpr std::size_t kLongest = std::size_t{1} << 20U;
 
-  std::string refused;  // reason, in a line; empty: the rest counts
+  std::string refused;  // reason in a line; empty: the other members count
   std::string session;
-  std::string name;  // the member's, which the inviter has chosen
+  std::string name;  // member's name, chosen by the inviter
   Role role = Role::kActive;
   MemberFiles files;
 };
 
-/// What shows that one has the line, on this connection and no other: a keyed digest over all of
-/// the line that is no secret, so that a line with another session, role or time is another one.
+/// Returns the proof that the joiner has the line, valid on this connection only. It is a keyed
+/// digest over the connection's binding and the public part of the line. A line with another
+/// session, role or time has another proof.
 Digest256 ProofOf(const Invitation& invitation, const Digest256& binding);
 
 std::string TextOf(const EnrolmentRequest& request);
 std::string TextOf(const EnrolmentAnswer& answer);
-/// Errors: it is no such line. Either comes from the network.
+/// Errors: the text is not such a message. Both texts come from the network.
 Result<EnrolmentRequest> ReadEnrolmentRequest(const std::string& text);
 Result<EnrolmentAnswer> ReadEnrolmentAnswer(const std::string& text);
 

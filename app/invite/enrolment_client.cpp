@@ -27,7 +27,7 @@ constexpr int kTurnMs = 50;
 
 using Kind = EnrolmentFault::Kind;
 
-/// A TCP socket on its way to one host.
+/// A TCP connection to one host that is being opened.
 class Way {
  public:
   Way(std::string host, std::uint16_t port)
@@ -59,7 +59,7 @@ class Way {
   int socket_now() const { return socket_; }
   bool dead() const { return socket_ < 0; }
   std::string fault() const { return fault_.empty() ? "no answer" : fault_; }
-  /// Whether it is connected, once the socket is ready to write.
+  /// Returns whether the connection is established. Called once the socket is ready to write.
   bool Connected() {
     int fault = 0;
     socklen_t size = sizeof fault;
@@ -83,14 +83,14 @@ class Way {
   std::string fault_;
 };
 
-/// TLS over a socket, with an end in time.
+/// A TLS connection over a socket, with a deadline.
 class Talk {
  public:
   Talk(int socket, std::int64_t until_ns, const std::function<bool()>& stopped)
       : socket_(socket), until_ns_(until_ns), stopped_(stopped), tls_(TlsEnd::Client()) {}
 
   TlsEnd& tls() { return tls_; }
-  /// Goes on until `done` says so; false: the connection or the time has ended.
+  /// Sends and receives until `done`. False: the connection or the time has ended, or `stopped`.
   template <typename Done>
   bool Until(Done done) {
     for (;;) {
@@ -105,7 +105,7 @@ class Talk {
       ended_ = size == 0 || (size < 0 && errno != EAGAIN && errno != EINTR);
     }
   }
-  /// One line of text.
+  /// Returns the next line of text.
   std::optional<std::string> Line(std::size_t longest) {
     std::string text;
     const bool whole = Until([&] {
@@ -144,7 +144,7 @@ std::string HostOf(const std::string& host_and_port) {
   return host_and_port.substr(0, host_and_port.find(':'));
 }
 
-/// Ways to all hosts of an invitation, each taken once it is connected.
+/// The connections to all hosts of an invitation. Each is handed out once it is established.
 class Ways {
  public:
   explicit Ways(const Invitation& invitation) {
@@ -152,7 +152,7 @@ class Ways {
       ways_.emplace_back(HostOf(host), invitation.enrolment.port);
     }
   }
-  /// The next that is connected, in the order in which they come; null: no more does in time.
+  /// Returns the next established connection; null: no other one is established in time.
   Way* Next(const std::function<bool()>& stopped) {
     while (MonotonicNowNs() < until_ns_ && !stopped()) {
       std::vector<pollfd> waits;
@@ -172,7 +172,7 @@ class Ways {
     }
     return nullptr;
   }
-  /// Each that led nowhere, with the reason.
+  /// Lists the hosts that were not reached, with the reason for each.
   std::string Faults() const {
     std::string all;
     for (const Way& way : ways_) {
@@ -188,7 +188,7 @@ class Ways {
   std::int64_t until_ns_ = MonotonicNowNs() + kConnectNs;
 };
 
-/// Why nobody may answer, by this machine's clock.
+/// Explains why no inviter answers, by this machine's clock.
 std::string WhyNobody(const Invitation& invitation) {
   const std::time_t now = std::time(nullptr);
   const std::string end = TimeForAPerson(invitation.enrolment.until, now);
@@ -205,7 +205,7 @@ EnrolmentOutcome Faulty(Kind kind, const std::string& what) {
   return {.answer = {}, .fault = EnrolmentFault{kind, what}};
 }
 
-/// Shakes hands and looks whether this is the inviter; what is wrong otherwise.
+/// Shakes hands and checks the certificate. Returns why this is not the inviter; nothing: it is.
 std::optional<std::string> WhyNotTheInviter(const Invitation& invitation, const Way& way,
                                             Talk& talk) {
   const bool open = talk.Until([&talk] {

@@ -9,37 +9,37 @@
 
 namespace tandem {
 
-/// Why an enrolment came to nothing.
+/// Why an enrolment failed.
 struct EnrolmentFault {
   enum class Kind : std::uint8_t {
-    kUnreachable,  // nobody answers
-    kStranger,     // another program than the inviter's answers
-    kRefused       // by the inviter
+    kUnreachable,  // no host answers
+    kStranger,     // a program other than the inviter's answers
+    kRefused       // the inviter refuses
   };
   Kind kind = Kind::kUnreachable;
-  std::string what;  // in a line
+  std::string what;  // description in a line
 };
 
-/// Either of the two.
+/// An inviter's answer, or the fault that prevented it.
 struct EnrolmentOutcome {
   EnrolmentAnswer answer;
   std::optional<EnrolmentFault> fault;
 };
 
-/// Asks the inviter of a secured session to sign a certificate request (PEM), at all of its hosts
-/// at once. Nothing is said to anybody whose certificate is not the line's. Takes ten seconds at
-/// the most, but for names that are slow to resolve; ends early on `stopped`.
+/// Asks the inviter of a secured session to sign a certificate request (PEM). Connects to all of
+/// its hosts at once. Sends nothing to a host whose certificate is not the line's. Takes at most
+/// ten seconds, plus the time to resolve names; ends early on `stopped`.
 EnrolmentOutcome Enrol(
     const Invitation& invitation, const std::string& certificate_request,
     const std::function<bool()>& stopped = [] {
       return false;
     });
 
-/// What a try to reach the inviter finds, without a word of the secret.
+/// The result of an attempt to reach the inviter that does not use the secret.
 struct InviterFacts {
-  std::string host;  // that answered; empty: none
+  std::string host;  // host that answered; empty: none
   bool is_the_inviter = false;
-  std::string what;  // in a line
+  std::string what;  // description in a line
 };
 InviterFacts ProbeInviter(const Invitation& invitation);
 

@@ -23,12 +23,13 @@ namespace {
 
 constexpr int kListenerTurnMs = 100;
 constexpr int kPortsTried = 20;
-constexpr std::size_t kMostReceived = 64 * 1024;     // bytes of a connection, of TLS
-constexpr std::int64_t kYieldNs = 2'000'000'000;     // then it makes place for another
-constexpr std::int64_t kAfterUseNs = 2'000'000'000;  // for the answer to go out
+constexpr std::size_t kMostReceived = 64 * 1024;     // TLS bytes of a connection
+constexpr std::int64_t kYieldNs = 2'000'000'000;     // age at which a connection makes place for
+                                                     // another
+constexpr std::int64_t kAfterUseNs = 2'000'000'000;  // time for the answer to be sent
 constexpr const char* kNotInvited = "this line is not the invitation that is open here";
 
-/// Whoever has connected.
+/// A client's connection.
 class Connection {
  public:
   Connection(int socket, const TlsIdentity& identity, std::int64_t now_ns)
@@ -44,7 +45,7 @@ class Connection {
   bool over() const { return over_; }
   bool waits_to_send() const { return !to_send_.empty(); }
 
-  /// Takes what has come; the whole request, once it has.
+  /// Receives bytes. Returns the request once it is complete.
   std::optional<std::string> Receive() {
     std::array<char, 4096> buffer;
     const ssize_t size = recv(socket_, buffer.data(), buffer.size(), MSG_DONTWAIT);
@@ -53,7 +54,7 @@ class Connection {
       return std::nullopt;
     }
     received_ += static_cast<std::size_t>(size);
-    // of one who was answered nothing more is read than that it went
+    // after its answer, the client's bytes are ignored; only its end counts
     if (size == 0 || received_ > kMostReceived) {
       over_ = true;
       return std::nullopt;
@@ -98,14 +99,15 @@ class Connection {
 
 using Connections = std::vector<std::unique_ptr<Connection>>;
 
-/// The oldest that has had its time and still asks for nothing.
+/// Returns the oldest connection that is older than kYieldNs and has no answer yet.
 Connections::iterator Idle(Connections& all, std::int64_t now_ns) {
   return std::ranges::find_if(all, [now_ns](const auto& one) {
     return !one->answered() && now_ns - one->since_ns() > kYieldNs;
   });
 }
 
-/// Whether there is place for one more, or somebody can make some. Otherwise it waits at the port.
+/// Returns whether one more connection has place, or an idle one can make place. Otherwise the
+/// client waits at the port.
 bool HasPlace(Connections& all, std::int64_t now_ns) {
   return all.size() < EnrolmentListener::kMostConnections || Idle(all, now_ns) != all.end();
 }
@@ -120,7 +122,7 @@ void Accept(int listener, const TlsIdentity& identity, std::int64_t now_ns, Conn
   if (socket >= 0) all.push_back(std::make_unique<Connection>(socket, identity, now_ns));
 }
 
-/// Listens at a port of all interfaces; below 0: it is taken.
+/// Listens at a port of all interfaces. A negative result is a failure, as errno says.
 int ListenAt(std::uint16_t port) {
   const int listener = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
   if (listener < 0) return listener;
@@ -137,7 +139,7 @@ int ListenAt(std::uint16_t port) {
   return -1;
 }
 
-/// The invitation while it is open: who asks, and how often it was wrong.
+/// The open invitation: answers requests and counts wrong proofs.
 class Desk {
  public:
   Desk(const Invitation& invitation, const std::string& name, const SignFunction& sign,
@@ -227,7 +229,7 @@ EnrolmentListener::End EnrolmentListener::Serve(const Invitation& invitation,
   std::int64_t used_ns = 0;
   while (!stop.load()) {
     if (!desk.used() && std::time(nullptr) >= invitation.enrolment.until) return End::kExpired;
-    // poll() passes a negative one over
+    // poll() ignores a negative descriptor
     const int listener = HasPlace(all, MonotonicNowNs()) ? socket_ : -1;
     std::vector<pollfd> waits{{listener, POLLIN, 0}};
     for (const auto& one : all) {
@@ -252,7 +254,7 @@ EnrolmentListener::End EnrolmentListener::Serve(const Invitation& invitation,
     if (desk.wrong() >= kMostWrong && !desk.used()) return End::kGuessed;
     if (!desk.used()) continue;
     if (used_ns == 0) used_ns = now_ns;
-    // the joiner hangs up when it has its answer
+    // the joiner closes the connection when it has its answer
     if (all.empty() || now_ns - used_ns > kAfterUseNs) return End::kUsed;
   }
   return desk.used() ? End::kUsed : End::kStopped;

@@ -9,22 +9,22 @@
 
 namespace tandem {
 
-/// Makes a member of whoever showed the secret: signs the request, whose subject counts for
-/// nothing.
+/// Makes a member of the joiner that proved it has the secret: signs its request, and ignores the
+/// request's subject.
 using SignFunction = std::function<Result<MemberFiles>(const std::string& certificate_request)>;
 
-/// Waits for the one who was invited, at a TCP port that anybody may reach. Whoever cannot show the
-/// secret gets one and the same refusal, whatever it says, and is bounded in bytes, in time and in
-/// number.
+/// Waits for the invited joiner at a TCP port that anybody can reach. Every client without the
+/// secret gets the same refusal, whatever it sends. Bytes, time and number of connections are
+/// bounded.
 class EnrolmentListener {
  public:
   static constexpr int kMostConnections = 8;
-  static constexpr int kMostWrong = 10;  // proofs, after which the invitation is closed
-  static constexpr std::int64_t kConnectionNs = 8'000'000'000;  // a connection lasts, at the most
+  static constexpr int kMostWrong = 10;  // wrong proofs until the invitation is closed
+  static constexpr std::int64_t kConnectionNs = 8'000'000'000;  // longest life of a connection
 
   enum class End : std::uint8_t { kUsed, kExpired, kGuessed, kStopped };
 
-  /// Opens the port, or with `or_next` one of the next few where it is taken; 0: any.
+  /// Opens the port; 0: any. With `or_next`, tries the next few ports where it is taken.
   static Result<EnrolmentListener> Open(std::uint16_t port, bool or_next);
   EnrolmentListener(EnrolmentListener&& other) noexcept;
   EnrolmentListener& operator=(EnrolmentListener&&) = delete;
@@ -33,8 +33,9 @@ class EnrolmentListener {
   std::uint16_t port() const noexcept { return port_; }
   const Secret128& certificate() const noexcept { return identity_.digest(); }
 
-  /// Answers until the invitation is used once, it is past its time, or `stop`. `name` is the
-  /// member's. `tell`: a line about what came that was refused, once for each kind.
+  /// Answers until the invitation was used once, has expired, met kMostWrong wrong proofs, or
+  /// `stop` is set. `name` is the member's. `tell` gets a line about refused clients: the first
+  /// wrong proof, and each other refusal.
   End Serve(const Invitation& invitation, const std::string& name, const SignFunction& sign,
             const std::function<void(const std::string&)>& tell, const std::atomic<bool>& stop);
 

@@ -21,7 +21,7 @@ constexpr std::size_t kLongestHost = 253;
 constexpr std::uint32_t kDefaultDomain = 42;
 constexpr std::uint32_t kMostDomain = 230;
 
-bool IsPlainChar(char c) {  // in any locale
+bool IsPlainChar(char c) {  // independent of the locale
   return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '.' ||
          c == '_' || c == '-';
 }
@@ -59,7 +59,7 @@ std::optional<std::string> Unpercented(std::string_view text) {
   return out;
 }
 
-/// Base64 for URLs, without padding (RFC 4648, section 5).
+/// Encodes in Base64 for URLs, without padding (RFC 4648, section 5).
 std::string Base64Of(const Secret128& bytes) {
   std::string out;
   std::uint32_t bits = 0;
@@ -129,7 +129,7 @@ std::string WithCommas(const std::vector<std::string>& hosts) {
   return all;
 }
 
-/// HOST or HOST:PORT.
+/// Returns whether the text is HOST or HOST:PORT.
 bool IsHost(std::string_view text) {
   const std::size_t colon = text.find(':');
   const std::string_view host = text.substr(0, colon);
@@ -162,7 +162,7 @@ std::string OpenPart(const Invitation& invitation) {
   return line;
 }
 
-/// Takes DIGEST.BODIES.FILE.
+/// Reads DIGEST.BODIES.FILE.
 bool TakeScene(const std::string& value, InvitedScene& scene) {
   const std::size_t first = value.find('.');
   const std::size_t second = value.find('.', first + 1);
@@ -178,7 +178,7 @@ bool TakeScene(const std::string& value, InvitedScene& scene) {
   return true;
 }
 
-/// Takes KEY=VALUE into the invitation; false: there is no such key, or its value is none.
+/// Reads KEY=VALUE into the invitation. False: the key is unknown or the value is invalid.
 bool TakeField(const std::string& field, Invitation& invitation) {
   const std::size_t equals = field.find('=');
   if (equals == std::string::npos) return false;
@@ -212,7 +212,7 @@ bool TakeField(const std::string& field, Invitation& invitation) {
   return false;
 }
 
-/// Without what copying leaves round a line.
+/// Removes the characters that copying leaves round a line.
 std::string_view Trimmed(std::string_view text) {
   constexpr std::string_view kRound = " \t\r\n<>'\"";
   const std::size_t first = text.find_first_not_of(kRound);
@@ -245,7 +245,7 @@ Result<Invitation> ReadInvitation(std::string_view text) {
     return Error{"an invitation begins with tandem://: copy the whole line of 'tandem invite'"};
   }
   if (line.size() > Invitation::kLongest) return Error{"the invitation is longer than any is"};
-  // in this order: a line that is not whole cannot tell which version wrote it
+  // checked before the fields: a damaged line cannot tell which version wrote it
   const Error damaged{
       "the invitation is not as 'tandem invite' wrote it: copy the whole line, from tandem:// to "
       "the "
@@ -281,7 +281,7 @@ Result<Invitation> ReadInvitation(std::string_view text) {
     invitation.enrolment.secret = *secret;
     invitation.enrolment.certificate = *certificate;
   }
-  // one spelling each: two lines that are read alike would not be told apart by the proof
+  // one spelling each: the proof could not tell apart two spellings of one invitation
   if (LineOf(invitation) != line) return damaged;
   return invitation;
 }

@@ -14,34 +14,34 @@ namespace tandem {
 
 using Secret128 = std::array<std::uint8_t, 16>;
 
-/// What a line has that says how to enrol in a secured session: once, and until a moment.
+/// The part of a line that says how to enrol in a secured session: once, and until `until`.
 struct EnrolmentTerms {
-  std::uint16_t port = 0;  // TCP, at each of the invitation's hosts
+  std::uint16_t port = 0;  // TCP port at each of the invitation's hosts
   std::time_t until = 0;
-  Secret128 secret{};       // whoever shows that it has it is the one who was invited
+  Secret128 secret{};       // secret that the invited joiner proves to have
   Secret128 certificate{};  // first half of the SHA-256 of the listener's certificate
 
   friend bool operator==(const EnrolmentTerms&, const EnrolmentTerms&) = default;
 };
 
-/// A scene as far as somebody can find it on the own machine.
+/// A scene, described so that the joiner can find it on its own machine.
 struct InvitedScene {
   static constexpr std::size_t kLongestFile = 100;  // bytes
 
-  std::uint64_t digest = 0;  // of its content; 0: no scene is told
+  std::uint64_t digest = 0;  // digest of the content; 0: the line names no scene
   std::uint32_t bodies = 0;
-  std::string file;  // name, without its folder
+  std::string file;  // file's name without its folder
 
   friend bool operator==(const InvitedScene&, const InvitedScene&) = default;
 };
 
-/// A line that says how to take part in a session, with nothing else:
+/// A line that alone tells a person's program how to take part in a session:
 ///
 ///     tandem://HOST[:PORT],…/SESSION[/KEY=VALUE…]#[SECRET.CERTIFICATE.]CHECK
 ///
-/// It has no space and no character that a mail program or an unquoted word of a shell changes.
-/// There is one spelling of each invitation. CHECK tells accidents in copying. Who alters a line on
-/// purpose meets the proof of the enrolment, which covers all before the '#'.
+/// The line has no space, and no character that a mail program or a shell changes in an unquoted
+/// word. Each invitation has exactly one spelling. CHECK detects accidents in copying. The proof of
+/// the enrolment covers all before the '#', so it detects deliberate changes.
 struct Invitation {
   static constexpr std::size_t kMostHosts = 8;
   static constexpr std::size_t kMostOthers = 15;
@@ -52,28 +52,28 @@ struct Invitation {
   Role role = Role::kActive;
   bool secured = false;
   std::uint32_t domain = 42;
-  std::vector<std::string> hosts;   // the inviter's machine, HOST or HOST:PORT (UDP)
-  std::vector<std::string> others;  // further machines of the session, likewise
+  std::vector<std::string> hosts;   // HOST or HOST:PORT (UDP) of the inviter's machine
+  std::vector<std::string> others;  // further machines of the session, in the same form
   InvitedScene scene;
-  EnrolmentTerms enrolment;  // of a secured session
+  EnrolmentTerms enrolment;  // only in a secured session
 
   friend bool operator==(const Invitation&, const Invitation&) = default;
 };
 
-/// The line. The invitation must be one that ReadInvitation() gives.
+/// Returns the invitation's line. The invitation must be one that ReadInvitation() accepts.
 std::string LineOf(const Invitation& invitation);
 
-/// Whether a text is meant as such a line.
+/// Returns whether a text is meant as an invitation's line.
 bool IsInvitationLine(std::string_view text);
 
-/// Reads a line, with the space or the angle brackets that copying left round it. An error says
-/// what is wrong with it, and what to do.
+/// Reads a line, and ignores spaces, quotes and angle brackets that copying left round it. An error
+/// says what is wrong with the line, and what to do.
 Result<Invitation> ReadInvitation(std::string_view text);
 
-/// What a proof is of: the line as far as it is no secret.
+/// Returns the public part of a line, which the proof covers: all before the '#'.
 std::string OpenPartOf(const std::string& line);
 
-/// "14:05 UTC", for a person, with the day where it is another than that of `now`.
+/// Returns a time such as "14:05 UTC" for a person, with the date where it is not that of `now`.
 std::string TimeForAPerson(std::time_t time, std::time_t now);
 
 }  // namespace tandem

@@ -15,7 +15,7 @@
 
 namespace tandem {
 
-// of structures that a header names, so not of this file alone
+// not in the anonymous namespace, since members of classes in the header use it
 template <auto Free>
 struct TlsFreed {
   template <typename T>
@@ -30,7 +30,7 @@ using TlsCertificatePointer = std::unique_ptr<X509, TlsFreed<X509_free>>;
 namespace {
 
 constexpr std::string_view kBindingLabel = "EXPORTER-tandem-enrolment-1";
-constexpr long kValidFor = 7L * 86'400;  // s: longer than any listener is open
+constexpr long kValidFor = 7L * 86'400;  // s; longer than any listener is open
 
 Error NoTls() {
   return Error{"OpenSSL makes no key for the listener: see its installation"};
@@ -42,13 +42,13 @@ TlsContextPointer NewContext(const SSL_METHOD* method) {
       SSL_CTX_set_max_proto_version(context.get(), TLS1_3_VERSION) != 1) {
     return nullptr;
   }
-  // a connection is made once: nothing is to be taken up again
+  // each connection is made once, so sessions are not resumed
   SSL_CTX_set_num_tickets(context.get(), 0);
   SSL_CTX_set_session_cache_mode(context.get(), SSL_SESS_CACHE_OFF);
   return context;
 }
 
-/// Zeros where there is none.
+/// Returns zeros without a certificate.
 Secret128 DigestOf(const X509* certificate) {
   Secret128 half{};
   std::array<unsigned char, EVP_MAX_MD_SIZE> whole{};
@@ -120,10 +120,10 @@ Result<TlsIdentity> TlsIdentity::Make() {
 }
 
 struct TlsEnd::State {
-  TlsContextPointer own;                         // a client's
-  std::shared_ptr<TlsIdentity::Context> shared;  // a server's
+  TlsContextPointer own;                         // set in a client
+  std::shared_ptr<TlsIdentity::Context> shared;  // set in a server
   std::unique_ptr<SSL, TlsFreed<SSL_free>> tls;
-  BIO* in = nullptr;  // of the network; both are tls's
+  BIO* in = nullptr;  // from the network; `tls` owns both BIOs
   BIO* out = nullptr;
 };
 
@@ -134,7 +134,7 @@ TlsEnd::TlsEnd(std::unique_ptr<State> state) : state_(std::move(state)) {
   state_->out = BIO_new(BIO_s_mem());
   TANDEM_CHECK(state_->tls && state_->in != nullptr && state_->out != nullptr);
   SSL_set_bio(state_->tls.get(), state_->in, state_->out);
-  // the listener's certificate is known by its digest, of which others_digest() tells
+  // the client checks the certificate's digest (others_digest()) instead
   SSL_set_verify(state_->tls.get(), SSL_VERIFY_NONE, nullptr);
 }
 
@@ -162,7 +162,7 @@ TlsEnd TlsEnd::Client() {
 
 void TlsEnd::Advance() {
   if (open_ || failed_) return;
-  ERR_clear_error();  // of this thread, in which SSL_get_error() looks
+  ERR_clear_error();  // SSL_get_error() reads this thread's queue of errors
   const int done = SSL_do_handshake(state_->tls.get());
   open_ = done == 1;
   failed_ = !open_ && SSL_get_error(state_->tls.get(), done) != SSL_ERROR_WANT_READ;

@@ -12,22 +12,22 @@
 
 namespace tandem {
 
-/// Bytes that nobody can guess. Error: the system gives none.
+/// Returns random bytes that cannot be guessed. Error: the system gives none.
 Result<Secret128> NewSecret();
 
-/// A keyed digest (HMAC-SHA256): who does not have the secret cannot make it.
+/// A keyed digest (HMAC-SHA256). Only a program with the secret can make it.
 using Digest256 = std::array<std::uint8_t, 32>;
 Digest256 KeyedDigest(const Secret128& secret, std::string_view text);
 
-/// Compares in a time that does not tell where they differ.
+/// Compares in constant time, so that the time does not tell where the texts differ.
 bool AreSame(std::span<const std::uint8_t> a, std::span<const std::uint8_t> b);
 
-/// A key and a certificate that it has signed itself, in memory alone: a listener is known by the
-/// certificate's digest, which its line has.
+/// A key and its self-signed certificate, in memory alone. A listener is identified by the
+/// certificate's digest, which the line has.
 class TlsIdentity {
  public:
   static Result<TlsIdentity> Make();
-  /// First half of the SHA-256 of the certificate.
+  /// Returns the first half of the SHA-256 of the certificate.
   const Secret128& digest() const noexcept { return digest_; }
 
  private:
@@ -37,8 +37,8 @@ class TlsIdentity {
   Secret128 digest_{};
 };
 
-/// One end of a connection by TLS 1.3 and nothing older, without a socket: it turns bytes of the
-/// network into text and back. The other end may send anything. Used by one thread.
+/// One end of a TLS 1.3 connection, without a socket: converts network bytes to text and back.
+/// Refuses older versions. The other end may send anything. Used by one thread.
 class TlsEnd {
  public:
   static TlsEnd Server(const TlsIdentity& identity);
@@ -47,23 +47,23 @@ class TlsEnd {
   TlsEnd& operator=(TlsEnd&&) noexcept;
   ~TlsEnd();
 
-  /// Takes what has come by the network.
+  /// Takes bytes that came from the network.
   void Receive(std::span<const char> bytes);
-  /// What is to be sent now.
+  /// Returns the bytes to send now.
   std::string TakeToSend();
 
-  bool open() const noexcept { return open_; }      // both have agreed on keys
-  bool failed() const noexcept { return failed_; }  // nothing more will come of it
-  /// Of the other end's certificate, as TlsIdentity::digest(); zeros: it has none, or is not yet
-  /// open.
+  bool open() const noexcept { return open_; }      // handshake done
+  bool failed() const noexcept { return failed_; }  // failed or closed by the other end
+  /// Returns the digest of the other end's certificate, as TlsIdentity::digest(). Zeros: it has
+  /// none, or the connection is not open yet.
   Secret128 others_digest() const;
-  /// Bytes that only the two ends of this connection have: what is bound to them is of no use in
-  /// another one. Once open.
+  /// Returns bytes that only the two ends of this connection have. A proof made with them is
+  /// useless on another connection. The connection must be open.
   Digest256 Binding() const;
   void Say(std::string_view text);
-  /// Text that has come since; once open.
+  /// Returns the text received since the last call; empty until the connection is open.
   std::string Hear();
-  /// Says that no more text follows.
+  /// Tells the other end that no more text follows.
   void Close();
 
  private:
