@@ -22,7 +22,7 @@ bool IsWithin(const Axis& axis, double value) {
 
 std::vector<Tick> LogTicks(const Axis& axis, int most) {
   const double decades = std::log10(axis.to / axis.from);
-  // how many of a decade's digits have a text
+  // all decades have texts at 1, 2 and 5, or at 1 alone
   const bool all = 3 * decades <= most;
   const bool one = decades <= most;
   std::vector<Tick> ticks;
@@ -51,7 +51,7 @@ std::vector<Tick> LinearTicks(const Axis& axis, int most) {
     }
   }
   std::vector<Tick> ticks;
-  // counted, since far from zero one more may be the same number
+  // counted, since far from zero adding the step may not change the value
   const double first = std::ceil(axis.from / step - 1e-9);
   for (int tick = 0; tick <= std::max(1, most) + 1; ++tick) {
     const double i = first + tick;
@@ -62,7 +62,7 @@ std::vector<Tick> LinearTicks(const Axis& axis, int most) {
   return ticks;
 }
 
-// Liang and Barsky: the part of the way from a to b that lies in the box
+// Liang and Barsky: clips the segment from a to b to the box; false: nothing is left
 bool Clip(const PictureBox& box, PicturePoint& a, PicturePoint& b) {
   double from = 0;
   double to = 1;
@@ -169,7 +169,7 @@ void Chart::DrawCurve(const std::vector<PicturePoint>& points, const Stroke& str
   const auto good = [](const PicturePoint& point) {
     return std::isfinite(point.x) && std::isfinite(point.y);
   };
-  bool on = false;  // the last piece ends where the next part begins
+  bool on = false;  // true: the last piece ends where the next segment begins
   for (std::size_t i = 1; i < points.size(); ++i) {
     PicturePoint a = At(points[i - 1].x, points[i - 1].y);
     PicturePoint b = At(points[i].x, points[i].y);

@@ -6,12 +6,13 @@ namespace tandem {
 
 namespace {
 
-constexpr double kCharacter = 0.56;  // of the size, in the mean of a sans-serif face
+constexpr double kCharacter = 0.56;  // mean width of a character in a sans-serif face, share of the
+                                     // text's size
 constexpr double kBold = 1.08;
 constexpr double kAscent = 0.76;
 constexpr double kHeight = 0.98;
 
-// bytes that begin a character of UTF-8
+// counts the bytes that begin a UTF-8 character
 double Characters(const std::string& text) {
   return static_cast<double>(std::ranges::count_if(text, [](char byte) {
     return (static_cast<unsigned char>(byte) & 0xC0U) != 0x80U;

@@ -8,8 +8,8 @@
 
 namespace tandem {
 
-/// A picture as a list of shapes, drawn one over the other: written as SVG (svg.h), or painted by
-/// `tandem-view --paint`. Lengths are in pixels, x to the right, y down.
+/// A picture is a list of shapes, each drawn over those before it. SvgOf() (svg.h) writes it, or
+/// `tandem-view --paint` paints it. Lengths are in pixels, x to the right, y down.
 
 struct Rgb {
   std::uint8_t r = 0;
@@ -43,7 +43,7 @@ struct PictureBox {
 struct Stroke {
   Rgb colour;
   double width = 1;
-  std::vector<double> dashes;  // lengths on, off, on, ...; none: a whole line
+  std::vector<double> dashes;  // lengths on, off, on, …; empty: a solid line
 };
 
 struct PolylineShape {
@@ -55,7 +55,7 @@ struct RectangleShape {
   PictureBox box;
   std::optional<Rgb> fill;
   std::optional<Stroke> edge;
-  std::string hint;  // told where one points at it
+  std::string hint;  // text shown while the pointer is over the shape
 };
 
 enum class MarkerKind : std::uint8_t { kDot, kCross, kRing };
@@ -63,7 +63,7 @@ enum class MarkerKind : std::uint8_t { kDot, kCross, kRing };
 struct MarkerShape {
   PicturePoint at;
   MarkerKind kind = MarkerKind::kDot;
-  double size = 5;  // from side to side
+  double size = 5;  // width
   Rgb colour;
   std::string hint;
 };
@@ -77,20 +77,20 @@ struct LabelShape {
   TextAnchor anchor = TextAnchor::kStart;
   Rgb colour;
   bool bold = false;
-  bool upwards = false;  // turned, to be read from the right
+  bool upwards = false;  // true: the text is rotated to read upwards
 };
 
 using PictureShape = std::variant<RectangleShape, PolylineShape, MarkerShape, LabelShape>;
 
 struct Picture {
-  std::string name;   // of its files
-  std::string title;  // what it shows, for one who cannot see it
+  std::string name;   // name of its files
+  std::string title;  // description for a reader who cannot see the picture
   double width = 0;
   double height = 0;
   std::vector<PictureShape> shapes;
 };
 
-/// About where the text stands, in a sans-serif face of usual width.
+/// Estimates the text's bounds for a sans-serif face of usual width.
 PictureBox BoundsOf(const LabelShape& label);
 
 }  // namespace tandem

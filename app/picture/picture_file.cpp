@@ -19,7 +19,7 @@ using Json = nlohmann::ordered_json;
 
 constexpr std::array<std::string_view, 3> kMarkers{"dot", "cross", "ring"};
 constexpr std::array<std::string_view, 3> kAnchors{"start", "middle", "end"};
-constexpr double kLargest = 20'000;  // pixels a side
+constexpr double kLargest = 20'000;  // pixels per side
 
 Json JsonOf(const Rgb& colour) {
   std::array<char, 10> text{};
@@ -167,7 +167,7 @@ Result<std::vector<Picture>> ReadPictures(const std::filesystem::path& file) {
   for (const JsonNode& node : json->root()["pictures"].Items()) {
     Picture& picture = pictures.emplace_back();
     picture.name = node["name"].Text();
-    // it becomes a file's name
+    // the name becomes a file's name
     if (picture.name.empty() || picture.name.front() == '.' ||
         picture.name.find_first_of("/\\") != std::string::npos) {
       node["name"].Expected("a plain file name");

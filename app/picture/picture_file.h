@@ -9,13 +9,13 @@
 
 namespace tandem {
 
-/// Pictures as JSON, from the program that makes them to the one that paints them: {"pictures":
+/// Writes pictures as JSON, for a program that paints what another program drew: {"pictures":
 /// [{"name", "title", "width", "height", "shapes": [{"rectangle" | "polyline" | "marker" | "label":
 /// {...}}]}]}. Colours are "#rrggbb".
 std::string JsonOf(const std::vector<Picture>& pictures);
 
-/// Errors name the file, the place in it and what was expected there; a name that is no plain file
-/// name is one.
+/// Errors name the file, the place in it and what was expected there. A name that is not a plain
+/// file name is an error.
 Result<std::vector<Picture>> ReadPictures(const std::filesystem::path& file);
 
 }  // namespace tandem

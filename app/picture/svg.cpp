@@ -45,7 +45,7 @@ std::string AttributesOf(const Stroke& stroke) {
   return out;
 }
 
-// the element's end, round its hint
+// returns the element's end, with the hint as its title
 std::string End(const char* element, const std::string& hint) {
   if (hint.empty()) return "/>\n";
   return "><title>" + EscapedMarkup(hint) + "</title></" + element + ">\n";

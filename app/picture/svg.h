@@ -7,12 +7,12 @@
 namespace tandem {
 
 enum class SvgPlace : std::uint8_t {
-  kFile,   // a document of its own
-  kInHtml  // an element of a page: without the name of SVG's language, which looks like an address
+  kFile,   // document of its own
+  kInHtml  // element of a page, without the SVG namespace, which looks like an address
 };
 
-/// The picture as SVG: text stays text, hints are titles. Coordinates are given to a hundredth of a
-/// pixel.
+/// Writes the picture as SVG. Text stays text, and hints become titles. Coordinates are rounded to
+/// 0.01 pixels.
 std::string SvgOf(const Picture& picture, SvgPlace place);
 
 }  // namespace tandem
