@@ -15,10 +15,10 @@ namespace {
 
 constexpr double kBoundaryWidth = 940;
 constexpr PictureBox kBoundaryPlot{84, 64, 560, 360};
-constexpr double kRoom = 1.25;  // of the axes, beyond what is shown
+constexpr double kRoom = 1.25;  // factor by which the axes exceed what is shown
 constexpr double kDotSize = 7;
 
-// told apart without red and green: after Okabe and Ito
+// distinguishable without telling red from green: after Okabe and Ito
 constexpr std::array<Rgb, 6> kKinds{
     {{0, 114, 178}, {213, 94, 0}, {0, 158, 115}, {204, 121, 167}, {230, 159, 0}, {0, 0, 0}}};
 
@@ -26,10 +26,10 @@ constexpr double kLegendX = 668;
 constexpr double kLegendSize = 12;
 constexpr double kLineStep = 15;
 constexpr double kKindStep = 22;
-// of the widest letters that names are of, as a share of the text's size
+// width of the widest letters in names, share of the text's size
 constexpr double kLetterWidth = 0.55;
 
-/// The parts of a kind, between commas, in lines that fit beside the plot.
+/// Splits a kind at its commas into lines that fit beside the plot.
 std::vector<std::string> LegendLines(const std::string& kind) {
   constexpr auto kMostLetters = static_cast<std::size_t>((kBoundaryWidth - kLegendX - kLegendText) /
                                                          (kLetterWidth * kLegendSize));
@@ -46,7 +46,7 @@ std::vector<std::string> LegendLines(const std::string& kind) {
   return lines;
 }
 
-/// The legend's line of a kind, or its lines. Returns where the next one goes.
+/// Draws a kind's line or lines of the legend. Returns where the next kind goes.
 PicturePoint DrawKind(Picture& picture, PicturePoint at, Rgb colour, const std::string& kind) {
   const std::vector<std::string> lines = LegendLines(kind);
   DrawLegendMarker(picture, at, MarkerKind::kDot, kDotSize, colour, lines.front());

@@ -23,7 +23,7 @@ double NumberIn(const Json& object, const char* key, double otherwise) {
   return object.is_object() && object.contains(key) ? object[key].get<double>() : otherwise;
 }
 
-// of an object or of a name
+// the name of a value, which is an object or the name itself
 std::string NameIn(const Json& value) {
   if (value.is_string()) return value.get<std::string>();
   if (value.is_object() && value.contains("name")) return NameIn(value["name"]);
@@ -44,7 +44,7 @@ std::string HandText(const Json& hand) {
   return text;
 }
 
-/// " at 0 40 0 mm" where the hand has a grasp of its own.
+/// Returns " at 0 40 0 mm" for a hand with a grasp of its own, else nothing.
 std::string GraspText(const Json& hand) {
   if (!hand.is_object() || !hand.contains("grasp_m")) return {};
   std::string text = " at";
@@ -52,7 +52,7 @@ std::string GraspText(const Json& hand) {
   return text + " mm";
 }
 
-// "jitter 20 ms, loss 5 %"; of a schedule its steps
+// such as "jitter 20 ms, loss 5 %"; a schedule is described by its steps
 std::string LineText(const Json& network) {
   std::string text;
   for (const auto& [key, value] : network.items()) {
@@ -70,7 +70,7 @@ std::string LineText(const Json& network) {
       text.append(TableNumber(value.get<double>())).append(" ms");
     } else if (name == "loss" || name == "reorder" || name == "duplicate") {
       text.append(name).append(" ").append(TableNumber(1e2 * value.get<double>())).append(" %");
-    } else if (!value.is_number()) {  // a model's or a trace's name, what is mixed
+    } else if (!value.is_number()) {  // a model's or a trace's name, or a mixture
       text.append(name).append(" ").append(value.is_string() ? value.get<std::string>()
                                                              : JsonText(value));
     } else {

@@ -14,7 +14,8 @@ namespace tandem {
 namespace {
 
 constexpr std::size_t kMostOfAKind = 3;
-constexpr double kUsualDelay = 0.1;  // s: what stands for a scene is near it
+constexpr double kUsualDelay = 0.1;  // s; the cell that represents a scene is the nearest to this
+                                     // delay
 
 double OrWorst(double value) {
   return std::isnan(value) ? std::numeric_limits<double>::infinity() : value;
@@ -48,7 +49,7 @@ const CellRecord* Greatest(const std::vector<const CellRecord*>& records, Value 
   return found == records.end() ? nullptr : *found;
 }
 
-// the measured cell whose stiffness is nearest to the boundary's on its side
+// the cell of that verdict whose stiffness is nearest to the boundary, on the verdict's side
 const CellRecord* Nearest(const Results& results, bool stable) {
   const CellRecord* nearest = nullptr;
   double least = std::numeric_limits<double>::infinity();

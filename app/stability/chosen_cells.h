@@ -7,16 +7,17 @@
 
 namespace tandem {
 
-/// A cell whose course in time is worth a look, and why.
+/// A cell whose course in time the report shows, with the reason.
 struct ChosenCell {
   std::size_t number = 0;
   std::string why;
 };
 
-/// What is not as predicted or expected; of the default law the worst tail, the
-/// most energy, the farthest apart; the controls; one of each scene; the nearest to the
-/// boundary on either side. At most
-/// `most`, the first of these first.
+/// Chooses at most `most` cells of a sweep, the first kinds first:
+/// - a few cells expected or predicted stable that are not, and controls that are not unstable
+/// - the default law's cells with the worst tail, the most energy, and the farthest apart
+/// - a few controls, and a cell of each scene
+/// - the cells nearest to the boundary on both sides
 std::vector<ChosenCell> ChooseCells(const Results& results, std::size_t most);
 
 }  // namespace tandem

@@ -28,7 +28,7 @@ std::string Quoted(const std::string& text) {
   return out + '"';
 }
 
-// as few digits as read back to the same number; nothing where it is none
+// the fewest digits that read back to the same number; empty: not finite
 std::string Exact(double value) {
   if (!std::isfinite(value)) return {};
   std::array<char, 40> text{};
@@ -36,7 +36,7 @@ std::string Exact(double value) {
 }
 
 std::string TrueOrFalse(bool value) {
-  return value ? "TRUE" : "FALSE";  // R takes no others
+  return value ? "TRUE" : "FALSE";  // the spellings that R reads
 }
 
 std::string LineOf(const std::vector<std::string>& values) {

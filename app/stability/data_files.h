@@ -6,16 +6,15 @@
 
 namespace tandem {
 
-/// Where in a report's folder the case of a cell is, ready for `tandem stability run`.
+/// Returns the place in a report's folder of a cell's case, ready for `tandem stability run`.
 std::string CaseFileOf(const std::string& sweep, const CellRecord& record);
 
-/// Every figure of a sweep's cells as CSV, a line a cell.
+/// Writes all figures of a sweep's cells as CSV, one cell a line.
 std::string CsvOf(const Results& results);
-/// A table as CSV.
+/// Writes a table as CSV.
 std::string CsvOf(const ReportTable& table);
-/// All of the report in one object: {"command", "version", "rows", "sweeps":
-/// [{"header", "digest", "cells": [...]}], "tables", "series"}; cells as in a
-/// results file.
+/// Writes the whole report as one object: {"command", "version", "rows", "sweeps": [{"header",
+/// "digest", "cells": [...]}], "tables", "series"}. Cells are as in a results file.
 std::string JsonOf(const ReportData& data);
 
 }  // namespace tandem

@@ -2,7 +2,7 @@
 
 namespace tandem {
 
-/// What all reports share: how they look, and what a click does.
+/// The style and the script of all reports.
 inline constexpr const char* kPageStyle = R"css(
 :root { color-scheme: light; }
 body { font: 15px/1.5 "DejaVu Sans", Verdana, Arial, sans-serif; color: #202020;

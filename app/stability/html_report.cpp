@@ -29,7 +29,7 @@ bool IsNumber(const std::string& text) {
 }
 
 std::string TableOf(const ReportTable& table) {
-  // a column is of numbers if all that it has are
+  // a column is numeric if all its texts are numbers
   std::vector<bool> numbers(table.columns.size(), true);
   for (const auto& row : table.rows) {
     for (std::size_t i = 0; i < row.size(); ++i) {

@@ -6,9 +6,9 @@
 
 namespace tandem {
 
-/// The report as one page that asks nothing of any other file or host. All is
-/// there without script; with it tables sort by a click on their heads, and
-/// what one points at in a picture is told at the foot of the page.
+/// Writes the report as one page that loads no other file and contacts no host. All content is
+/// there without a script. With it, a click on a table's head sorts the table, and the foot of the
+/// page describes the shape below the pointer.
 std::string HtmlOf(const ReportData& data);
 
 }  // namespace tandem

@@ -20,13 +20,12 @@ constexpr PictureBox kMapPlot{84, 64, 560, 430};
 constexpr PictureBox kColours{668, 84, 18, 150};
 constexpr double kLegendTop = 276;
 constexpr double kLegendStep = 21;
-constexpr double kWidestTile = 0.2;  // in ln, from its middle
+constexpr double kWidestTile = 0.2;  // half width in ln
 constexpr Rgb kGrey{190, 190, 190};
-constexpr Rgb kTileEdge{200, 200, 200};  // so that a white tile is seen on white
+constexpr Rgb kTileEdge{200, 200, 200};  // makes a white tile visible on white
 
-// from -kMostGrowth to kMostGrowth, lightness alike on both sides: after
-// ColorBrewer's RdBu, without its darkest ends, on which black marks would not
-// be seen
+// from -kMostGrowth to kMostGrowth with equal lightness on both sides: ColorBrewer's RdBu without
+// its darkest ends, on which black marks would not be visible
 constexpr std::array<Rgb, 9> kColourSteps{{{67, 147, 195},
                                            {115, 176, 212},
                                            {163, 205, 227},
@@ -55,8 +54,8 @@ Stroke StrokeOf(MapLineKind kind) {
   return {};
 }
 
-/// From the middle between neighbours to the next, no further than `widest` from the value: all by
-/// `scale`, which is logarithmic or not, with `back` from it.
+/// Returns each value's tile: its ends are midway between neighbours, at most `widest` from the
+/// value. Distances are measured on `scale`, linear or logarithmic, whose inverse is `back`.
 template <class Scale, class Back>
 std::vector<std::pair<double, double>> TilesOf(const std::vector<double>& values, double widest,
                                                Scale scale, Back back) {
@@ -82,7 +81,7 @@ std::vector<std::pair<double, double>> LogarithmicTiles(const std::vector<double
   return TilesOf(values, kWidestTile, log, exp);
 }
 
-/// Half of the least step between two of the values, which rise.
+/// Returns half the least step between values in rising order.
 double HalfStep(const std::vector<double>& values) {
   double least = std::numeric_limits<double>::infinity();
   for (std::size_t i = 1; i < values.size(); ++i)
@@ -103,7 +102,8 @@ std::vector<double> ColumnsOf(const StabilityMap& map) {
   return {columns.begin(), columns.end()};
 }
 
-/// So that a long text ends within the picture: letters are 0.55 as wide as high, bold ones 0.62.
+/// Returns a size at which a long text ends within the picture. The width of a letter is `share` of
+/// its height: 0.55, or 0.62 where bold.
 double FittingSize(const std::string& text, double most, double share) {
   return std::min(most, (kWidth - kMapPlot.x - 4) / (share * static_cast<double>(text.size() + 1)));
 }
@@ -154,7 +154,7 @@ void DrawColours(Picture& picture) {
   for (int i = 0; i < kSteps; ++i) {
     const double growth = kMostGrowth * (1.0 - 2.0 * (i + 0.5) / kSteps);
     const double height = kColours.height / kSteps;
-    // each a little longer than its step, so that nothing shows between
+    // each a little longer than its step, so that no gap shows
     picture.shapes.emplace_back(RectangleShape{{kColours.x, kColours.y + i * height, kColours.width,
                                                 i + 1 < kSteps ? height + 0.5 : height},
                                                GrowthColour(growth),
@@ -181,7 +181,7 @@ void DrawColours(Picture& picture) {
   }
 }
 
-/// Whether any of a line is in the map: a point, or a step across it.
+/// Returns whether part of a line is in the map: a point, or a step across it.
 bool Reaches(const MapLine& line, const MapRange& range) {
   for (std::size_t i = 0; i < line.points.size(); ++i) {
     const PicturePoint& at = line.points[i];
@@ -271,7 +271,7 @@ Picture PictureOf(const StabilityMap& map) {
                                          false,
                                          false});
   const MapRange range = RangeOf(map);
-  // the chart's axis is in thousandths: ms, mm
+  // the chart's axis is in ms or mm
   const bool is_delay = map.axis == MapAxis::kDelay;
   Chart chart(picture, kMapPlot,
               {is_delay ? "one-way delay, ms" : "grasp beside the centre of mass, mm",

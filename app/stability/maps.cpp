@@ -19,15 +19,15 @@ namespace tandem {
 namespace {
 
 constexpr int kLinePoints = 96;
-constexpr int kGraspPoints = 21;  // six axes take longer than one
+constexpr int kGraspPoints = 21;  // fewer, since six axes take longer than one
 constexpr std::size_t kLeastCells = 6;
-constexpr double kFirmLinear = 200;  // N/m: the paper's law where it fails
+constexpr double kFirmLinear = 200;  // N/m; stiffness at which the paper's law fails
 
 bool IsFree(const LabCase& test) {
   return test.scene == "free" || test.scene == "off_centre";
 }
 
-// of the user for whom it is least; no number where the case has no equation
+// returns the least value over the users; NaN: the case has no equation
 template <class Value>
 double LeastOf(const LabCase& test, const Inertia& body, Value value) {
   double least = std::numeric_limits<double>::infinity();
@@ -46,7 +46,7 @@ LabCase WithLaw(LabCase test, const std::string& name, double linear_stiffness) 
   return test;
 }
 
-/// A case at each place along a map's axis.
+/// A case at a place along a map's axis.
 struct CaseAt {
   double x = 0;
   LabCase test;
@@ -60,7 +60,7 @@ MapLine Line(MapLineKind kind, std::string name, const std::vector<CaseAt>& case
   return line;
 }
 
-/// The exact boundary in all six axes.
+/// Returns the exact boundary in all six axes.
 MapLine BoundaryLine(const std::vector<CaseAt>& cases, const Inertia& body) {
   MapLine line{MapLineKind::kBoundary, "exact boundary", {}};
   for (const CaseAt& at : cases) {
@@ -87,7 +87,8 @@ std::vector<CaseAt> AtDelays(const LabCase& like, double shortest_s, double long
   return cases;
 }
 
-/// Every grasp of its own is moved along its way from the centre of mass, the farthest to x.
+/// Returns cases along the grasp axis. The hands' own grasps are scaled about the centre of mass,
+/// so that the farthest is at x.
 std::vector<CaseAt> AtGrasps(const LabCase& like, double farthest) {
   double most = 0;
   for (const LabHand& hand : like.hands)
@@ -102,7 +103,7 @@ std::vector<CaseAt> AtGrasps(const LabCase& like, double farthest) {
   return cases;
 }
 
-// several columns, and several stiffnesses in one of them
+// needs enough cells, several columns, and several stiffnesses in one of them
 bool MakesAMap(const std::vector<MapCell>& cells) {
   std::map<double, std::set<double>> columns;
   bool several = false;
@@ -130,7 +131,7 @@ int Rank(Verdict verdict) {
   return verdict == Verdict::kUndecided ? 1 : 0;
 }
 
-/// The runs of one case with several seeds as one cell: the worst of them.
+/// The runs of one case with several seeds, shown as one cell: the worst run.
 struct Repeated {
   MapCell worst;
   int runs = 0;
@@ -156,12 +157,12 @@ struct Repeated {
 struct Group {
   const CellRecord* first = nullptr;
   CellFacts facts;
-  std::map<std::string, std::size_t> places;  // of what is repeated, in `cells`
+  std::map<std::string, std::size_t> places;  // index in `cells` of each repeated case
   std::vector<Repeated> cells;
   std::size_t runs = 0;
 };
 
-/// The law without what a map varies: its ratio and a constant stiffness.
+/// Describes the law without the quantities that a map varies: its ratio and a constant stiffness.
 std::string LawOnMap(const LabLaw& law) {
   const CouplingLimits usual;
   std::string text = law.name == "constant" ? "constant gains" : law.name;
@@ -179,8 +180,8 @@ std::string LawOnMap(const LabLaw& law) {
   return text;
 }
 
-/// Maps of one title get those of their details that are not alike, and a number where that does
-/// not tell them apart.
+/// Adds to the titles of maps with equal titles the details that differ, or a number where the
+/// details do not distinguish them.
 void TellTitlesApart(std::vector<StabilityMap>& maps) {
   std::map<std::string, std::vector<StabilityMap*>> titles;
   for (StabilityMap& map : maps) titles[map.title].push_back(&map);
@@ -226,7 +227,7 @@ std::vector<MapLine> LinesAlong(const std::vector<CaseAt>& cases, const Inertia&
                          }));
   }
   const double calm = CouplingLimits{}.linear_stiffness;
-  // constant gains have no stiffness of their own by delay: the default law's beside them
+  // constant gains do not depend on delay: the default law's line is shown beside them
   const bool constant = like.law.name == "constant";
   const std::vector<CaseAt> of_law = with_law([&](LabCase test) {
     if (constant) return WithLaw(std::move(test), DefaultLaw()->name(), calm);
@@ -249,7 +250,7 @@ std::vector<MapLine> LinesAlong(const std::vector<CaseAt>& cases, const Inertia&
   return lines;
 }
 
-/// Sorts the cells into groups, each of one map.
+/// Sorts the cells into groups, one for each map.
 std::map<std::string, Group> GroupsOf(const Results& results, MapAxis axis) {
   std::map<std::string, Group> groups;
   for (const auto& numbered : results.records) {

@@ -10,17 +10,17 @@
 
 namespace tandem {
 
-/// The shared body of a case's scene; nothing where the scene is not at hand.
+/// Returns the shared body of a case's scene; nothing: the scene is not at hand.
 using BodyOf = std::function<std::optional<Inertia>(const LabCase&)>;
 
-/// The maps that a sweep's cells make: cells that differ in delay and stiffness
-/// alone are on one map, which is drawn if they have several of each; so are cells that differ in
-/// grasp and stiffness. The one with most cells comes first.
+/// Makes the maps of a sweep's cells, the map with most cells first. One kind of map has cells that
+/// differ in delay and stiffness alone, the other in grasp and stiffness. A map is drawn if it has
+/// several values of both.
 std::vector<StabilityMap> MapsOf(const Results& results, const BodyOf& body_of);
 
-/// What theory and the laws say for cases like this one at every delay from one
-/// to another: the exact boundary and the any-delay line in free space alone,
-/// for contact only what is passive.
+/// Returns the lines of theory and of the laws for cases like this one, over a range of delays. The
+/// exact boundary and the any-delay line are for free space alone. For contact theory gives only
+/// the passive line.
 std::vector<MapLine> LinesOf(const LabCase& like, const Inertia& body, double shortest_s,
                              double longest_s);
 

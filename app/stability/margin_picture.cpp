@@ -16,13 +16,13 @@ namespace tandem {
 namespace {
 
 constexpr PictureBox kMarginPlot{84, 64, 560, 360};
-constexpr double kLeast = 0.02;  // stiffness over the boundary's
+constexpr double kLeast = 0.02;  // least ratio of stiffness to boundary
 constexpr double kMost = 20;
 constexpr double kPredicted = 0.9;
 constexpr Rgb kStable{0, 90, 160};
 constexpr Rgb kUnstable{200, 60, 20};
 constexpr Rgb kUndecided{110, 110, 110};
-constexpr double kSize = 6;  // of a mark, from side to side
+constexpr double kSize = 6;  // width of a mark, pixels
 
 struct MarginMark {
   MarkerKind kind;
@@ -39,7 +39,7 @@ Stroke SeedStroke() {
   return {{150, 150, 150}, 3, {}};
 }
 
-/// Growths that seeds of one case gave.
+/// The growths of one case over its seeds.
 struct SeedSpan {
   std::vector<double> ratios;
   double least = kMostGrowth;
@@ -50,8 +50,9 @@ double Within(double growth) {
   return std::clamp(growth, -kMostGrowth, kMostGrowth);
 }
 
-/// A bar from the least to the greatest growth of each case that has several seeds, at the middle
-/// one of its ratios, which jitter may tell apart. Returns whether there are any.
+/// Draws a bar from the least to the greatest growth of each case that has several seeds. It stands
+/// at the median of the case's ratios, which differ where jitter does. Returns whether there are
+/// any.
 bool DrawSeedSpans(const Results& results, Chart& chart) {
   std::map<std::string, SeedSpan> spans;
   for (const auto& numbered : results.records) {
@@ -94,7 +95,7 @@ Picture MarginPictureOf(const Results& results, const std::string& name) {
                kMost, true},
               {"growth, 1/s", -1.05 * kMostGrowth, 1.05 * kMostGrowth, false});
   chart.DrawGrid();
-  // what is predicted stable
+  // the region predicted stable
   const PicturePoint corner = chart.At(kPredicted, 0);
   picture.shapes.emplace_back(
       RectangleShape{{kMarginPlot.x, kMarginPlot.y, corner.x - kMarginPlot.x, kMarginPlot.height},

@@ -5,9 +5,9 @@
 
 namespace tandem {
 
-/// All cells for which there is a prediction: stiffness over the boundary's
-/// from left to right, growth upwards, marks for what was measured. What was
-/// predicted stable, and is not, stands in the left part above zero.
+/// Draws all cells that have a prediction: the ratio of stiffness to boundary from left to right,
+/// growth upwards, marks by verdict. Cells predicted stable that are not stable stand to the left,
+/// above zero.
 Picture MarginPictureOf(const Results& results, const std::string& name);
 
 }  // namespace tandem

@@ -22,7 +22,7 @@ namespace {
 
 using OrderedJson = nlohmann::ordered_json;
 
-constexpr std::size_t kMostColumns = 100;  // of a table
+constexpr std::size_t kMostColumns = 100;  // columns of a table
 constexpr std::size_t kMostRows = 10'000;
 constexpr double kLongestBoundaryDelay = 1e6;  // s
 
@@ -75,7 +75,8 @@ bool IsClaim(const OrderedJson& row) {
          row.contains("pass") && row["pass"].is_boolean();
 }
 
-// The first rows and columns: a table has a cell for each pair of them, whatever its file has.
+// Takes only the first rows and columns: a table has a cell for each pair, and a file may have
+// many.
 ReportTable TableOf(const std::string& title, const std::string& note, const OrderedJson& rows) {
   ReportTable table{title, note, {}, {}};
   std::set<std::string> columns;
@@ -113,13 +114,13 @@ bool IsBoundary(const OrderedJson& row) {
   const auto number = [&row](const char* key) {
     return row.contains(key) && row[key].is_number();
   };
-  // the picture's axis of delays is logarithmic
+  // delays are above 0, since the picture's axis is logarithmic
   const double delay_s = number("delay_s") ? row["delay_s"].get<double>() : 0;
   return delay_s > 0 && delay_s < kLongestBoundaryDelay && number("predicted_N_m") &&
          row.contains("hand") && row["hand"].is_string();
 }
 
-/// What `tandem stability boundary` found: a table in words, and a picture.
+/// Adds the result of `tandem stability boundary`: a table in words, and a picture.
 void AddBoundary(const OrderedJson& rows, ReportData& data) {
   ReportTable table{TitleOf("boundary"),
                     "Stiffness of all links of a user together. A bar stands for two users with "
@@ -250,7 +251,7 @@ std::optional<Error> AddFile(const std::filesystem::path& file, ReportData& data
   constexpr std::uintmax_t kLargest = 64U << 20U;
   const Result<std::string> text = ReadWholeFile(file, kLargest);
   if (!text) return text.error();
-  // its brackets and values are counted first
+  // JsonFile checks brackets and counts values first
   if (const auto sound = JsonFile::Parse(*text, file.string()); !sound) return sound.error();
   const OrderedJson object = OrderedJson::parse(*text, nullptr, false);
   if (!object.is_object()) {

@@ -21,7 +21,7 @@ struct Case {
   int unstable = 0;
 };
 
-/// Least, median, greatest.
+/// Returns the least, the median and the greatest.
 std::vector<std::string> Spread(std::vector<double> values) {
   std::ranges::sort(values);
   const std::size_t middle = values.size() / 2;

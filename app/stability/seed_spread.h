@@ -7,8 +7,8 @@
 
 namespace tandem {
 
-/// A table with a row for each case that a sweep ran with several seeds: how many runs were stable,
-/// and the least, the median and the greatest of growth and divergence. Nothing where the sweep
+/// Makes a table with a row for each case that a sweep ran with several seeds. A row has the number
+/// of stable runs, and the least, median and greatest growth and divergence. Nothing: the sweep
 /// repeats no case.
 std::optional<ReportTable> SeedSpreadOf(const Results& results);
 

@@ -26,7 +26,7 @@ std::vector<std::string> Split(const std::string& line) {
   return parts;
 }
 
-// no number where it is empty; false where it is something else
+// reads an empty text as NaN; false: the text is not a number
 bool ReadNumber(const std::string& text, double& value) {
   value = kNone;
   if (text.empty() || text == "nan" || text == "-nan") return true;

@@ -17,8 +17,8 @@ constexpr double kGap = 14;
 constexpr double kBelow = 54;
 constexpr std::size_t kBins = 320;
 
-// of users, told apart without red and green: after Okabe and Ito, the light
-// ones last
+// one for each user, distinguishable without telling red from green: after Okabe and Ito, light
+// colours last
 constexpr std::array<Rgb, 8> kUsers{{{0, 114, 178},
                                      {213, 94, 0},
                                      {0, 158, 115},
@@ -85,9 +85,9 @@ double GreatestOf(const Panel& panel) {
   return greatest > 0 ? 1.08 * greatest : 1.0;
 }
 
-// so that a long one ends within the picture
+// returns a size at which a long title ends within the picture
 double TitleSize(const std::string& title) {
-  constexpr double kBoldWidth = 0.6;  // of a letter's height, in the mean
+  constexpr double kBoldWidth = 0.6;  // mean width of a letter, share of its height
   return std::min(14.0,
                   (kSeriesWidth - kLeft) / (kBoldWidth * static_cast<double>(title.size() + 1)));
 }
@@ -129,7 +129,7 @@ Picture PictureOf(const Series& series, const std::string& name, const std::stri
     chart.DrawGrid();
     for (const Curve& curve : panel.curves) chart.DrawCurve(curve.points, curve.stroke);
     chart.DrawAxes(last);
-    // as many names as there is place for
+    // as many names as fit
     PicturePoint at{kLeft + kPlotWidth + 16, top + 13};
     for (const Curve& curve : panel.curves) {
       if (at.y > top + panel.height) break;
