@@ -55,7 +55,7 @@ std::vector<Analysed> AllAnalysed(const Study& study) {
   return all;
 }
 
-/// Each participant's mean in a condition, in the order of `participants`.
+/// Returns each participant's mean in a condition, in the order of `participants`.
 std::vector<double> ParticipantMeans(const std::vector<const ResultRow*>& rows,
                                      const std::vector<std::string>& participants,
                                      std::size_t condition, const ValueOf& value) {
@@ -100,7 +100,7 @@ double StudentT975(int degrees_of_freedom) {
   if (degrees_of_freedom < 1) return kNoNumber;
   const auto row = static_cast<std::size_t>(degrees_of_freedom - 1);
   if (row < kTable.size()) return kTable[row];
-  // Cornish and Fisher's expansion about the normal quantile
+  // the expansion of Cornish and Fisher about the normal quantile
   constexpr double z = 1.959963985;
   const double n = degrees_of_freedom;
   return z + (z * z * z + z) / (4 * n) +

@@ -32,7 +32,7 @@ std::string Trimmed(std::string text) {
   return text.substr(first, text.find_last_not_of(' ') - first + 1);
 }
 
-/// 0: it is no whole number from 1 to `most`.
+/// Returns 0 if the line is not a whole number from 1 to `most`.
 std::size_t NumberIn(const std::string& line, std::size_t most) {
   const bool digits =
       !line.empty() && line.size() < 4 && line.find_first_not_of("0123456789") == std::string::npos;
@@ -95,7 +95,7 @@ std::optional<std::string> Interview::Line() {
 
 bool Interview::LineWithin(std::chrono::milliseconds time) {
   if (waiting_.find('\n') == std::string::npos && !Fill(static_cast<int>(time.count()))) {
-    // at the end of the input there is nothing to wait for
+    // at the end of the input, waits for the time alone
     if (ended_) poll(nullptr, 0, static_cast<int>(time.count()));
     return false;
   }

@@ -17,18 +17,19 @@ class Interview {
   Interview(int input, std::FILE* output) : input_(input), output_(output) {}
 
   void Tell(const std::string& text);
-  /// The next line, without control characters and blanks at its ends; nothing: there is none any
-  /// more.
+  /// Returns the next line without control characters and surrounding blanks; nothing: the input
+  /// has ended.
   std::optional<std::string> Line();
-  /// Whether a line came within that time; it is taken. False as well where there is none any more.
+  /// Waits up to `time` for a line and consumes it. Returns whether a line came; false at the end
+  /// of the input.
   bool LineWithin(std::chrono::milliseconds time);
-  /// Forgets what was typed at a terminal before anybody was asked: an Enter too many answers
-  /// nothing. Lines of a pipe stay: who writes them knows what comes.
+  /// Discards what was typed at a terminal before the question, so that a surplus Enter answers
+  /// nothing. Lines of a pipe stay, since their writer knows the questions.
   void ForgetTyped();
-  /// Asks until one of these words stands there, in any case; nothing: there is no line any more.
+  /// Asks until the line is one of these words, in any case; nothing: the input has ended.
   std::optional<std::string> AskForWord(const std::string& text,
                                         const std::vector<std::string>& words);
-  /// Asks until the answer is of the question's kind.
+  /// Asks until the answer is of the question's kind; nothing: the input has ended.
   std::optional<std::string> Ask(const StudyQuestion& question);
 
  private:
@@ -40,8 +41,8 @@ class Interview {
   bool ended_ = false;
 };
 
-/// The answer that a line gives to the question: a choice by its number or its words, a number of
-/// the scale, a text. Nothing: it is none.
+/// Returns the answer that a line gives to the question: a choice by its number or its words, a
+/// number on the scale, or a text. Nothing: the line is no answer.
 std::optional<std::string> AnswerOf(const StudyQuestion& question, const std::string& line);
 
 }  // namespace tandem

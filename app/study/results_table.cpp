@@ -16,7 +16,7 @@ namespace {
 
 using OrderedJson = nlohmann::ordered_json;
 
-/// RFC 4180.
+/// Quotes a text as RFC 4180 asks.
 std::string CsvText(const std::string& text) {
   if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
   std::string out = "\"";
@@ -25,10 +25,10 @@ std::string CsvText(const std::string& text) {
 }
 
 const char* WordOf(bool value) {
-  return value ? "TRUE" : "FALSE";  // R takes no others
+  return value ? "TRUE" : "FALSE";  // the spellings that R reads
 }
 
-/// Without its folders, which may name a person.
+/// Removes the scene's folders, which may name a person.
 std::string SceneNameOf(const std::string& scene) {
   return std::filesystem::path(scene).filename().string();
 }

@@ -9,14 +9,14 @@
 
 namespace tandem {
 
-/// A trial as results have it.
+/// A trial, as results show it.
 struct ResultRow {
   std::string participant;
   PlannedTrial plan;
   LoggedTrial logged;
 };
 
-/// The trials of all who consented and did not withdraw, in the order of the study.
+/// Returns the trials of all participants who consented and did not withdraw, in the study's order.
 std::vector<ResultRow> RowsOf(const Study& study, const TrialLog& log);
 
 /// A column of results.csv, as the codebook describes it.
@@ -29,18 +29,18 @@ struct ResultColumn {
 
 std::vector<ResultColumn> ColumnsOf(const Study& study);
 
-/// results.csv: a head and a line for each trial. A cell without a value is empty.
+/// Writes results.csv: a head, and a line for each trial. A cell without a value is empty.
 std::string ResultsCsv(const Study& study, const std::vector<ResultRow>& rows);
 
-/// codebook.json: {"study", "title", "file", "row", "columns": [{"name", "kind", "unit",
+/// Writes codebook.json: {"study", "title", "file", "row", "columns": [{"name", "kind", "unit",
 /// "about"}]}.
 std::string CodebookJson(const Study& study);
-/// codebook.md: the same for a reader.
+/// Writes codebook.md, the same for a reader.
 std::string CodebookText(const Study& study);
 
-/// The gains that a condition sets, as "constant_stiffness=80"; empty: none.
+/// Returns the gains that a condition sets, as "constant_stiffness=80"; empty: none.
 std::string GainsText(const StudyCondition& condition);
-/// A number with the digits that give it back, or nothing for what is none.
+/// Writes a number in the digits that restore it; empty: not finite.
 std::string CsvNumber(double value);
 
 }  // namespace tandem

@@ -10,7 +10,8 @@
 
 namespace tandem {
 
-/// What a trial may differ in. Its name is of results alone: no participant reads it.
+/// The parameters in which trials may differ. The name stands in results alone; no participant
+/// reads it.
 struct StudyCondition {
   std::string name;
   double delay_ms = 0;  // one way, in both directions
@@ -22,53 +23,54 @@ struct StudyCondition {
   std::string law = DefaultLaw()->name();
   CouplingLimits gains;
   bool gate = true;
-  std::string scene;          // in place of the task's; empty: the task's
-  double planted_slower = 1;  // factor of the time that modelled hands take: a dry run's effect
+  std::string scene;          // replaces the task's scene; empty: the task's
+  double planted_slower = 1;  // factor on the times of modelled hands, to plant an effect in a dry
+                              // run
 };
 
-/// What has to be true of a trial that succeeds. A criterion that is not set does not count.
+/// The criteria of a trial's success. A criterion that is not set does not count.
 struct StudySuccess {
-  bool out = false;  // the body has left what is fixed, and stays out
-  std::optional<double> moved_mm =
-      {};                             // the body is that far from its first place, and stays there
-  std::optional<double> time_s = {};  // `out` or `moved_mm` is reached within
-  std::optional<double> peak_force_N = {};  // at the hand, at the most
-  std::optional<double> collisions = {};    // at the most
-  double hold_s = 1;                        // the trial ends when the goal was kept for so long
+  bool out = false;                     // true: the body must leave what is fixed and stay out
+  std::optional<double> moved_mm = {};  // the body must be at least so far from its first place,
+                                        // and stay there
+  std::optional<double> time_s = {};    // longest time until `out` or `moved_mm` is reached
+  std::optional<double> peak_force_N = {};  // largest force at the hand
+  std::optional<double> collisions = {};    // largest number
+  double hold_s = 1;                        // time for which the goal is kept until the trial ends
 
   bool has_goal() const noexcept { return out || moved_mm; }
 };
 
 struct StudyTask {
   std::string name;
-  std::string scene;  // by name or path, or one of the lab's: free, wall, slot, ball, off_centre
-  std::string body;   // shared; empty: the scene's only one
+  std::string scene;  // name or path, or a scene of the lab: free, wall, slot, ball, off_centre
+  std::string body;   // shared body; empty: the scene's only body
   std::string instructions;
   double time_limit_s = 30;
   StudySuccess success;
-  // modelled hands, the participant's and the partner's: names of the lab's or hand files; none:
-  // those of the scene
+  // modelled hands of the participant and the partner: names of the lab's hands, or hand files;
+  // empty: the scene's hands
   std::vector<std::string> hands;
-  std::string motion;  // of the lab's, for hands without a file; empty: "move"
+  std::string motion;  // motion of the lab, for hands without a file; empty: "move"
 };
 
 enum class StudyOrder : std::uint8_t { kWilliams, kShuffled, kAsWritten };
 
 struct StudyBlock {
   std::string name;
-  std::size_t task = 0;                 // into Study::tasks
-  std::vector<std::size_t> conditions;  // into Study::conditions
-  int repetitions = 1;                  // of all conditions
+  std::size_t task = 0;                 // index into Study::tasks
+  std::vector<std::size_t> conditions;  // indices into Study::conditions
+  int repetitions = 1;                  // repetitions of all conditions
   StudyOrder order = StudyOrder::kWilliams;
-  bool practice = false;  // left out of the analysis
+  bool practice = false;  // true: the analysis leaves the block out
   std::string instructions;
-  double pause_s = 0;  // before the block, at least
+  double pause_s = 0;  // shortest pause before the block
 };
 
 enum class QuestionKind : std::uint8_t { kChoice, kScale, kText };
 
 struct StudyQuestion {
-  std::string key;  // of its column
+  std::string key;  // key of its column
   std::string text;
   QuestionKind kind = QuestionKind::kScale;
   std::vector<std::string> choices;
@@ -85,10 +87,10 @@ struct Study {
   std::string title;
   std::uint64_t seed = 1;
   int participants = 1;
-  bool modelled_partner = true;  // else a person at another site
-  int attempts = 2;              // how often a trial is begun at the most
+  bool modelled_partner = true;  // otherwise a person at another site
+  int attempts = 2;              // largest number of times that a trial is begun
   double publish_hz = 1000;
-  std::string information;  // told before consent is asked for
+  std::string information;  // text shown before consent is asked for
   std::vector<StudyTask> tasks;
   std::vector<StudyCondition> conditions;
   std::vector<StudyBlock> blocks;

@@ -16,9 +16,9 @@ constexpr int kMostParticipants = 900;
 constexpr int kMostRepetitions = 1000;
 constexpr int kMostAttempts = 10;
 constexpr std::size_t kMostConditions = 64;
-constexpr std::size_t kMostItems = 256;      // of any other list
-constexpr std::size_t kMostTrials = 10'000;  // of a participant
-constexpr double kMostDelayMs = 1200;        // as of a case of the lab
+constexpr std::size_t kMostItems = 256;      // items of any other list
+constexpr std::size_t kMostTrials = 10'000;  // trials of a participant
+constexpr double kMostDelayMs = 1200;        // limit of the lab's cases
 constexpr double kMostJitterMs = 1000;
 constexpr double kMostGain = 1e7;
 constexpr double kLongestTrial = 3600;  // s
@@ -31,7 +31,7 @@ bool IsPlainWord(const std::string& word) {
   });
 }
 
-/// A word that may stand in a file's name and in a column's.
+/// Reads a word that may stand in names of files and columns.
 std::string Word(const JsonNode& node) {
   const std::string word = node.Text("a word");
   if (!IsPlainWord(word)) node.Expected("a word of at most 40 letters, digits, - and _");
@@ -142,7 +142,7 @@ StudyTask ReadTask(const JsonNode& node) {
   return task;
 }
 
-/// The place of the name that stands there, among those of that kind.
+/// Returns the index of the item that the node names.
 template <typename Named>
 std::size_t Find(const JsonNode& node, const std::vector<Named>& all) {
   const std::string name = node.Text("a name");
@@ -220,7 +220,7 @@ StudyQuestion ReadQuestion(const JsonNode& node) {
   return question;
 }
 
-/// Every name is of one thing alone.
+/// Reports a fault for each name that occurs twice.
 template <typename Named>
 void NoneTwice(const JsonNode& list, const std::vector<Named>& all, std::string Named::*name) {
   std::set<std::string> seen;

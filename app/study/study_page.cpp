@@ -15,12 +15,12 @@ namespace tandem {
 namespace {
 
 constexpr PictureBox kLeastPlot{84, 56, 520, 300};
-constexpr double kLetter = 9;  // width of one of a condition's name, at the most
+constexpr double kLetter = 9;  // largest width of a letter in a condition's name, pixels
 constexpr Rgb kPerson{150, 165, 185};
 constexpr Rgb kMean{0, 90, 160};
-constexpr double kCap = 0.05;  // half of the interval's ends, in conditions
+constexpr double kCap = 0.05;  // half width of the interval's ends, in conditions
 
-/// Least and greatest of all that is drawn, a little apart from the frame.
+/// Returns an axis round 0 and all values drawn, with a margin.
 Axis AxisOf(const MeasureEffect& effect) {
   double least = 0;
   double most = 0;
@@ -67,7 +67,7 @@ std::string WhatWasRun(const Study& study, const std::vector<ResultRow>& rows,
          "</dl>\n";
 }
 
-/// For a dry run: what its effects are worth.
+/// For a dry run, says what its results mean.
 std::string WhatIsModelled(const Study& study) {
   std::string planted;
   for (const StudyCondition& condition : study.conditions) {
@@ -89,7 +89,7 @@ Picture PictureOf(const Study& study, const MeasureEffect& effect) {
   for (const ConditionEffect& one : effect.conditions) {
     longest = std::max(longest, study.conditions[one.condition].name.size());
   }
-  // names stand beside one another
+  // wide enough for the names side by side
   plot.width = std::max(plot.width, static_cast<double>(effect.conditions.size()) * kLetter *
                                         static_cast<double>(longest + 2));
   Picture picture{effect.task + "-" + effect.measure,
@@ -134,7 +134,7 @@ Picture PictureOf(const Study& study, const MeasureEffect& effect) {
                                            false,
                                            false});
   }
-  // the horizontal axis has names in place of numbers
+  // the horizontal axis has names instead of numbers
   const Axis y = AxisOf(effect);
   for (const Tick& tick : TicksOf(y, 6)) {
     const PicturePoint at = chart.At(0, tick.value);

@@ -10,11 +10,11 @@
 
 namespace tandem {
 
-/// A measure by condition: each participant's means, joined by a line, and the mean over
+/// Draws a measure by condition: each participant's means, joined by a line, and the mean over
 /// participants with its confidence interval.
 Picture PictureOf(const Study& study, const MeasureEffect& effect);
 
-/// What a study has come to, as one page that asks nothing of any other file or host.
+/// Writes a study's results as one page that loads no other file and contacts no host.
 std::string StudyPage(const Study& study, const std::vector<ResultRow>& rows,
                       const std::vector<MeasureEffect>& effects, const std::string& mode);
 

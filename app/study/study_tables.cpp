@@ -27,7 +27,7 @@ std::string BurstsOf(const StudyCondition& condition) {
          PageFigure(condition.burst_loss);
 }
 
-/// The number of a trial, as a link to its case where it has run.
+/// Returns the number of a trial, linked to its case if the trial has run.
 std::string LinkOf(const ResultRow& row) {
   const std::string number = std::to_string(row.plan.number);
   const bool has_run =

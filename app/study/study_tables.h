@@ -9,24 +9,24 @@
 
 namespace tandem {
 
-/// To four digits; empty: no number.
+/// Formats a number in four digits; empty: not finite.
 std::string PageFigure(double value);
-/// "LOW to HIGH"; empty: no interval.
+/// Formats an interval as "LOW to HIGH"; empty: no interval.
 std::string PageInterval(const MeanInterval& interval);
 
 /// Returns whether all participants have the same value in all conditions, so that a picture would
 /// show nothing.
 bool AllTheSame(const MeasureEffect& effect);
 
-/// All conditions with what they set.
+/// Makes a table of all conditions with the values that they set.
 std::string ConditionsTable(const Study& study);
-/// A row for each measure and condition: mean, difference from the reference, its interval and
-/// effect size. A difference whose interval leaves out zero is marked.
+/// Makes a table with a row for each measure and condition: mean, difference from the reference,
+/// its interval and effect size. A difference whose interval excludes zero is marked.
 std::string SummaryTable(const Study& study, const std::vector<MeasureEffect>& effects);
-/// How often each choice was taken in each condition, for questions of the kind choice; empty: the
-/// study has none.
+/// Makes a table for each question of the kind choice: how often each choice was taken in each
+/// condition. Empty: the study has no such question.
 std::string ChoicesTable(const Study& study, const std::vector<ResultRow>& rows);
-/// All trials with their measures, each linked to its case where it has run.
+/// Makes a table of all trials with their measures. A trial that has run is linked to its case.
 std::string TrialsTable(const Study& study, const std::vector<ResultRow>& rows);
 
 }  // namespace tandem

@@ -21,11 +21,12 @@ namespace {
 
 using OrderedJson = nlohmann::ordered_json;
 
-constexpr double kPersonsPace = 0.08;  // standard deviation of the logarithm
+constexpr double kPersonsPace = 0.08;  // standard deviation of the pace's logarithm
 constexpr double kTrialsPace = 0.03;
 constexpr double kLeastS = 1e-3;
 
-/// About normal, mean 0 and deviation 1: twelve even draws, so that every machine has the same.
+/// Draws a number of mean 0 and deviation 1 from twelve uniform draws. It is nearly normal, and
+/// equal on every machine.
 double NormalDraw(std::uint64_t seed, const std::string& what, std::uint64_t which) {
   double sum = -6;
   for (std::uint64_t i = 0; i < 12; ++i) {
@@ -43,7 +44,7 @@ bool IsHandFile(const std::string& hand) {
   return std::filesystem::path(hand).extension() == ".json";
 }
 
-/// The hands of a task, as they are before any pace: files as they stand, the lab's in a motion.
+/// Returns the hands of a task at their own pace: those of files, or the lab's in a motion.
 Result<std::array<HandScript, 2>> HandsOf(const StudyTask& task, const LabScene& scene) {
   std::array<HandScript, 2> scripts;
   const Scene& file = scene.model->scene;
@@ -80,7 +81,7 @@ Result<std::array<HandScript, 2>> HandsOf(const StudyTask& task, const LabScene&
 void SetPace(HandScript& script, double pace) {
   for (Waypoint& waypoint : script.waypoints) waypoint.t *= pace;
   for (Push& push : script.pushes) push.t *= pace;
-  if (script.waypoints.empty()) script.waypoints.emplace_back();  // it stays
+  if (script.waypoints.empty()) script.waypoints.emplace_back();  // the hand stays in place
 }
 
 OrderedJson LawJson(const StudyCondition& condition) {

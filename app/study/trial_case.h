@@ -12,27 +12,27 @@
 
 namespace tandem {
 
-/// Where a trial's case is made: what the study's names stand for on this machine.
+/// The scene and the folder of a trial's case, on this machine.
 struct TrialPlace {
-  std::string scene;             // one of the lab's own, or a file
-  std::filesystem::path folder;  // of the trial
+  std::string scene;             // one of the lab's scenes, or a file
+  std::filesystem::path folder;  // trial's folder
 };
 
-/// A trial as a case of the stability lab, two users: the participant, then the partner.
+/// Makes a trial's case for the stability lab. User 0 is the participant, user 1 the partner.
 ///
-/// A modelled hand has a pace: all times of its script are multiplied by a factor that the study's
-/// seed draws for the participant (8 % standard deviation) and for the trial (3 %), and by the
-/// condition's `planted_slower`. Both hands of a trial have one pace.
+/// A modelled hand has a pace, a factor on all times of its script. The study's seed draws one
+/// factor for the participant (8 % standard deviation) and one for the trial (3 %). The pace is
+/// their product times the condition's `planted_slower`. Both hands of a trial have the same pace.
 ///
-/// Writes `case.json`, `user-0.hand.json` and `user-1.hand.json` into the folder, and gives back
-/// the case as it stands in that file: `tandem stability run case.json` repeats it.
+/// Writes `case.json`, `user-0.hand.json` and `user-1.hand.json` into the folder, and returns the
+/// case as that file has it. `tandem stability run case.json` repeats it.
 Result<LabCase> MakeTrialCase(const Study& study, int participant, const PlannedTrial& trial,
                               const LabScene& scene, const TrialPlace& place);
 
-/// The factor of the times of that trial's modelled hands.
+/// Returns the factor on the times of the trial's modelled hands.
 double PaceOf(const Study& study, int participant, const PlannedTrial& trial);
 
-/// What a modelled person answers, drawn by the study's seed.
+/// Returns the answer of a modelled person, drawn by the study's seed.
 std::string ModelledAnswer(const Study& study, int participant, const PlannedTrial& trial,
                            const StudyQuestion& question);
 

@@ -153,7 +153,7 @@ std::optional<Error> TrialLog::Take(const std::string& text, std::size_t& whole)
   std::size_t number = 0;
   for (whole = 0; whole < text.size();) {
     const std::size_t end = text.find('\n', whole);
-    if (end == std::string::npos) return std::nullopt;  // a line that was not written to its end
+    if (end == std::string::npos) return std::nullopt;  // unfinished line
     if (const auto fault = TakeLine(text.substr(whole, end - whole), ++number)) return fault;
     whole = end + 1;
   }
@@ -221,7 +221,7 @@ LoggedTrial TrialLog::Of(const std::string& participant, int trial) const {
 
 std::optional<Error> TrialLog::Add(const std::string& line) {
   const std::string whole = line + "\n";
-  // one write: what is killed leaves no half of a line before a whole one
+  // one write, so that a killed program never leaves a partial line before a whole one
   if (write(descriptor_, whole.data(), whole.size()) != static_cast<ssize_t>(whole.size()) ||
       fdatasync(descriptor_) != 0) {
     return FaultOf(file_, std::string("cannot be written: ") + std::strerror(errno));
@@ -278,7 +278,7 @@ std::optional<Error> TrialLog::Withdraw(const std::string& participant) {
   }
   kept += JsonText(EventOf("withdrawn", participant)) + "\n";
   if (const auto fault = WriteWholeFile(file_, kept)) return fault;
-  // the file is another one: what follows must go there
+  // the path is another file now: later lines go there
   const int descriptor = open(file_.c_str(), O_RDWR | O_APPEND | O_CLOEXEC);
   if (descriptor < 0 || flock(descriptor, LOCK_EX | LOCK_NB) != 0) {
     if (descriptor >= 0) close(descriptor);

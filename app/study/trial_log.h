@@ -13,23 +13,23 @@
 
 namespace tandem {
 
-/// The first line of a log: the study whose trials follow, and how they are run.
+/// The first line of a log: the study of its trials, and how they are run.
 struct TrialLogHeader {
   std::string study;
-  std::string study_hash;  // of the study file's bytes
+  std::string study_hash;  // hash of the study file's bytes
   std::uint64_t seed = 1;
-  std::string version;  // of the program
+  std::string version;  // program's version
   std::string mode;     // persons, dry run in virtual time, dry run by real peers
   std::string site;     // participant, partner
 
   bool operator==(const TrialLogHeader&) const = default;
 };
 
-/// How far a trial has come.
+/// The state of a trial.
 enum class TrialState : std::uint8_t {
   kPlanned,  // not begun
-  kCut,      // begun, and ended by something else than itself
-  kRan,      // measured; its questions are not answered
+  kCut,      // begun, and interrupted
+  kRan,      // measured, but its questions are not answered
   kDone,
   kLost  // cut as often as the study allows
 };
@@ -38,23 +38,23 @@ const char* NameOf(TrialState state);
 struct LoggedTrial {
   TrialState state = TrialState::kPlanned;
   int attempts = 0;
-  std::string begun_at;  // of the last attempt, UTC
+  std::string begun_at;  // time of the last attempt, UTC
   TrialMeasures measures;
-  std::map<std::string, std::string> answers;  // by the questions' keys
+  std::map<std::string, std::string> answers;  // answers by the questions' keys
 };
 
-using TrialKey = std::pair<std::string, int>;  // pseudonym and number
+using TrialKey = std::pair<std::string, int>;  // pseudonym, and number of the trial
 
-/// The log of a study's trials, a line of JSON each: the only truth about what was done. A line is
-/// on the disk when a call returns. A last line without an end, as a program that was killed
-/// leaves, is cut off when the log is opened.
+/// The log of a study's trials, the only record of what was done, one line of JSON for each event.
+/// A line is on the disk when a call returns. Opening the log cuts off an unfinished last line,
+/// which a killed program may leave.
 class TrialLog {
  public:
-  /// Opens the log, or begins one. Errors: another study's, another program at work with it, a
-  /// damaged line. `attempts`: how often a trial may be begun.
+  /// Opens the log, or begins one. Errors: the log is of another study, mode or site; another
+  /// program has it open; a line is damaged. `attempts`: how often a trial may be begun.
   static Result<TrialLog> Open(const std::filesystem::path& file, const TrialLogHeader& header,
                                int attempts);
-  /// Reads a log that nobody is to write; the header is whatever stands there.
+  /// Reads a log without writing it. Its header may be any.
   static Result<TrialLog> Read(const std::filesystem::path& file, int attempts);
 
   TrialLog(TrialLog&& other) noexcept;
@@ -62,7 +62,7 @@ class TrialLog {
   ~TrialLog();
 
   const TrialLogHeader& header() const { return header_; }
-  /// When that participant consented, UTC; nothing: not.
+  /// Returns when the participant consented, UTC; nothing: no consent.
   std::optional<std::string> ConsentOf(const std::string& participant) const;
   const std::map<std::string, std::string>& consents() const { return consents_; }
   bool Withdrew(const std::string& participant) const { return withdrawn_.contains(participant); }
@@ -74,7 +74,7 @@ class TrialLog {
                            const TrialMeasures& measures);
   std::optional<Error> Answered(const std::string& participant, int trial,
                                 const std::map<std::string, std::string>& answers);
-  /// Takes all lines of that participant out of the file, and keeps that and when they withdrew.
+  /// Removes all lines of the participant from the file, and records when they withdrew.
   std::optional<Error> Withdraw(const std::string& participant);
 
  private:
@@ -92,7 +92,7 @@ class TrialLog {
   std::map<TrialKey, LoggedTrial> trials_;
 };
 
-/// Now, as "2026-01-31T09:26:53Z".
+/// Returns the current time as "2026-01-31T09:26:53Z".
 std::string UtcNow();
 
 }  // namespace tandem

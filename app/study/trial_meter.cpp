@@ -9,9 +9,9 @@ namespace tandem {
 
 namespace {
 
-constexpr double kLookS = 0.01;      // between two looks at whether the goal is reached
-constexpr double kApartS = 0.1;      // contacts that are nearer in time are one collision
-constexpr double kLeastStep = 1e-4;  // m: a path is made of steps of this, so that noise adds none
+constexpr double kLookS = 0.01;      // time between two tests of the goal
+constexpr double kApartS = 0.1;      // contacts less far apart in time count as one collision
+constexpr double kLeastStep = 1e-4;  // m; length of a path's steps, so that noise adds nothing
 
 constexpr std::array kMeasures{
     TrialMeasure{"success", "0 or 1", "1 where all criteria of the task are met",
@@ -45,7 +45,7 @@ constexpr std::array kMeasures{
     TrialMeasure{"missed_share", "0 to 1",
                  "share of frames that the participant's peer missed: the quality of the trial",
                  &TrialMeasures::missed_share}};
-static_assert(sizeof(TrialMeasures) == kMeasures.size() * sizeof(double));  // none is left out
+static_assert(sizeof(TrialMeasures) == kMeasures.size() * sizeof(double));  // none is missing
 
 }  // namespace
 

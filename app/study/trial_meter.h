@@ -12,12 +12,13 @@
 
 namespace tandem {
 
-/// What is measured of a trial. NaN: it is not known, or there is nothing of the kind.
+/// The measures of a trial. NaN: the value is unknown or does not apply.
 struct TrialMeasures {
   static constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
-  double success = kNone;       // 1 or 0, by the task's criteria
-  double completion_s = kNone;  // from the hand's start until the goal is reached for good
+  double success = kNone;       // 1 or 0 by the task's criteria
+  double completion_s = kNone;  // time from the hand's start until the goal is reached and kept to
+                                // the end
   double duration_s = kNone;
   double peak_force_N = kNone;
   double mean_force_N = kNone;
@@ -30,7 +31,7 @@ struct TrialMeasures {
   double missed_share = kNone;
 };
 
-/// A measure by its name, as logs and results give it.
+/// The description of a measure, with its name in logs and results.
 struct TrialMeasure {
   std::string_view name;
   std::string_view unit;
@@ -40,25 +41,25 @@ struct TrialMeasure {
 
 std::span<const TrialMeasure> AllTrialMeasures();
 
-/// A frame of the participant's hand.
+/// The participant's hand in a frame.
 struct TrialFrame {
-  double t_s = 0;    // from the hand's start
-  Pose X_WB;         // of the body in hand
+  double t_s = 0;    // time since the hand's start
+  Pose X_WB;         // pose of the body in hand
   double force = 0;  // N, at the hand
   bool contact = false;
 };
 
-/// Measures a trial frame by frame, the same for peers in virtual time and for real ones.
+/// Measures a trial frame by frame, for peers in virtual time and real peers alike.
 class TrialMeter {
  public:
-  /// Whether the body at that pose has left what is fixed; null: nothing is fixed.
+  /// Returns whether the body at that pose has left what is fixed. Null: nothing is fixed.
   using IsOut = std::function<bool(const Pose& X_WB)>;
 
   TrialMeter(const StudySuccess& success, const Pose& X_WB0, IsOut is_out);
 
-  /// Frames after the trial's end count no more.
+  /// Takes a frame. Ignores frames after the trial's end.
   void See(const TrialFrame& frame);
-  /// The distance between the two instances of the body in a frame, m.
+  /// Takes the distance between the two instances of the body in a frame, m.
   void SeeApart(double metres);
   /// Returns whether the goal was kept long enough for the trial to be over (StudySuccess::hold_s).
   bool ended() const noexcept { return ended_; }
@@ -75,7 +76,7 @@ class TrialMeter {
   double last_s_ = 0;
   Pose last_;
   double next_look_s_ = 0;
-  std::optional<double> reached_s_;  // since when the goal is reached without a break
+  std::optional<double> reached_s_;  // time since which the goal has been reached without a break
   bool ended_ = false;
   double force_sum_ = 0;
   double peak_force_ = 0;

@@ -10,7 +10,7 @@ namespace tandem {
 
 namespace {
 
-/// Fisher and Yates, by draws that every machine has alike.
+/// Shuffles after Fisher and Yates, with draws that are equal on every machine.
 template <typename Value>
 void ShuffleBy(std::vector<Value>& values, std::uint64_t seed, const std::string& what,
                std::uint64_t which) {
@@ -25,7 +25,7 @@ std::vector<std::size_t> Numbers(std::size_t count) {
   return numbers;
 }
 
-/// The order of a block's conditions, as places in StudyBlock::conditions.
+/// Returns the order of a block's conditions, as indices into StudyBlock::conditions.
 std::vector<std::size_t> OrderOf(const Study& study, std::size_t block, int participant,
                                  int repetition) {
   const std::size_t count = study.blocks[block].conditions.size();
@@ -43,7 +43,7 @@ std::vector<std::size_t> OrderOf(const Study& study, std::size_t block, int part
       break;
   }
   const std::vector<std::vector<std::size_t>> rows = WilliamsRows(count);
-  // as many participants as there are rows get each row once; the seed says who gets which
+  // as many participants as there are rows get each row once, in an order drawn by the seed
   std::vector<std::size_t> turns = Numbers(rows.size());
   ShuffleBy(turns, study.seed, "rows " + std::to_string(block), who / rows.size());
   std::vector<std::size_t> letters = Numbers(count);
@@ -69,7 +69,7 @@ std::uint64_t DrawOf(std::uint64_t seed, const std::string& what, std::uint64_t 
 
 std::vector<std::vector<std::size_t>> WilliamsRows(std::size_t treatments) {
   const std::size_t n = treatments;
-  // 0, 1, n-1, 2, n-2, ...: its neighbours differ by all there is to differ by
+  // 0, 1, n-1, 2, n-2, ...: for even n all differences of neighbours are distinct
   std::vector<std::size_t> first;
   for (std::size_t i = 0; i < n; ++i) {
     first.push_back(i == 0 ? 0 : (i % 2 == 1 ? (i + 1) / 2 : n - i / 2));
@@ -109,7 +109,7 @@ std::string TrialFolder(int number) {
 }
 
 std::vector<std::string> PseudonymsOf(const Study& study) {
-  // a third more numbers than participants, so that none tells how many there are
+  // half as many numbers again as participants or more, so that no number reveals their count
   const auto count = static_cast<std::size_t>(study.participants);
   const std::size_t most = count <= 66 ? 99 : count <= 666 ? 999 : 9999;
   std::vector<std::size_t> numbers = Numbers(most);
