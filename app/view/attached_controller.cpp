@@ -7,8 +7,8 @@ namespace tandem {
 namespace {
 
 constexpr double kQuitSeconds = 1;
-constexpr double kHastyQuitSeconds = 0.1;  // where a signal ends this program
-constexpr double kAttachSeconds = 0.5;     // a try, of which there are many
+constexpr double kHastyQuitSeconds = 0.1;  // while a signal ends this program
+constexpr double kAttachSeconds = 0.5;     // for each of many tries
 
 class AttachedController : public ControllerLink {
  public:

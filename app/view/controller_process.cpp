@@ -21,8 +21,8 @@ namespace {
 
 constexpr std::chrono::milliseconds kEndStep{10};
 constexpr std::chrono::milliseconds kEndPatience{3000};   // for each signal
-constexpr std::chrono::milliseconds kQuitPatience{5000};  // without one
-// where a signal ends this program, which must not take longer than a second
+constexpr std::chrono::milliseconds kQuitPatience{5000};  // without a signal
+// while a signal ends this program, which must not take longer than a second
 constexpr std::chrono::milliseconds kHastyPatience{500};
 
 bool IsEndedBySignal() {
@@ -36,7 +36,7 @@ class StartedPeer : public ControllerProcess {
   ~StartedPeer() override {
     if (!Gone()) kill(pid_, SIGTERM);
     WaitFor(kEndPatience, kHastyPatience);
-    // in haste one that runs is left to its own end, which is as near; one that is stopped has none
+    // in haste a running controller is left to end by itself, and only a stopped one is killed
     if (!Gone() && (!IsEndedBySignal() || IsStopped())) {
       kill(pid_, SIGKILL);
       WaitFor(kEndPatience, kHastyPatience);
@@ -61,7 +61,7 @@ class StartedPeer : public ControllerProcess {
   std::string LastLine() override { return log_.LastLine(); }
 
  private:
-  /// Waits for its end. `hasty`: the patience where a signal ends this program.
+  /// Waits for the process to end. `hasty`: the patience while a signal ends this program.
   void WaitFor(std::chrono::milliseconds patience, std::chrono::milliseconds hasty) {
     const auto begun = std::chrono::steady_clock::now();
     while (!Gone()) {
@@ -71,7 +71,7 @@ class StartedPeer : public ControllerProcess {
       std::this_thread::sleep_for(kEndStep);
     }
   }
-  /// Returns whether somebody has stopped it, as by SIGSTOP: it hears no signal then but SIGKILL.
+  /// Returns whether the process is stopped, as by SIGSTOP. Then only SIGKILL reaches it.
   bool IsStopped() {
     siginfo_t facts{};
     return waitid(P_PID, static_cast<id_t>(pid_), &facts, WSTOPPED | WNOHANG | WNOWAIT) == 0 &&
@@ -101,7 +101,7 @@ Result<std::unique_ptr<ControllerProcess>> LaunchController(const HandRequest& r
   const int nothing = open("/dev/null", O_RDONLY | O_CLOEXEC);
   const pid_t pid = fork();
   if (pid == 0) {
-    // only what is safe between fork and exec
+    // only calls that are safe between fork and exec
     setsid();
     dup2(nothing, STDIN_FILENO);
     dup2(output->descriptor(), STDOUT_FILENO);

@@ -5,11 +5,12 @@
 namespace tandem {
 
 /// Starts `tandem peer --control`, which lies beside this program, in a process group and a session
-/// of its own: neither a crash of this program nor the end of its terminal takes it along. What it
-/// says goes to a file without a name, for a pipe would break with this program.
+/// of its own. So the controller survives a crash of this program and the end of its terminal. Its
+/// output goes to an unnamed file, since a pipe would break with this program.
 Result<std::unique_ptr<ControllerProcess>> LaunchController(const HandRequest& request);
 
-/// Finds a controller by tandem::Controller. `secured`: it has keys, and no other one will do.
+/// Attaches to a controller through tandem::Controller. `secured`: requires a controller that has
+/// keys.
 Result<std::unique_ptr<ControllerLink>> AttachController(const std::string& name, bool secured);
 
 }  // namespace tandem

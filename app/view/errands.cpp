@@ -19,9 +19,8 @@ namespace {
 
 constexpr int kLookMs = 100;
 constexpr int kSignalLookMs = 50;
-constexpr double kPatience =
-    30;  // s for scene and poses to come before a picture is taken all the same
-constexpr double kBeforeTheEnd = 1;  // s: the last moment for a picture
+constexpr double kPatience = 30;     // s until a picture is taken though scene or poses are missing
+constexpr double kBeforeTheEnd = 1;  // s before the end at which a picture is taken at the latest
 
 int Milliseconds(double seconds) {
   return static_cast<int>(1000 * seconds);
@@ -82,13 +81,13 @@ void Errands::OnSessionChanged() {
   joined_ns_ = 0;
   if (session_.state() != SessionModel::State::kFailed) return;
   Say("could not join: " + session_.error().toStdString());
-  // a person can read it in the window and try again; an unattended run is over
+  // a person can read it in the window and try again; an unattended run ends
   const bool unattended = options_.seconds > 0 || !options_.screenshot.empty();
   if (unattended) End(kExitNetwork);
 }
 
 bool Errands::PictureIsComplete() const {
-  if (window_.view() == nullptr) {  // the page that says why is all that will come
+  if (window_.view() == nullptr) {  // the page with the reason is all that will come
     return true;
   }
   using State = ProximityModel::State;
@@ -116,7 +115,7 @@ void Errands::TakePicture() {
   if (window_.view() != nullptr && !window_.view()->warning().isEmpty()) {
     Say(OneLine(window_.view()->warning()));
   }
-  // of a scene that was asked for; of a session's nobody here can help it
+  // only for a scene that the command line names: a session's scene is not the caller's fault
   if (!options_.scene.empty()) {
     if (window_.scene().state() == SceneModel::State::kMissing) exit_code_ = kExitFile;
     if (!window_.scene().warning().isEmpty()) exit_code_ = kExitIncompatiblePeer;

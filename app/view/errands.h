@@ -8,15 +8,16 @@
 
 namespace tandem {
 
-/// What a run does by itself: takes a picture, ends after some time or on SIGTERM or SIGINT, tells
-/// how it went. One in a program.
+/// The unattended work of a run: takes a picture, ends after some time or on SIGTERM or SIGINT,
+/// writes a report. A program has one.
 class Errands : public QObject {
   Q_OBJECT
 
  public:
   Errands(const ViewOptions& options, MainWindow& window, SessionModel& session);
 
-  /// After the event loop ended: leaves the session, writes the report.
+  /// Called after the event loop has ended. Leaves the session, writes the report, returns the exit
+  /// code.
   int Finish();
 
  private:
@@ -26,7 +27,7 @@ class Errands : public QObject {
   void TakePicture();
   void OnSessionChanged();
   void End(int exit_code);
-  /// Of a window with a hand: what it has drawn, of how many snapshots.
+  /// Writes the report of a window with a hand: the numbers of pictures and snapshots.
   Result<bool> WriteHandReport() const;
 
   const ViewOptions& options_;
@@ -34,11 +35,11 @@ class Errands : public QObject {
   SessionModel& session_;
   int exit_code_ = 0;
   bool picture_due_;
-  std::int64_t joined_ns_ = 0;  // 0: not in a session
+  std::int64_t joined_ns_ = 0;  // time of joining; 0: not in a session
   double seconds_joined_ = 0;
-  QTimer look_;         // whether the picture is complete
-  QTimer picture_;      // it is, and --screenshot-after runs
-  QTimer last_chance_;  // for the picture, as it is
+  QTimer look_;         // tests whether the picture is complete
+  QTimer picture_;      // runs from the complete picture for --screenshot-after
+  QTimer last_chance_;  // takes the picture as it is
   QTimer end_;
 };
 

@@ -33,7 +33,7 @@ int Fail(int exit_code, const std::string& line) {
   return exit_code;
 }
 
-/// By what the command line says, or the fields of the window.
+/// Returns the options of the command line, or those of the window's fields.
 ReachOptions ReachBy(ReachOptions reach, const JoinRequest& request) {
   reach.domain = request.domain;
   reach.interface = request.interface;
@@ -45,7 +45,7 @@ ReachOptions ReachBy(ReachOptions reach, const JoinRequest& request) {
   return reach;
 }
 
-/// Over DDS, by the way that the command line says; domain and interface are the form's.
+/// Joins over DDS by the options of the command line, with the domain and interface of the form.
 JoinFunction JoinBy(const ReachOptions& reach, SceneFetcher& fetcher) {
   return [reach, &fetcher](const JoinRequest& request, PeerId peer,
                            Inbox& inbox) -> Result<std::unique_ptr<Transport>> {
@@ -66,7 +66,7 @@ JoinFunction JoinBy(const ReachOptions& reach, SceneFetcher& fetcher) {
   };
 }
 
-/// In the same network, for other sessions.
+/// Listens for other sessions on the same network.
 ListenFunction ListenBy(const ReachOptions& reach) {
   return [reach](const JoinRequest& request) {
     DdsOptions options;
@@ -82,8 +82,8 @@ SceneSearchResult FindHere(const SceneManifest& manifest) {
   return {FindScene(WantedFrom(manifest), folders), folders};
 }
 
-/// From the session that the window is in: whoever presses the button has been asked, and is asked
-/// by it once more where the files are large.
+/// Fetches scenes from the window's session. A press of the button consents to small files, a
+/// second press to large ones.
 FetchFunction FetchBy(const std::shared_ptr<SceneFetcher>& fetcher) {
   const auto consent = std::make_shared<FetchConsent>();
   return [fetcher, consent](const SceneManifest& manifest,
@@ -107,7 +107,7 @@ FetchFunction FetchBy(const std::shared_ptr<SceneFetcher>& fetcher) {
   };
 }
 
-/// Does what the command line asks for, in the window that is there.
+/// Does in the window what the command line asks for.
 void Begin(const ViewOptions& options, MainWindow& window, SessionModel& session,
            SceneModel& scene) {
   if (options.attach) {
@@ -144,11 +144,11 @@ int main(int argc, char** argv) {
   if (const std::string trouble = DisplayTrouble(); !trouble.empty()) {
     return Fail(kExitDisplay, trouble);
   }
-  // Without a GPU Mesa would draw with all cores, and those belong to a peer's 1 kHz thread if
-  // there is one.
+  // Without a GPU Mesa would draw with all cores. They belong to a peer's 1 kHz thread if there is
+  // one.
   if (!qEnvironmentVariableIsSet("LP_NUM_THREADS")) qputenv("LP_NUM_THREADS", "1");
   QSurfaceFormat::setDefaultFormat(RendererFormat());
-  int qt_argc = 1;  // our arguments are none of Qt's
+  int qt_argc = 1;  // Qt gets none of the arguments
   QApplication app(qt_argc, argv);
   QApplication::setApplicationName(QStringLiteral("tandem-view"));
   if (!options->time_pictures.empty()) {
@@ -167,7 +167,8 @@ int main(int argc, char** argv) {
   Errands errands(*options, window, session);
   std::vector<std::filesystem::path> folders = FoldersWithScenes();
   if (folders.size() > 1) std::rotate(folders.begin(), folders.begin() + 1, folders.end());
-  window.SetSceneFolders(folders);  // the last one used, or that of our own scenes, first
+  window.SetSceneFolders(folders);  // the folder used last first, or that of the scenes that come
+                                    // with the program
   QObject::connect(&window, &MainWindow::SceneChosen, [&window](const QString& file) {
     RememberSceneFolder(file.toStdString());
     RememberScene(file.toStdString());

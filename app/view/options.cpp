@@ -22,7 +22,7 @@ std::string Environment(const char* name) {
   return value != nullptr ? value : "";
 }
 
-/// Whether somebody listens at the socket of local X display `number`.
+/// Returns whether a server listens at the socket of local X display `number`.
 bool LocalDisplayAnswers(const std::string& number) {
   const std::string path = "/tmp/.X11-unix/X" + number;
   for (const bool abstract : {true, false}) {
@@ -125,7 +125,7 @@ std::optional<ViewOptions> ReadOptions(int argc, char** argv, int& exit_code) {
   options.hand.secure = options.reach.secure;
   options.join.domain = options.reach.domain;
   options.join.interface = options.reach.interface;
-  // who takes part is identified by the controller
+  // a controller identifies the user that takes part
   const bool looks_on = options.open.empty() && !options.take_part && !options.attach;
   if (looks_on && !options.reach.secure.empty()) {
     const Result<PeerId> id = Identify(options.reach, Role::kViewer, options.join.name);

@@ -10,36 +10,36 @@
 
 namespace tandem {
 
-/// What `tandem-view` was asked for.
+/// The options of `tandem-view`.
 struct ViewOptions {
-  JoinRequest join;  // session empty: the form waits
+  JoinRequest join;  // session empty: the form waits for one
   ReachOptions reach;
   std::string scene;
-  std::string open;        // scene to take part in; empty: none
-  bool take_part = false;  // in the session, with a hand
-  bool attach = false;     // to a controller that runs already
-  bool own = false;        // which ends with the window
+  std::string open;        // scene to open with a hand; empty: none
+  bool take_part = false;  // true: take part in the session, with a hand
+  bool attach = false;     // true: attach to a running controller
+  bool own = false;        // true: the attached controller ends with the window
   std::string peer_options;
-  HandRequest hand;        // by which one takes part
-  bool proximity = false;  // shown from the start
-  bool blind = false;      // nothing is shown that tells of the network
-  bool fit = false;        // to the bodies where they are, before a picture is taken
+  HandRequest hand;        // request for taking part
+  bool proximity = false;  // true: proximity is shown from the start
+  bool blind = false;      // true: hide all that reveals the network's condition
+  bool fit = false;        // true: fit the camera to the bodies' poses before the picture
   std::string screenshot;
-  double screenshot_after = 1;  // s from when the picture is complete
-  std::string paint;            // pictures to paint: no window then
+  double screenshot_after = 1;  // s after the picture is complete
+  std::string paint;            // file of pictures to paint, without a window
   std::string paint_into;       // folder for them
-  std::string time_pictures;    // file for the times of a scene's pictures: no window then
-  int rounds = 5;               // of these times
+  std::string time_pictures;    // file for the times of a scene's pictures, without a window
+  int rounds = 5;               // rounds of these times
   std::string report;
-  double seconds = 0;  // then end; 0: until the window is closed
+  double seconds = 0;  // s until the program ends; 0: until the window is closed
 };
 
-/// Reads the command line. Without a value the program is to end with `exit_code`: help was
-/// printed, or what is wrong (one line on stderr).
+/// Reads the command line. Without a value the program ends with `exit_code`: help was printed, or
+/// one line on stderr says what is wrong.
 std::optional<ViewOptions> ReadOptions(int argc, char** argv, int& exit_code);
 
-/// Why there is no display to open a window on; empty when there is one, as far as one can tell
-/// before Qt tries (and ends the program when it fails).
+/// Returns why there is no display for a window; empty: none is known. Qt itself ends the program
+/// where it finds no display.
 std::string DisplayTrouble();
 
 }  // namespace tandem

@@ -14,7 +14,7 @@ namespace tandem {
 
 namespace {
 
-constexpr double kScale = 2;  // of a picture's pixels, so that text is sharp
+constexpr double kScale = 2;  // factor on a picture's size, which makes text sharp
 
 QColor ColourOf(const Rgb& colour) {
   return {colour.r, colour.g, colour.b};
@@ -25,7 +25,7 @@ QPen PenOf(const Stroke& stroke) {
   pen.setJoinStyle(Qt::RoundJoin);
   pen.setCapStyle(Qt::FlatCap);
   if (!stroke.dashes.empty() && stroke.width > 0) {
-    QList<qreal> dashes;  // in widths
+    QList<qreal> dashes;  // in multiples of the line's width
     for (const double dash : stroke.dashes) dashes.push_back(dash / stroke.width);
     if (dashes.size() % 2 != 0) dashes += dashes;  // as SVG repeats them
     pen.setDashPattern(dashes);
@@ -129,7 +129,7 @@ int PaintPictures(const std::filesystem::path& pictures, const std::filesystem::
   qputenv("QT_QPA_PLATFORM", "offscreen");
   char name[] = "tandem-view";
   char* argv[] = {name, nullptr};
-  int argc = 1;  // our arguments are none of Qt's
+  int argc = 1;  // Qt gets none of the arguments
   const QGuiApplication fonts(argc, argv);
   for (const Picture& picture : *all) {
     const std::filesystem::path file = folder / (picture.name + ".png");

@@ -4,9 +4,9 @@
 
 namespace tandem {
 
-/// Paints the pictures of a file (app/picture/picture_file.h) as NAME.png each into that folder, at
-/// twice their size; needs no display and no OpenGL, only Qt. Gives the exit code; what is wrong is
-/// told in one line.
+/// Paints each picture of a file (app/picture/picture_file.h) as NAME.png into that folder, at
+/// twice its size. Needs only Qt, neither a display nor OpenGL. Returns the exit code; one line
+/// says what is wrong.
 int PaintPictures(const std::filesystem::path& pictures, const std::filesystem::path& folder);
 
 }  // namespace tandem

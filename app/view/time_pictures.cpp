@@ -26,8 +26,8 @@ using nlohmann::ordered_json;
 
 constexpr QSize kPixels(1024, 768);
 constexpr std::size_t kPartTriangles = 300'000;
-constexpr int kFixedEyeFrames = 20;   // of a round
-constexpr int kMovingEyeFrames = 10;  // of a round
+constexpr int kFixedEyeFrames = 20;   // frames of a round
+constexpr int kMovingEyeFrames = 10;  // frames of a round
 constexpr double kStepOfBody = 1e-3;  // m a frame
 
 int Fail(int exit_code, const std::string& line) {
@@ -43,7 +43,7 @@ std::size_t StaticTriangles(const DrawnScene& scene) {
   return count;
 }
 
-/// As they are drawn in one colour.
+/// Counts the triangles of moving bodies as they are drawn in one colour.
 std::size_t MovingTriangles(const DrawnScene& scene) {
   std::size_t count = 0;
   for (const DrawnBody& body : scene.bodies) {
@@ -92,7 +92,7 @@ double MedianOf(std::vector<double> values) {
   return values[values.size() / 2];
 }
 
-/// One scene and one number of samples a pixel, with what was measured of it.
+/// A scene at a number of samples a pixel, with its measured times.
 class Subject {
  public:
   Subject(const DrawnScene& scene, int samples) : scene_(scene), samples_(samples) {
@@ -111,7 +111,7 @@ class Subject {
   std::optional<Error> Prepare() {
     if (auto error = renderer_.Initialize()) return error;
     renderer_.Upload(scene_.bodies);
-    FrameMs();  // makes room for its pictures
+    FrameMs();  // allocates the picture's buffers
     return std::nullopt;
   }
 
@@ -150,7 +150,8 @@ class Subject {
   }
 
  private:
-  /// Draws a frame, whole or with so much time for the static picture, and waits for its end.
+  /// Draws a frame and waits for its end. `static_ms`: time for the static picture; none: all of
+  /// it.
   double FrameMs(std::optional<int> static_ms = std::nullopt) {
     QElapsedTimer clock;
     clock.start();
@@ -183,7 +184,7 @@ class Subject {
   std::vector<double> full_redraw_ms_, fixed_eye_ms_, ratios_, moving_eye_ms_, frames_at_rest_;
 };
 
-/// Needs a current context.
+/// Times a scene, whole and in part. Needs a current context.
 Result<ordered_json> Time(const DrawnScene& scene, int rounds) {
   std::vector<DrawnScene> scenes{scene};
   if (StaticTriangles(scene) > kPartTriangles) scenes.push_back(PartOf(scene));
@@ -195,7 +196,7 @@ Result<ordered_json> Time(const DrawnScene& scene, int rounds) {
     }
   }
   for (int round = 0; round < rounds; ++round) {
-    // what the machine does changes: all meet it alike
+    // rounds in turn, since the machine's load changes: all subjects meet it alike
     for (const auto& subject : subjects) subject->RunRound();
   }
   ordered_json pictures = ordered_json::array();

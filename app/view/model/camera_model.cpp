@@ -5,10 +5,11 @@ namespace tandem {
 namespace {
 constexpr double kPi = 3.14159265358979323846;
 constexpr double kHalfFieldOfView =
-    16.0 * kPi / 180.0;  // vertical; long enough to keep shapes undistorted
+    16.0 * kPi / 180.0;  // rad, vertical; narrow enough to keep shapes undistorted
 constexpr double kFitMargin = 1.06;
 constexpr double kZoomPerStep = 0.85;
-constexpr double kNearestPart = 0.002;  // of the scene's radius: as close as one can zoom
+constexpr double kNearestPart = 0.002;  // nearest distance to the target, share of the scene's
+                                        // radius
 constexpr double kFarthestPart = 200.0;
 }  // namespace
 
@@ -41,7 +42,7 @@ void CameraModel::Fit(const Bounds& bounds_W) {
   scene_radius_ = std::max(0.5 * bounds_W.size().norm(), 1e-6);
   target_W_ = scene_centre_W_;
 
-  // each corner asks for a distance at which it lies inside both pairs of sides of the view pyramid
+  // each corner needs a distance at which it lies between both pairs of sides of the view pyramid
   const double tan_y = std::tan(kHalfFieldOfView);
   const double tan_x = tan_y * width_px_ / height_px_;
   const Mat3 R_CW = R_WC().transpose();
@@ -128,7 +129,7 @@ Mat4 CameraModel::ViewFromWorld() const {
 }
 
 Mat4 CameraModel::Projection() const {
-  // bodies may leave the box that was fitted: see well behind and before it
+  // bodies may leave the fitted box, so the planes lie well before and behind it
   const double to_scene = (eye_W() - scene_centre_W_).norm();
   const double near = std::max(0.01 * distance_, to_scene - 5 * scene_radius_);
   const double far = std::max(to_scene + 8 * scene_radius_, 2 * near);

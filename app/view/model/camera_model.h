@@ -14,41 +14,41 @@ enum class StandardView { kFront, kRight, kTop, kIso };
 /// A line of sight.
 struct Ray {
   Vec3 from_W = Vec3::Zero();
-  Vec3 along_W = Vec3::UnitX();  // a unit vector
+  Vec3 along_W = Vec3::UnitX();  // unit vector
 };
 
-/// Where the onlooker stands: a turntable about a target point, Z up, in perspective. Plain
-/// mathematics, no window. Camera frame C: x to the right, y up, z towards the eye; pixels are
+/// The viewer's camera: a turntable about a target point, Z up, in perspective. It is mathematics
+/// alone, without a window. Camera frame C: x to the right, y up, z towards the eye. Pixels are
 /// logical, from the top left.
 class CameraModel {
  public:
   void SetViewport(int width_px, int height_px);
-  /// Puts the whole box into the picture, seen from where the camera looks now.
+  /// Fits the whole box into the picture and keeps the direction of view.
   void Fit(const Bounds& bounds_W);
   void LookFrom(StandardView view);
 
-  /// Turns the scene with the mouse, half a turn for 360 px; never over the poles.
+  /// Turns the scene with the mouse, half a turn for 360 px, but not over the poles.
   void Orbit(double dx_px, double dy_px);
   /// Moves the scene with the mouse: a point at the target's depth stays under the cursor.
   void Pan(double dx_px, double dy_px);
-  /// Comes nearer (steps > 0) or goes away; what is under the cursor at the target's depth stays
+  /// Moves nearer (steps > 0) or away. The point under the cursor at the target's depth stays
   /// there.
   void ZoomAt(const Vec2& cursor_px, double steps);
 
   Mat4 ViewFromWorld() const;
   Mat4 Projection() const;
-  /// Pixel of a point, or nothing when it is behind the eye.
+  /// Returns the pixel of a point; nothing: the point is behind the eye.
   std::optional<Vec2> Project(const Vec3& p_W) const;
-  /// Line of sight through a pixel, from the eye.
+  /// Returns the line of sight through a pixel, from the eye.
   Ray RayThrough(const Vec2& px) const;
-  /// Length in metres of a pixel, across the view, at the depth of a point.
+  /// Returns the length of a pixel in metres, across the view, at the depth of a point.
   double MetresPerPixelAt(const Vec3& p_W) const;
-  /// Point under a pixel at the target's depth.
+  /// Returns the point under a pixel at the target's depth.
   Vec3 PointAtTargetDepth(const Vec2& px) const;
 
-  /// Columns are the camera's right, up and towards-the-eye in W.
+  /// Returns the camera's right, up and towards-the-eye in W, as columns.
   Mat3 R_WC() const;
-  /// Of the user's view V: to the right, away from the eye, up.
+  /// Returns the axes of the user's view V in W: to the right, away from the eye, up.
   Mat3 R_WV() const;
   Vec3 eye_W() const { return target_W_ + distance_ * R_WC().col(2); }
   const Vec3& target_W() const { return target_W_; }

@@ -12,7 +12,7 @@
 
 namespace tandem {
 
-/// A controller as the window uses it: tandem::Controller in the product, a puppet in tests.
+/// A controller as the window uses it: tandem::Controller in the product, a fake in tests.
 class ControllerLink {
  public:
   virtual ~ControllerLink() = default;
@@ -20,28 +20,29 @@ class ControllerLink {
   virtual void Send(const ControlRequest& request, OnAnswer on_answer) = 0;
   virtual void SetGoal(const PlainPose& X_WG) = 0;
   virtual const ControllerSnapshot& snapshot() const = 0;
-  /// Asks it to end, and waits for its answer, a second at the most.
+  /// Asks the controller to end, and waits at most a second for its answer.
   virtual void Quit() = 0;
-  /// Calls back for answers and takes the newest snapshot. Returns whether anything has come.
+  /// Calls back for answers and takes the newest snapshot. Returns whether any message came.
   virtual bool Poll() = 0;
 };
 
-/// Finds the controller of a name; waits for no longer than a second. `secured`: it has keys, and
-/// no other one will do.
+/// Attaches to the controller of a name; waits at most a second. `secured`: requires a controller
+/// that has keys.
 using AttachFunction =
     std::function<Result<std::unique_ptr<ControllerLink>>(const std::string& name, bool secured)>;
 
-/// A controller that this program has started. It goes on when this program crashes.
+/// A controller that this program has started. It survives a crash of this program.
 class ControllerProcess {
  public:
-  /// Has it end, within a few seconds; where a signal ends this program, within half a second, or
-  /// in the controller's own time.
+  /// Ends the controller within a few seconds. While a signal ends this program, it waits half a
+  /// second at most, and leaves a running controller to end by itself.
   virtual ~ControllerProcess() = default;
-  /// Gives it time to end by itself, once it was asked to: it may have a report to write.
+  /// Gives a controller that was asked to end the time for that, since it may have a report to
+  /// write.
   virtual void AwaitEnd() {}
-  /// How it ended, in a line for a person; nothing while it runs.
+  /// Returns how the controller ended, in a line for a person; nothing: it runs.
   virtual std::optional<std::string> Ended() = 0;
-  /// The newest line that it has said; empty: none.
+  /// Returns the controller's newest line of output; empty: none.
   virtual std::string LastLine() = 0;
 };
 

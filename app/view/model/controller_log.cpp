@@ -43,17 +43,17 @@ void ControllerLog::Bound() {
   struct stat of_file {};
   if (fstat(file_, &of_file) != 0 || of_file.st_size <= kMostBytes) return;
   std::string last = LastLine();
-  // what the controller says meanwhile goes to the new end
+  // the controller appends to the new end
   if (ftruncate(file_, 0) == 0) last_ = std::move(last);
 }
 
 std::string ControllerLog::LastLine() const {
-  constexpr off_t kMost = 4096;  // bytes at the end, more than any line of ours has
+  constexpr off_t kMost = 4096;  // bytes at the end; no line of the controller is longer
   struct stat of_file {};
   if (fstat(file_, &of_file) != 0) return {};
   std::string end(static_cast<std::size_t>(std::min(of_file.st_size, kMost)), '\0');
   const off_t begin = of_file.st_size - static_cast<off_t>(end.size());
-  // the controller shares the file's position, which stays where it is
+  // pread(), since the controller shares the file's position
   const ssize_t read = pread(file_, end.data(), end.size(), begin);
   end.resize(static_cast<std::size_t>(std::max<ssize_t>(read, 0)));
   std::istringstream stream(end);

@@ -6,8 +6,8 @@
 
 namespace tandem {
 
-/// It keeps what a controller says in a file without a name: nothing is left of that however the
-/// programs end that have it open. A controller adds to its end.
+/// Keeps a controller's output in an unnamed file, which vanishes with the programs that have it
+/// open. The controller appends to it.
 class ControllerLog {
  public:
   static Result<ControllerLog> Open();
@@ -15,12 +15,11 @@ class ControllerLog {
   ControllerLog& operator=(ControllerLog&&) = delete;
   ~ControllerLog();
 
-  /// The file's descriptor, which stays this object's.
+  /// Returns the file's descriptor, which this object owns.
   int descriptor() const noexcept { return file_; }
-  /// Empties the file where it has more than kMostBytes, all but its last line. Call it now and
-  /// then.
+  /// Empties a file of more than kMostBytes, and keeps its last line. Called now and then.
   void Bound();
-  /// Returns the last line, without what the program calls itself; empty: none.
+  /// Returns the last line without the program's name; empty: none.
   std::string LastLine() const;
 
   static constexpr long kMostBytes = 4L << 20U;
@@ -28,7 +27,7 @@ class ControllerLog {
  private:
   explicit ControllerLog(int file) : file_(file) {}
   int file_ = -1;
-  std::string last_;  // line of what Bound() took away
+  std::string last_;  // last line from before Bound() emptied the file
 };
 
 }  // namespace tandem

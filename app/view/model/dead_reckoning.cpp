@@ -7,14 +7,14 @@ namespace tandem {
 
 namespace {
 
-// what is less is nothing: a picture comes to rest
+// smaller errors count as zero, so that a picture comes to rest
 constexpr double kNothing = 1e-5;  // m, rad
 
 bool Differs(const DeadReckoning::Told& a, const DeadReckoning::Told& b) {
   return a.seq != b.seq || a.X_W.p != b.X_W.p || a.X_W.q.coeffs() != b.X_W.q.coeffs();
 }
 
-/// The pose in which the middle is at `p` and the body turned by `q`.
+/// Returns the pose with the middle at `p` and the rotation `q`.
 Pose About(const Vec3& middle_W, const Vec3& p, const Quat& q) {
   return {q, p - q * middle_W};
 }
@@ -24,7 +24,7 @@ Pose About(const Vec3& middle_W, const Vec3& p, const Quat& q) {
 Pose DeadReckoning::Ahead(const Vec3& middle_W, double now_s) const {
   if (told_.V_W.v.isZero(0) && told_.V_W.w.isZero(0)) return told_.X_W;
   const double since = std::max(0.0, now_s - told_s_);
-  // there, and at half the pace back again
+  // forwards until kLongest, then back at half the pace
   double ahead = std::max(0.0, std::min(since, kLongest - 0.5 * (since - kLongest)));
   const Vec3 middle = told_.X_W * middle_W;
   const Vec3 v = told_.V_W.v + told_.V_W.w.cross(middle - told_.X_W.p);

@@ -6,25 +6,28 @@
 
 namespace tandem {
 
-/// Where a body is drawn between two frames of its peer, and after a late one: ahead of where it
-/// was told to be by how it moved then, for kLongest and kFarthest at the most, and where a frame
-/// says otherwise over to that within some kSettle, without a jump. When no more frames come it
-/// goes back to where it was told to be. For the picture alone: in contact, prediction draws energy
-/// in (docs/decisions/0028-live-and-type-1.md). Nothing else ever sees it.
+/// Places a body in the picture between two frames of its peer, and after a late frame. It
+/// extrapolates the told pose by the told velocity, for kLongest and kFarthest at most. When a new
+/// frame differs, the error decays with time constant kSettle, without a jump. Without new frames
+/// the body returns to the told pose.
+///
+/// For the picture alone: in contact, prediction would add energy
+/// (docs/decisions/0028-live-and-type-1.md).
 class DeadReckoning {
  public:
-  static constexpr double kLongest = 0.1;    // s
-  static constexpr double kFarthest = 0.03;  // m, of the body's middle
-  static constexpr double kSettle = 0.05;    // s
-  static constexpr double kJump = 0.1;       // m: beyond, it is somewhere else at once
+  static constexpr double kLongest = 0.1;    // s; longest extrapolation
+  static constexpr double kFarthest = 0.03;  // m; farthest extrapolation of the body's middle
+  static constexpr double kSettle = 0.05;    // s; time constant of the error
+  static constexpr double kJump = 0.1;       // m; larger errors are not smoothed
 
   struct Told {
-    std::uint32_t seq = 0;  // of the frame
-    Pose X_W;               // displacement from where it stands at first
-    Twist V_W;              // of that
+    std::uint32_t seq = 0;  // number of the frame
+    Pose X_W;               // displacement from the body's first place
+    Twist V_W;              // its velocity
   };
 
-  /// `middle_W`: of the body where it stands at first; `now_s`: a clock that runs on.
+  /// Returns the pose to draw. `middle_W`: the body's middle in its first place. `now_s`: a clock
+  /// that does not jump.
   Pose Show(const Told& told, const Vec3& middle_W, double now_s);
 
  private:
@@ -34,8 +37,8 @@ class DeadReckoning {
   Told told_;
   double told_s_ = 0;
   double shown_s_ = 0;
-  Vec3 off_ = Vec3::Zero();     // of the middle, from Ahead(); m
-  Vec3 turned_ = Vec3::Zero();  // rad
+  Vec3 off_ = Vec3::Zero();     // m; error of the middle, relative to Ahead()
+  Vec3 turned_ = Vec3::Zero();  // rad; error of the rotation
 };
 
 }  // namespace tandem

@@ -7,7 +7,8 @@ namespace tandem {
 
 namespace {
 
-constexpr std::size_t kRunIndices = 3 * 64;  // so many neighbours share vertices in the cache
+constexpr std::size_t kRunIndices = 3 * 64;  // indices of a run, whose triangles share vertices in
+                                             // the cache
 constexpr std::size_t kPieceIndices = 3 * kPieceTriangles;
 
 float TwiceTheArea(const ShadedMesh& mesh, std::size_t first) {

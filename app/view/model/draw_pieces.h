@@ -7,7 +7,7 @@
 
 namespace tandem {
 
-/// A stretch of the triangles or of the edges of a body, drawn in one call.
+/// A range of a body's triangles or edges, drawn in one call.
 struct DrawPiece {
   std::size_t body = 0;
   bool edges = false;

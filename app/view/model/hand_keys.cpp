@@ -6,7 +6,7 @@ namespace tandem {
 
 namespace {
 
-/// The step of an arrow key in the picture, or zero.
+/// Returns the step of an arrow or page key in the picture, or zero.
 Vec3 StepOf(int key) {
   switch (key) {
     case Qt::Key_Left:
@@ -44,7 +44,7 @@ std::optional<HandKey> HandKeyOf(int key, Qt::KeyboardModifiers modifiers) {
   found.steps_C = (shift ? PartDrag::kFine : 1.0) * step;
   if (!control) return found;
   found.kind = HandKey::Kind::kTurn;
-  // the near side goes where the arrow points: right and left are about the picture's up
+  // the near side moves as the arrow points: right and left turn about the picture's up
   const Vec3 s = found.steps_C;
   found.steps_C = Vec3(-s.y(), s.x(), s.z());
   return found;

@@ -7,7 +7,7 @@ namespace tandem {
 
 namespace {
 constexpr int kPollMs = 8;
-constexpr qint64 kPatienceMs = 5000;  // for a controller that is said to run
+constexpr qint64 kPatienceMs = 5000;  // for a controller that should be running
 const ControllerSnapshot kNoSnapshot;
 }  // namespace
 
@@ -23,7 +23,7 @@ HandModel::~HandModel() {
     link_->Quit();
     if (process_) process_->AwaitEnd();
   }
-  process_.reset();  // takes its time while what is being attached gives up
+  process_.reset();  // first, since an attachment in progress needs time to give up
   if (attaching_.joinable()) attaching_.join();
   attach_result_.reset();
   link_.reset();
@@ -89,7 +89,7 @@ void HandModel::OnAttachEnded() {
   const bool dropped = std::exchange(drop_attached_, false);
   if (state_ != State::kStarting) return;
   if (dropped) {
-    TryToAttach();  // another name
+    TryToAttach();  // another name is wanted
     return;
   }
   if (result) {
@@ -99,7 +99,7 @@ void HandModel::OnAttachEnded() {
     if (std::exchange(stop_asked_, false)) Stop();
     return;
   }
-  // what was started here says itself when it has ended
+  // a controller that was started here reports its own end
   if (process_ == nullptr && since_start_.elapsed() > kPatienceMs) {
     poll_.stop();
     SetState(State::kEnded, QString::fromStdString(result.error().what));
@@ -222,9 +222,9 @@ void HandModel::Grab(std::size_t body, const Vec3& p_W) {
   grab_answered_ = false;
   const std::uint64_t asked = ++grabs_asked_;
   link_->Send(grab, [this, asked, name = grab.body](const Answer& answer) {
-    if (asked != grabs_asked_) return;  // another was asked for since
+    if (asked != grabs_asked_) return;  // a later grab replaced this one
     if (answer.ok) {
-      grab_answered_ = true;  // until a snapshot shows it, the goal is still this hand's
+      grab_answered_ = true;  // the goal stays this hand's until a snapshot shows the grab
       if (!answer.reason.empty()) Tell(QString::fromStdString(answer.reason));
       return;
     }
@@ -313,7 +313,7 @@ void HandModel::Tell(const QString& word) {
 }
 
 void HandModel::SetState(State state, const QString& trouble) {
-  view_told_.reset();  // another controller does not know it
+  view_told_.reset();  // a new controller does not know the view
   state_ = state;
   trouble_ = trouble;
   Q_EMIT StateChanged();

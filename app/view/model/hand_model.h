@@ -13,69 +13,74 @@
 
 namespace tandem {
 
-/// The user's hand: starts a controller or takes up one that runs, takes and moves bodies through
-/// it, tells what came of it. A controller that is lost is waited for; one that ended is said to
-/// have. GUI thread only.
+/// The user's hand. Starts a controller or attaches to a running one, takes and moves bodies
+/// through it, and reports the results. Waits for a controller that is lost; reports one that has
+/// ended. GUI thread only.
 class HandModel : public QObject {
   Q_OBJECT
 
  public:
-  /// kLost: the controller was there and is not heard; kEnded: see trouble().
+  /// kLost: the controller was there and is not heard. kEnded: trouble() says why.
   enum class State { kNone, kStarting, kReady, kLost, kEnded };
 
   HandModel(AttachFunction attach, LaunchFunction launch, QObject* parent = nullptr);
-  ~HandModel() override;  // ends what it started
+  ~HandModel() override;  // ends a controller of its own
 
-  /// Starts a controller, in place of the one before. One of that name that runs is taken up.
+  /// Leaves the present controller and starts a new one.
   void Start(const HandRequest& request);
-  /// Takes up a controller that runs already. `own`: an earlier window of this user has started it,
-  /// and it ends with this one. `secure`: the folder of keys that it has for its session; empty:
+  /// Attaches to a running controller. `own`: an earlier window of this user has started it, and it
+  /// ends with this window. `secure`: the folder of the controller's keys for its session; empty:
   /// none.
   void TakeUp(const std::string& control, const std::string& name, bool own = false,
               const std::string& secure = {});
-  /// Leaves the session; ends the controller, if it is this user's own.
+  /// Leaves the session, and ends the controller if it is this user's own.
   void Leave();
 
   State state() const { return state_; }
   bool ready() const { return state_ == State::kReady; }
-  /// A controller is there or was just now: what is shown is its picture.
+  /// Returns whether a controller is there or was lost just now, so that the picture shows its
+  /// state.
   bool shows() const { return link_ != nullptr; }
-  /// In states kStarting, kLost and kEnded: what is going on, in a line.
+  /// Describes in a line what is going on in states kStarting, kLost and kEnded.
   const QString& trouble() const { return trouble_; }
-  /// Newest word to the user: why something was refused, what the controller says.
+  /// Returns the newest message to the user: why a request was refused, or what the controller
+  /// says.
   const QString& word() const { return word_; }
   const HandRequest& request() const { return request_; }
 
   const ControllerSnapshot& snapshot() const;
-  /// The body in hand, or nothing.
+  /// Returns the body in hand, or nothing.
   std::optional<std::size_t> held() const;
   bool stopped() const;
-  /// Whether a device at the controller moves the hand, so that the mouse has the view alone.
+  /// Returns whether a device at the controller moves the hand. Then the mouse moves the camera
+  /// alone.
   bool by_device() const;
-  /// Why the device in the hand has no force now, or less; empty: it has all.
+  /// Says why a fault or a stop took the force from the device in use; empty: none did.
   QString DeviceTrouble() const;
-  /// Whether Resume() would do something: after a stop, after a fault of the device.
+  /// Returns whether Resume() has an effect: after a stop, or after a fault of the device.
   bool resumable() const;
-  /// Newest goal of the grasp frame: what this hand has asked for, else what the controller knows.
+  /// Returns the newest goal of the grasp frame: the goal that this hand set, else the
+  /// controller's.
   Pose goal() const;
-  /// Whether the controller drives the part by itself, so that the goal is the controller's.
+  /// Returns whether the controller drives the part by itself, so that the goal is the
+  /// controller's.
   bool retracing() const;
 
-  /// Asks for a body at a point of it. What is in hand is let go of first.
+  /// Asks for a body at a point of it. First lets go of the body in hand.
   void Grab(std::size_t body, const Vec3& p_W);
   void SetGoal(const Pose& X_WG);
   void Release();
   void Give(const QString& peer);
   void AskFor(std::size_t body);
   void Retrace(RetraceRequest::To to);
-  /// Where the controller is not heard, too: it may hear.
+  /// Stops the hand, even while the controller is not heard: it may hear.
   void Stop();
   void Resume();
-  /// Tells how the user looks at the scene, for a device's sake; once for each view.
+  /// Reports the user's view of the scene to the controller, for its device; once for each view.
   void SetView(const Mat3& R_WV);
-  /// Any request; a refusal becomes the newest word, after `what`.
+  /// Sends any request. A refusal becomes the newest message, after `what`.
   void Ask(const QString& what, const ControlRequest& request);
-  /// Puts a word for the user there itself.
+  /// Sets a message for the user.
   void Tell(const QString& word);
 
  Q_SIGNALS:
@@ -89,7 +94,7 @@ class HandModel : public QObject {
   void OnAttachEnded();
   void SetState(State state, const QString& trouble = {});
   void TakeNews();
-  /// From here on the goal is the controller's, and a grab that is on its way counts no more.
+  /// Makes the goal the controller's, and ignores the answer to a pending grab.
   void ForgetGoal();
 
   AttachFunction attach_;
@@ -101,9 +106,10 @@ class HandModel : public QObject {
   std::unique_ptr<ControllerProcess> process_;
   std::unique_ptr<ControllerLink> link_;
   std::thread attaching_;
-  std::optional<Result<std::unique_ptr<ControllerLink>>> attach_result_;  // by attaching_
-  bool own_ = false;            // the controller ends with this window
-  bool drop_attached_ = false;  // what is being attached is not wanted any more
+  std::optional<Result<std::unique_ptr<ControllerLink>>> attach_result_;  // result of the thread
+                                                                          // attaching_
+  bool own_ = false;            // true: the controller ends with this window
+  bool drop_attached_ = false;  // true: the attachment in progress is unwanted
   QTimer poll_;
   QElapsedTimer since_start_;
   std::optional<Pose> goal_;
@@ -113,10 +119,10 @@ class HandModel : public QObject {
   std::uint64_t news_seen_ = 0;
   std::uint64_t frame_seen_ = 0;
   std::optional<Mat3> view_told_;
-  bool stop_asked_ = false;  // before there was a controller to hear it
+  bool stop_asked_ = false;  // stop asked for before the controller was there
 };
 
-/// "anna holds it, ben holds it" in short words for lists: whether another user has it alone.
+/// Returns the name of another user who alone holds the body; nothing: none.
 std::optional<QString> HeldByOther(const ControllerSnapshot& snapshot, std::size_t body);
 
 }  // namespace tandem

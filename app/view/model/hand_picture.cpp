@@ -8,8 +8,8 @@ namespace tandem {
 namespace {
 
 constexpr float kGoalOpacity = 0.28F;
-constexpr double kLeastGoalLead = 2e-4;  // m, and rad times 0.1 m: nearer, the ghost is the part
-constexpr float kContactTint = 0.45F;    // the most, at full force
+constexpr double kLeastGoalLead = 2e-4;  // m, plus rad times 0.1 m; a smaller lead draws no ghost
+constexpr float kContactTint = 0.45F;    // largest share of the tint, at full force
 constexpr Colour kContactColour{0.90F, 0.10F, 0.05F};
 constexpr Colour kNoForce{0.10F, 0.62F, 0.24F};
 constexpr Colour kSomeForce{0.95F, 0.68F, 0.05F};
@@ -29,7 +29,8 @@ bool HeldBy(const SnapshotBody& body, std::uint64_t peer) {
   return std::find(body.holders.begin(), body.holders.end(), peer) != body.holders.end();
 }
 
-/// The other user whose instance is simulated here, for it is not in this user's hand; 0: none.
+/// Returns the other user whose instance this controller shows, the body not being in this user's
+/// hand; 0: none.
 std::uint64_t ShownOf(const ControllerSnapshot& snapshot, std::size_t body) {
   const SnapshotBody& one = snapshot.bodies[body];
   if (one.in_hand || one.holders.empty() || HeldBy(one, snapshot.self)) return 0;
@@ -85,7 +86,7 @@ ViewedPeer Other(const ControllerSnapshot& snapshot, const SnapshotPeer& peer) {
   return other;
 }
 
-/// Whether a hand has something, and which of the snapshot's bodies.
+/// Returns the body in hand, an index into the snapshot's bodies; nothing: the hand is empty.
 std::optional<std::size_t> InHand(const ControllerSnapshot& snapshot) {
   const std::int64_t body = snapshot.hand.body;
   if (body < 0 || static_cast<std::size_t>(body) >= snapshot.bodies.size()) return std::nullopt;
@@ -132,7 +133,8 @@ void AddGoal(const ControllerSnapshot& snapshot, const Pose& goal,
     if (solid.body >= bodies.size() || bodies[solid.body].part_of.value_or(solid.body) != *held) {
       continue;
     }
-    solid.X_W = ToPose(snapshot.bodies[*held].X_W);  // one's own hand waits for no smoothing
+    solid.X_W = ToPose(snapshot.bodies[*held].X_W);  // the user's own hand is drawn without
+                                                     // smoothing
     if (snapshot.contact_points > 0) {
       const auto share = static_cast<float>(std::min(force / kTetherFullForce, 1.0));
       solid.colour = Mixed(solid.colour, kContactColour, kContactTint * (0.4F + 0.6F * share));

@@ -14,11 +14,11 @@ namespace tandem {
 Pose ToPose(const PlainPose& X);
 PlainPose ToPlain(const Pose& X);
 
-/// A band from the grabbed point of a part to where a hand wants that point: the force of a hand
-/// without force feedback, for the eye.
+/// A line from the grabbed point of a part to the hand's goal for that point. It shows the force of
+/// a hand without force feedback.
 struct Tether {
-  Vec3 from_W = Vec3::Zero();  // at the part
-  Vec3 to_W = Vec3::Zero();    // the goal
+  Vec3 from_W = Vec3::Zero();  // grabbed point of the part
+  Vec3 to_W = Vec3::Zero();    // goal
   double force_N = 0;
   bool operator==(const Tether&) const = default;
 };
@@ -26,36 +26,36 @@ struct Tether {
 /// A contact of the part in hand.
 struct ContactMark {
   Vec3 p_W = Vec3::Zero();
-  Vec3 n_W = Vec3::Zero();  // away from the surface that is met
+  Vec3 n_W = Vec3::Zero();  // normal, away from the other surface
   double force_N = 0;
   bool operator==(const ContactMark&) const = default;
 };
 
-/// What is drawn of the user's own hand, beside the bodies.
+/// The drawing of the user's own hand, beside the bodies.
 struct HandPicture {
   std::optional<Tether> tether;
   std::vector<ContactMark> contacts;
-  std::optional<Pose> X_WT;                            // of the triad
-  std::optional<TriadHandle> hot;                      // the handle under the cursor, or in use
-  std::optional<std::pair<Vec3, Vec3>> locked_line_W;  // a point of it and its direction
-  bool figures = true;                                 // the force stands beside the tether
+  std::optional<Pose> X_WT;                            // pose of the triad
+  std::optional<TriadHandle> hot;                      // handle under the cursor, or in use
+  std::optional<std::pair<Vec3, Vec3>> locked_line_W;  // point and direction of the locked axis
+  bool figures = true;                                 // true: the force stands beside the tether
   bool operator==(const HandPicture& other) const;
 };
 
-/// The controller's view of the session, in the words of a viewer: this user first, as the owner of
-/// the bodies that nobody else has alone. `name` is the user's.
+/// Converts a controller's snapshot to a viewer's picture. This user comes first, as the owner of
+/// all bodies that no other user has alone. `name` is the user's.
 ViewerPicture PictureOf(const ControllerSnapshot& snapshot, const std::string& name);
 
-/// Adds this user's goal as a faint ghost of the part in hand, puts the part where the newest
-/// snapshot has it, and tints it while it is in contact. `goal`: the newest one, which the
-/// controller may not have heard yet.
+/// Adds this user's goal as a faint ghost of the part in hand. Puts the part where the newest
+/// snapshot has it, and tints it while it is in contact. `goal`: the newest goal, which the
+/// controller may not have received yet.
 void AddGoal(const ControllerSnapshot& snapshot, const Pose& goal,
              const std::vector<BodyLook>& bodies, DrawList& list);
 
-/// The tether to `goal`, and the contacts. Nothing in hand: empty.
+/// Makes the tether to `goal` and the contacts; empty: the hand is empty.
 HandPicture HandPictureOf(const ControllerSnapshot& snapshot, const Pose& goal);
 
-/// From green, without force, by amber to red at `kTetherFullForce` and beyond.
+/// Returns a colour from green (no force) by amber to red (`kTetherFullForce` or more).
 Colour ForceColour(double force_N);
 inline constexpr double kTetherFullForce = 10;  // N
 

@@ -8,11 +8,11 @@ namespace tandem {
 
 namespace {
 
-constexpr double kRise = 34;       // px from what is named to its label
-constexpr double kGap = 4;         // between boxes
-constexpr double kRim = 8;         // of the picture
-constexpr double kAnchorRoom = 6;  // about an anchor's dot
-constexpr double kCorner = 8;      // of a box: no line begins in one
+constexpr double kRise = 34;       // px from a body to its label
+constexpr double kGap = 4;         // distance between boxes
+constexpr double kRim = 8;         // margin of the picture
+constexpr double kAnchorRoom = 6;  // room round an anchor's dot
+constexpr double kCorner = 8;      // corner of a box, where no line begins
 
 bool Crosses(const QRectF& box, const QLineF& line) {
   if (box.contains(line.p1()) || box.contains(line.p2())) return true;
@@ -31,7 +31,7 @@ LabelPlace At(QRectF box, const QPointF& anchor, const QSizeF& picture) {
   };
   box.moveLeft(within(box.left(), box.width(), picture.width()));
   box.moveTop(within(box.top(), box.height(), picture.height()));
-  // the nearest point of the rim, off the rounded corners
+  // the nearest point of the box's edge, off its rounded corners
   QPointF foot(std::clamp(anchor.x(), box.left() + kCorner, box.right() - kCorner),
                anchor.y() < box.top() ? box.top() : box.bottom());
   const bool beside = anchor.y() >= box.top() && anchor.y() <= box.bottom();
@@ -41,7 +41,7 @@ LabelPlace At(QRectF box, const QPointF& anchor, const QSizeF& picture) {
   return {box, foot};
 }
 
-/// Places to try, the best first.
+/// Returns the places to try, the best first.
 std::vector<QRectF> Candidates(const LabelWish& wish) {
   const double width = wish.size.width();
   const double height = wish.size.height();
@@ -50,7 +50,7 @@ std::vector<QRectF> Candidates(const LabelWish& wish) {
   std::vector<QRectF> boxes{above};
   for (int ring = 0; ring < 6; ++ring) {
     const double x = (0.5 + 0.5 * ring) * (width + kGap) + kAnchorRoom;
-    // to the right and the left at the same height, above and below that; then under the body
+    // right and left at the same height, then above and below it; then under the body
     for (const double y : {0.0, -step, step, -2 * step, 2 * step, 3 * step}) {
       boxes.push_back(above.translated(x, y));
       boxes.push_back(above.translated(-x, y));

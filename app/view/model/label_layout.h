@@ -7,23 +7,23 @@
 
 namespace tandem {
 
-/// A label to be placed in the picture; px, logical.
+/// A label to place in the picture. Lengths are in logical pixels.
 struct LabelWish {
-  QPointF anchor;  // what its line leads to
-  double top = 0;  // the highest pixel of what it names
+  QPointF anchor;  // point that its line leads to
+  double top = 0;  // topmost pixel of the labelled body
   QSizeF size;
 };
 
-/// Where a label stands. Its line leads from `foot`, on the box's rim, to the anchor.
+/// The place of a label. Its line leads from `foot`, on the box's edge, to the anchor.
 struct LabelPlace {
   QRectF box;
   QPointF foot;
 };
 
-/// Places labels in the order given, above what they name where there is room, else to the side,
-/// below or at the picture's rim: within the picture, off one another, no line through another's
-/// box and no anchor under any. Where no place is left that keeps all of it, boxes keep off one
-/// another and out of the picture's rim.
+/// Places labels in the order given: above their bodies where there is room, else to the side,
+/// below, or at the picture's edge. Labels stay in the picture and apart. No line crosses another
+/// box, and no box covers an anchor. Where that is impossible, boxes only stay apart and in the
+/// picture.
 std::vector<LabelPlace> PlaceLabels(const std::vector<LabelWish>& wishes, const QSizeF& picture);
 
 }  // namespace tandem

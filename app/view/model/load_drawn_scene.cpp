@@ -7,7 +7,7 @@ namespace tandem {
 
 namespace {
 
-// of a moving body, so that its vertices tell distances
+// limits for moving bodies, whose vertices show distances
 constexpr double kLongestSide = 4;  // voxels
 constexpr std::size_t kMostVertices = 200'000;
 

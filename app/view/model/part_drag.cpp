@@ -6,19 +6,20 @@ namespace tandem {
 
 namespace {
 
-constexpr double kGrazing = 0.12;     // sine of 7 degrees: flatter than this a plane gives no hold
-constexpr double kNearestStep = 0.2;  // of the distance to the eye: the most that a wheel's event
-                                      // brings a part nearer
+constexpr double kGrazing = 0.12;     // sine of 7 degrees; a plane seen more flatly is unusable
+constexpr double kNearestStep = 0.2;  // smallest factor on the distance to the eye for one event of
+                                      // the wheel
 
-/// The place at which a ray goes through the plane at `p_W` with normal `n_W`; where the plane is
-/// seen too flatly, through that parallel to the picture.
+/// Returns the point at which a ray meets the plane at `p_W` with normal `n_W`. Where the plane is
+/// seen too flatly, uses the plane parallel to the picture.
 Vec3 ThroughPlane(const Ray& ray, const Vec3& p_W, const Vec3& n_W, const Vec3& towards_eye_W) {
   const bool flat = std::abs(ray.along_W.dot(n_W)) < kGrazing;
   const Vec3 n = flat ? towards_eye_W : n_W;
   return ray.from_W + ((p_W - ray.from_W).dot(n) / ray.along_W.dot(n)) * ray.along_W;
 }
 
-/// How far along the line through `p_W` the point lies that is nearest to a ray; not for parallels.
+/// Returns the position along the line through `p_W` that is nearest to a ray, which must not be
+/// parallel.
 double AlongLine(const Ray& ray, const Vec3& p_W, const Vec3& axis_W) {
   const double c = axis_W.dot(ray.along_W);
   const Vec3 to_eye = ray.from_W - p_W;
@@ -66,7 +67,7 @@ Vec3 PartDrag::MotionUnderCursor(const CameraModel& camera, const Vec2& from_px,
     const Vec3 n = axis.value_or(towards_eye);
     return ThroughPlane(to, p_W_, n, towards_eye) - ThroughPlane(from, p_W_, n, towards_eye);
   }
-  // an axis that points at the eye is a dot in the picture: then up and down is along it
+  // an axis that points at the eye is a dot in the picture: vertical motion moves along it
   const double across = axis->cross(from.along_W).norm();
   if (across < kGrazing) {
     const double sign = axis->dot(towards_eye) > 0 ? 1 : -1;
@@ -80,8 +81,8 @@ Vec3 PartDrag::TurnUnderCursor(const CameraModel& camera, const Vec2& by_px) con
   const std::optional<Vec3> axis = AxisOfLock();
   if (!axis) return kTurnPerPixel * (by_px.x() * R.col(1) + by_px.y() * R.col(0));
   if (!ring_px_.isZero()) return (ring_px_.dot(by_px) / px_per_rad_) * *axis;
-  // the side of the part that faces the eye goes with the mouse; about the line of sight there is
-  // no such side, and a motion to the right turns clockwise
+  // the near side of the part moves with the mouse; for an axis along the line of sight a motion to
+  // the right turns clockwise
   const Vec3 moved = axis->cross(R.col(2));
   const Vec2 along(R.col(0).dot(moved), -R.col(1).dot(moved));
   if (along.norm() < kGrazing) {
@@ -116,7 +117,7 @@ void PartDrag::Wheel(const CameraModel& camera, double steps, const DragManner& 
   if (!axis) {
     MoveBy(by_W);
   } else if (!lock_->plane) {
-    // along the axis, by as much
+    // along the axis by the same length
     const double sign = axis->dot(from_eye) < 0 ? -1 : 1;
     MoveBy(((factor - 1) * sign * from_eye.norm()) * *axis);
   } else {

@@ -23,7 +23,7 @@ bool MeetsBox(const Ray& ray, const Bounds& box) {
   return enter <= leave;
 }
 
-/// Distance along the ray to a triangle, by Moeller and Trumbore; from either side.
+/// Returns the distance along the ray to a triangle, seen from either side (Moeller and Trumbore).
 std::optional<double> DistanceToTriangle(const Ray& ray, const Vec3& a, const Vec3& b,
                                          const Vec3& c) {
   const Vec3 ab = b - a;
@@ -49,7 +49,7 @@ std::optional<PartHit> PickPart(const Ray& ray, const DrawnScene& scene, const D
   for (const BodyInstance& solid : list.solids) {
     if (solid.body >= scene.bodies.size()) continue;
     const DrawnBody& body = scene.bodies[solid.body];
-    // the ray goes to the body's first place, where its mesh is
+    // moves the ray to the body's first place, where its mesh is
     const Pose X_MW = solid.X_W.Inverse();
     const Ray ray_M{X_MW * ray.from_W, X_MW.q * ray.along_W};
     if (body.bounds_W.empty() || !MeetsBox(ray_M, body.bounds_W)) continue;

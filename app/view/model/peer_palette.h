@@ -10,9 +10,9 @@ namespace tandem {
 
 using Colour = std::array<float, 3>;  // red, green, blue, 0 to 1
 
-/// A colour for each peer, in the order in which they are met; it stays while the program runs. The
-/// colours can be told apart with the common kinds of colour blindness (Okabe and Ito), yet they
-/// never stand alone: names go with them.
+/// Assigns a colour to each peer, in the order in which they are met, for the whole run. The
+/// colours remain distinguishable with common colour blindness (Okabe and Ito). A name stands with
+/// each colour.
 class PeerPalette {
  public:
   Colour Of(PeerId peer);

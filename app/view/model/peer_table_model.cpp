@@ -53,7 +53,7 @@ void PeerTableModel::Update(const std::vector<ViewedPeer>& peers, PeerPalette& p
     return a.peer < b.peer;
   });
 
-  // rows that went, then rows that came, then rows that changed
+  // first the rows that went, then those that came, then those that changed
   for (std::size_t i = rows_.size(); i-- > 0;) {
     const bool stays = std::any_of(rows.begin(), rows.end(), [&](const Row& row) {
       return row.peer == rows_[i].peer;
@@ -128,7 +128,7 @@ QVariant PeerTableModel::data(const QModelIndex& index, int role) const {
 
 namespace {
 
-/// What a column tells, for a tooltip.
+/// Returns a column's explanation for its tooltip.
 QString Explanation(int section) {
   switch (section) {
     case PeerTableModel::kName:

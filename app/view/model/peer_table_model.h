@@ -8,9 +8,9 @@
 
 namespace tandem {
 
-/// The peers of a session as a table: name with colour, role, presence, delay, the lag
-/// of its mirrors, the force of its couplings, and what its frames gave up; a header's tooltip says
-/// what each is. Rows are by lasting id, and keep their selection while peers come and go.
+/// The peers of a session as a table: name with colour, role, presence, delay, lag of the mirrors,
+/// force of the couplings, and what the frames gave up. A header's tooltip explains its column.
+/// Rows have lasting ids, so that a selection survives while peers come and go.
 class PeerTableModel : public QAbstractTableModel {
   Q_OBJECT
 
@@ -19,7 +19,7 @@ class PeerTableModel : public QAbstractTableModel {
 
   using QAbstractTableModel::QAbstractTableModel;
 
-  /// Tells the views only of what is different.
+  /// Updates the rows, and notifies the views of differences alone.
   void Update(const std::vector<ViewedPeer>& peers, PeerPalette& palette);
 
   int rowCount(const QModelIndex& parent = {}) const override;
@@ -31,7 +31,7 @@ class PeerTableModel : public QAbstractTableModel {
   struct Row {
     PeerId peer = 0;
     QString name, role, presence, delay, lag, force, limits, limits_mean;
-    QString remark;  // on its presence
+    QString remark;  // remark on the presence
     Colour colour{};
     bool here = true;
     bool operator==(const Row& other) const = default;

@@ -20,11 +20,11 @@ const ViewBody* BodyOf(const ViewedPeer& peer, std::size_t body) {
   return nullptr;
 }
 
-/// The peers whose instances stand for the bodies, by body; null: nobody has sent it.
+/// The peer whose instance is solid, for each body; null: no peer has sent the body.
 using Owners = std::vector<const ViewedPeer*>;
 
-/// Tells how many of those who are here take a peer for the one who answers for a body, each of
-/// them once, by body and peer.
+/// Counts the peers here that believe another peer to be a body's authority, by body and peer. Each
+/// peer counts once for a body.
 std::map<std::pair<ObjectId, PeerId>, int> NamedForBodies(const std::vector<ViewedPeer>& peers) {
   std::map<std::pair<ObjectId, PeerId>, int> named;
   for (const ViewedPeer& peer : peers) {
@@ -38,9 +38,9 @@ std::map<std::pair<ObjectId, PeerId>, int> NamedForBodies(const std::vector<View
   return named;
 }
 
-/// Returns whose instance stands for each body. Of those here who claim it that is the one that
-/// most others name, of these the one with the greatest claim. Where nobody does, it is the first
-/// that is here, else the one heard last.
+/// Returns the owner of each body. Among the peers here that claim it, most votes of others count
+/// first, then the greatest epoch, then the lowest id. Without a claim it is the first peer here
+/// that has the body, else the peer heard last.
 Owners OwnersOf(const std::vector<ViewedPeer>& peers, std::size_t bodies) {
   Owners owners(bodies, nullptr);
   const std::map<std::pair<ObjectId, PeerId>, int> named = NamedForBodies(peers);
@@ -90,7 +90,7 @@ bool IsTrapped(const ViewedPeer& peer) {
 
 namespace {
 
-/// How a peer's instance of a body is drawn, where another who is here has one, too.
+/// Returns how a peer's instance is marked if another peer here has one too; else empty.
 std::string DrawnAs(const std::vector<ViewedPeer>& peers, const ViewedPeer& peer, std::size_t body,
                     const Owners& owners) {
   const bool alone = std::none_of(peers.begin(), peers.end(), [&](const ViewedPeer& other) {
@@ -141,7 +141,7 @@ float PictureComposer::Opacity(const ViewedPeer& peer, double now_s) {
   const auto [entry, is_new] = known_.try_emplace(peer.info.peer, Known{peer.presence, now_s});
   Known& known = entry->second;
   if (known.presence != peer.presence) {
-    // a peer that was already fading goes on with it, whatever it is called now
+    // a peer that is already fading continues to fade, however its presence changes
     const bool was_here = known.presence == Presence::kHere;
     if (was_here || peer.presence == Presence::kHere) known.since_s = now_s;
     known.presence = peer.presence;
@@ -174,7 +174,7 @@ DrawList PictureComposer::Compose(const ViewerPicture& picture, const std::vecto
                                   double now_s, PeerPalette& palette) {
   Forget(picture);
   DrawList list;
-  // each once a picture
+  // computed once for each picture
   std::map<std::pair<PeerId, std::size_t>, Pose> shown;
   for (const ViewedPeer& peer : picture.peers) {
     for (const ViewBody& body : peer.bodies) {
@@ -197,7 +197,7 @@ DrawList PictureComposer::Compose(const ViewerPicture& picture, const std::vecto
     const float opacity = Opacity(peer, now_s);
     if (opacity <= 0) continue;
     const Colour colour = palette.Of(LastingId(peer));
-    const ViewBody* named = nullptr;  // the name stands beside what the hand holds
+    const ViewBody* named = nullptr;  // body beside which the name stands: a held one first
     for (const ViewBody& body : peer.bodies) {
       if (body.object >= bodies.size() || bodies[body.object].fixed) continue;
       if (named == nullptr ||
@@ -211,7 +211,7 @@ DrawList PictureComposer::Compose(const ViewerPicture& picture, const std::vecto
         list.ghosts.push_back({part, X_W, colour, kGhostOpacity * opacity});
       }
     }
-    // one's own name stands nowhere while one's hand is empty
+    // the user's own name is not shown while the hand is empty
     const bool own = peer.info.peer == picture.self && picture.self != 0;
     if (named != nullptr && !(own && (named->flags & ViewBody::kHeld) == 0)) {
       const Pose& X_W = shown.at({peer.info.peer, named->object});

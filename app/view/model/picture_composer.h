@@ -12,15 +12,15 @@
 
 namespace tandem {
 
-/// A body at some place. `X_W` is its displacement from where it stands at first (as in ViewBody).
+/// An instance of a body. `X_W` is its displacement from the body's first place (as in ViewBody).
 struct BodyInstance {
   std::size_t body = 0;
   Pose X_W;
-  Colour colour{};  // of ghosts: their peer's
+  Colour colour{};  // peer's colour for a ghost
   float opacity = 1;
 };
 
-/// A peer's name, to be written beside an instance.
+/// A peer's name beside an instance.
 struct InstanceLabel {
   std::string text;
   Colour colour{};
@@ -29,40 +29,43 @@ struct InstanceLabel {
   float opacity = 1;
 };
 
-/// What one picture shows.
+/// The content of a picture.
 struct DrawList {
-  std::vector<BodyInstance> solids;  // one a body, by body
+  std::vector<BodyInstance> solids;  // one for each body, by body
   std::vector<BodyInstance> ghosts;  // other peers' instances of the same bodies
   std::vector<InstanceLabel> labels;
-  std::vector<Pose> told;         // of the solids, as received; not compared
-  std::vector<std::size_t> held;  // bodies in the hand of somebody who is here; not compared
+  std::vector<Pose> told;         // poses of the solids as received; not compared
+  std::vector<std::size_t> held;  // bodies in the hands of peers that are here; not compared
 };
 bool operator==(const BodyInstance& a, const BodyInstance& b);
 bool operator==(const InstanceLabel& a, const InstanceLabel& b);
 bool operator==(const DrawList& a, const DrawList& b);
 
-/// What the composer must know of a body of the scene.
+/// The facts about a scene's body that the composer needs.
 struct BodyLook {
   bool fixed = false;
   Colour colour{};
-  std::optional<std::size_t> part_of = std::nullopt;  // the body that it is merged with
-  Vec3 middle_W = Vec3::Zero();                       // where it stands at first
+  std::optional<std::size_t> part_of = std::nullopt;  // body that it is merged with
+  Vec3 middle_W = Vec3::Zero();                       // middle in the first place
 };
 
-/// Decides what is drawn of a session: of each moving body the instance of the peer that answers
-/// for it, solid; the other peers' instances as ghosts in the peers' colours. Where several here
-/// claim a body, the claim counts that most others go by, then the greatest; where nobody does, the
-/// solid one is that of the first peer (lowest id) that is here. Where a body has ghosts, the names
-/// say which instance is solid and which are ghosts. A peer that left or fell silent fades; a body
-/// that nobody moves any more stays where it was last seen, one that nobody ever sent where it
-/// stands at first. A part goes where the body goes that it is merged with, in its own colour. What
-/// a hand moves freely is drawn a little ahead (DeadReckoning); what is in contact, as it was told.
+/// Decides how a session is drawn. Each moving body is solid where its owner has it, and the other
+/// peers' instances are ghosts in the peers' colours.
+///
+/// If several peers here claim a body, the claim that most others name counts, then the greatest
+/// claim. If none does, the first peer here that has the body (lowest id) is taken as the owner.
+/// Where a body has ghosts, the names say which instance is solid.
+///
+/// A peer that left or fell silent fades. A body that no peer moves stays where it was last seen,
+/// and a body that no peer sent stays in its first place. A part moves with the body that it is
+/// merged with, in its own colour. A body that a hand moves freely is drawn a little ahead
+/// (DeadReckoning), a body in contact as it was received.
 class PictureComposer {
  public:
   static constexpr double kFadeSeconds = 1.5;
   static constexpr float kGhostOpacity = 0.45F;
 
-  /// `now_s`: any clock that runs on, in seconds.
+  /// Makes the content of a picture. `now_s`: any steady clock, in seconds.
   DrawList Compose(const ViewerPicture& picture, const std::vector<BodyLook>& bodies, double now_s,
                    PeerPalette& palette);
 
@@ -71,11 +74,11 @@ class PictureComposer {
     ViewedPeer::Presence presence = ViewedPeer::Presence::kHere;
     double since_s = 0;
   };
-  /// Nothing is kept of peers that the picture does not have.
+  /// Forgets peers that the picture does not have.
   void Forget(const ViewerPicture& picture);
   float Opacity(const ViewedPeer& peer, double now_s);  // 1 while here
 
-  /// Where a peer's instance is drawn.
+  /// Returns the pose at which a peer's instance is drawn.
   Pose Shown(const ViewedPeer& peer, const ViewBody& body, const std::vector<BodyLook>& bodies,
              double now_s);
 
@@ -83,9 +86,9 @@ class PictureComposer {
   std::map<std::pair<PeerId, std::size_t>, DeadReckoning> ahead_;
 };
 
-/// "Anna" or, as long as its name is not known, "peer 1f03".
+/// Returns a peer's name, or "peer 1f03" while it is unknown.
 std::string DisplayName(const ViewedPeer& peer);
-/// Whether something fixed keeps its instance of a body from another's.
+/// Returns whether a fixed body keeps the peer's instance of a body from another instance.
 bool IsTrapped(const ViewedPeer& peer);
 
 }  // namespace tandem

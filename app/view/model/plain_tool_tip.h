@@ -5,8 +5,8 @@
 
 namespace tandem {
 
-/// A tool tip that shows `text` letter by letter: Qt takes what looks like HTML for it, and others
-/// choose names and paths.
+/// Makes a tool tip that shows `text` literally. Qt would read HTML in it, and other peers choose
+/// names and paths.
 inline QString PlainToolTip(const QString& text) {
   if (!Qt::mightBeRichText(text)) return text;
   return QStringLiteral("<qt>") + text.toHtmlEscaped() + QStringLiteral("</qt>");

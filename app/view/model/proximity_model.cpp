@@ -135,7 +135,7 @@ std::unique_ptr<ProximityComposer> ProximityModel::Voxelize(
     const std::lock_guard lock(mutex_);
     return !wish_.quit && wish_.scene == scene;
   };
-  // the other processors are a peer's, if there is one
+  // half, since a peer on this machine needs the others
   tbb::task_arena half(std::max(1, tbb::this_task_arena::max_concurrency() / 2));
   Result<std::vector<ProximityPart>> parts = half.execute([&] {
     return MakeProximityParts(ProximityBodiesOf(*scene), scene->voxel_size, scene->range_voxels,

@@ -13,9 +13,9 @@
 
 namespace tandem {
 
-/// Whether proximity is shown, and the newest picture of it. A thread of its own voxelizes the
-/// scene when that is first asked for, with half of the processors, and then answers the newest
-/// poses, so that the window never waits. GUI thread only.
+/// The state of proximity, and its newest picture. A thread voxelizes the scene when proximity is
+/// first switched on, with half of the processors. Then it computes pictures for the newest poses,
+/// so that the window never waits. GUI thread only.
 class ProximityModel : public QObject {
   Q_OBJECT
 
@@ -26,42 +26,43 @@ class ProximityModel : public QObject {
   ~ProximityModel() override;  // waits for the part that is being voxelized
 
   void SwitchOn(bool on);
-  /// Null: none. What was voxelized of another scene is forgotten.
+  /// Sets the scene; null: none. Forgets the voxels of another scene.
   void SetScene(std::shared_ptr<const DrawnScene> scene);
-  /// The displacements of the scene's bodies, and which are in hand; may be called as often as one
-  /// likes.
+  /// Sets the displacements of the scene's bodies, and which are in hand. May be called at any
+  /// rate.
   void SetPoses(const std::vector<Pose>& X_W, const std::vector<std::size_t>& held = {});
 
   State state() const { return state_; }
-  /// The newest; null unless on.
+  /// Returns the newest picture; null unless on.
   const std::shared_ptr<const ProximityPicture>& picture() const { return picture_; }
-  /// One line for the status bar: what is near and how much, what is being voxelized, or why not.
+  /// Returns a line for the status bar: the nearest bodies and their distance, the part being
+  /// voxelized, or the fault.
   QString message() const;
 
  Q_SIGNALS:
   void Changed();
 
  private:
-  /// What the worker is to do; guarded by mutex_.
+  /// The task of the worker; guarded by mutex_.
   struct Wish {
     bool quit = false;
     bool on = false;
     std::shared_ptr<const DrawnScene> scene;
-    std::optional<std::vector<Pose>> X_W;  // those that are not answered yet
+    std::optional<std::vector<Pose>> X_W;  // poses that are not answered yet
     std::vector<std::size_t> held;
   };
 
   void Work();
-  /// Null: it cannot be, or is not wanted any more.
+  /// Makes the composer of a scene; null: it cannot be made, or is not wanted.
   std::unique_ptr<ProximityComposer> Voxelize(const std::shared_ptr<const DrawnScene>& scene);
-  /// Runs `then` in the GUI thread if the scene is still the one shown, and it is still wanted.
+  /// Runs `then` in the GUI thread if the scene is still shown and proximity is on.
   template <typename Then>
   void Tell(const std::shared_ptr<const DrawnScene>& scene, Then then);
   void Begin();
   void SetState(State state, const QString& detail = {});
 
   State state_ = State::kOff;
-  QString detail_;  // voxelizing: which part; failed: why
+  QString detail_;  // part being voxelized, or reason of a failure
   std::shared_ptr<const DrawnScene> scene_;
   std::vector<Pose> X_W_;
   std::vector<std::size_t> held_;
@@ -70,7 +71,7 @@ class ProximityModel : public QObject {
   std::mutex mutex_;
   std::condition_variable wished_;
   Wish wish_;
-  std::thread worker_;  // since it was first switched on
+  std::thread worker_;  // runs from the first time that proximity is on
 };
 
 }  // namespace tandem

@@ -10,7 +10,7 @@ namespace tandem {
 
 namespace {
 
-/// Drawing has a vertex for each smooth side; connectivity needs it once.
+/// Merges equal vertices: drawing has one for each smooth side, connectivity needs one alone.
 TriangleMesh MeshOf(const ShadedMesh& shaded) {
   std::vector<FloatPoint> points;
   points.reserve(shaded.vertices.size());

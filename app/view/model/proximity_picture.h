@@ -11,44 +11,47 @@
 
 namespace tandem {
 
-/// Near voxels of what is fixed are drawn in it.
+/// colour of near voxels of fixed bodies
 inline constexpr Colour kNearVoxelColour{0.10F, 0.66F, 0.60F};
 
-/// The colours of a moving body's vertices, by their distance from everything else.
+/// The colours of a moving body's vertices, by their distance from all other bodies.
 struct VertexColours {
   std::size_t body = 0;
-  std::vector<std::array<std::uint8_t, 4>> rgba;  // as many as its mesh has vertices
+  std::vector<std::array<std::uint8_t, 4>> rgba;  // one for each vertex of the mesh
 };
 
-/// What proximity adds to a picture.
+/// The parts that proximity adds to a picture.
 struct ProximityPicture {
   std::vector<VertexColours> bodies;
   std::vector<std::array<float, 3>> shadow_W;  // centres of the near static voxels, m
-  std::size_t shadow_found = 0;                // more than shadow_W: that has no more room
+  std::size_t shadow_found = 0;                // number found; shadow_W may have room for fewer
   float voxel_size = 0;                        // m
-  double range = 0;                            // m, beyond which all is of one colour
-  SceneNearness nearest;                       // other == kNone: there is nothing to be near to
-  std::string part, other;                     // their names
-  SceneNearness of_held;                       // of a part in hand, where `nearest` is of others
+  double range = 0;                            // m; beyond it all vertices have one colour
+  SceneNearness nearest;                       // nearest pair; other == kNone: there is only one
+                                               // part
+  std::string part, other;                     // names of the pair
+  SceneNearness of_held;                       // nearest pair of a part in hand, if `nearest` has
+                                               // none in hand
   std::string held_part, held_other;
 };
 
-/// "3.214 mm ± 0.001 mm"; where bodies overlap, in words. The error is rounded up.
+/// Formats a distance as "3.214 mm ± 0.001 mm", or "overlap". The error is rounded up.
 std::string DistanceText(const SceneNearness& nearest);
 
-/// A drawn scene's bodies for MakeProximityParts().
+/// Makes the bodies of a drawn scene for MakeProximityParts().
 std::vector<ProximityBody> ProximityBodiesOf(const DrawnScene& scene);
 
-/// Makes such pictures of a scene. Used by one thread.
+/// Makes pictures of proximity for a scene. Used by one thread.
 class ProximityComposer {
  public:
-  static constexpr std::size_t kMostShadow = 20000;  // voxels: as many as are drawn in no time
-  static constexpr double kShadowVoxels = 4;         // the static voxels shown are as near as that
+  static constexpr std::size_t kMostShadow = 20000;  // voxels; drawing them takes a negligible time
+  static constexpr double kShadowVoxels = 4;         // voxels; distance within which fixed voxels
+                                                     // are shown
 
-  /// `parts`: of ProximityBodiesOf(*scene).
+  /// `parts`: made of ProximityBodiesOf(*scene).
   ProximityComposer(std::shared_ptr<const DrawnScene> scene, std::vector<ProximityPart> parts);
 
-  /// `X_W`: the displacement of each of the scene's bodies; `held`: those in hand.
+  /// Makes the picture. `X_W`: the displacement of each body; `held`: the bodies in hand.
   ProximityPicture Compose(std::span<const Pose> X_W, std::span<const std::size_t> held = {});
 
  private:

@@ -36,12 +36,12 @@ ShadedMesh::Vertex Between(const ShadedMesh::Vertex& a, const ShadedMesh::Vertex
   return middle;
 }
 
-/// One round: every side that is too long is cut in its middle, for both triangles at it.
+/// One round: cuts each side that is too long in its middle, in both triangles that share it.
 class Round {
  public:
   Round(ShadedMesh& mesh, double longest) : mesh_(mesh), squared_(longest * longest) {}
 
-  /// Whether anything was cut.
+  /// Returns whether a side was cut.
   bool Run() {
     std::vector<std::uint32_t> before = std::exchange(mesh_.triangles, {});
     mesh_.triangles.reserve(before.size());
@@ -69,7 +69,7 @@ class Round {
   }
 
   void Cut(std::array<std::uint32_t, 3> v) {
-    std::array<std::uint32_t, 3> m{};  // of the sides v0 v1, v1 v2, v2 v0
+    std::array<std::uint32_t, 3> m{};  // middles of the sides v0 v1, v1 v2, v2 v0
     std::size_t cuts = 0;
     for (std::size_t k = 0; k < 3; ++k) {
       m[k] = MiddleOf(v[k], v[(k + 1) % 3]);
@@ -81,8 +81,7 @@ class Round {
       for (std::size_t k = 0; k < 3; ++k) Add(v[k], m[k], m[(k + 2) % 3]);
       return;
     }
-    // turned so that the first side is cut and, with one cut only, no other; with two, the third is
-    // whole
+    // rotated so that the first side is cut and the third is whole
     const auto turned = [&] {
       return m[0] != kNone && m[2] == kNone;
     };

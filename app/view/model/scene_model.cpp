@@ -16,7 +16,7 @@ QString FileText(const std::filesystem::path& file) {
   return QString::fromStdString(file.string());
 }
 
-/// In what a scene read here differs from the session's; empty: in nothing.
+/// Returns how a scene read here differs from the session's; empty: it does not.
 QString DifferenceText(const DrawnScene& scene, const SceneManifest& session) {
   SceneHash hashes = scene.hashes;
   hashes.content = scene.hash;
@@ -36,8 +36,8 @@ struct SceneModel::Job {
   std::atomic<bool> give_up = false;
   std::mutex mutex;
   std::condition_variable ending;
-  bool done = false;            // by mutex, as what follows
-  SceneModel* model = nullptr;  // whom to tell; null: it waits no more
+  bool done = false;            // guarded by mutex, as the members below
+  SceneModel* model = nullptr;  // model to notify; null: it does not wait
   std::optional<Loaded> loaded;
 
   void Tell(const std::function<void(SceneModel&)>& what) {
@@ -57,8 +57,8 @@ SceneModel::~SceneModel() {
   GiveUp(kPatience);
 }
 
-// A disk that does not answer, or a mesh that is read for long, holds nobody up: the thread ends by
-// itself, and what it has found is thrown away.
+// Gives up the load. A slow disk or mesh does not hold up the caller: after `patience` the thread
+// ends by itself, and its result is discarded.
 void SceneModel::GiveUp(std::chrono::milliseconds patience) {
   if (!job_) return;
   job_->give_up = true;
@@ -93,7 +93,7 @@ void SceneModel::SetSessionScene(const std::optional<SceneManifest>& manifest) {
       manifest_->file == manifest->file) {
     return;
   }
-  if (state_ == State::kLoading && !named_) return;  // offered again when that is done
+  if (state_ == State::kLoading && !named_) return;  // the session offers it again after that
   manifest_ = manifest;
   if (named_) {
     CheckAgreement();
@@ -163,7 +163,7 @@ void SceneModel::OnProgress(int percent, const QString& what) {
 }
 
 void SceneModel::OnLoaded(const std::shared_ptr<Job>& job) {
-  if (job != job_) return;  // another one was begun meanwhile
+  if (job != job_) return;  // another load was begun meanwhile
   loader_.join();
   job_.reset();
   Loaded loaded = *std::move(job->loaded);
@@ -179,7 +179,7 @@ void SceneModel::OnLoaded(const std::shared_ptr<Job>& job) {
     ShowMissing(loaded);
     return;
   }
-  // the voxels that the session goes by, which may not be the file's
+  // uses the session's voxel size, which may differ from the file's
   if (manifest_ && result->hash == manifest_->content_hash) {
     result->voxel_size = manifest_->voxel_size;
   }

@@ -10,7 +10,7 @@ namespace tandem {
 namespace {
 
 constexpr int kBeatMs = 250;
-constexpr qint64 kListenMs = 2000;  // those who are here are heard sooner, also over a slow line
+constexpr qint64 kListenMs = 2000;  // peers that are here are heard sooner, even over a slow link
 
 PeerId RandomPeerId() {
   std::random_device device;
@@ -59,7 +59,7 @@ void SessionModel::OnJoinEnded() {
   }
   transport_ = *std::move(result);
   PublishPresence();
-  if (transport_ == nullptr) return;  // its keys have ended
+  if (transport_ == nullptr) return;  // the keys have ended
   beat_timer_.start();
   since_joined_.start();
   if (listen_) nearby_ = listen_(request_);

@@ -18,31 +18,31 @@
 
 namespace tandem {
 
-/// Where and under what name a viewer joins.
+/// The session that a viewer joins, and how.
 struct JoinRequest {
   std::string session;
   std::string name;
   std::uint32_t domain = 42;
-  std::string interface;                // empty: the middleware's choice
-  bool from_relay = false;              // the session as its relay shows it
-  bool secured = false;                 // by keys, which nobody else has
-  PeerId peer = 0;                      // whom the keys belong to; 0: a new id each time
+  std::string interface;                // network interface; empty: the middleware's choice
+  bool from_relay = false;              // true: look at the session through its relay
+  bool secured = false;                 // true: the session has keys
+  PeerId peer = 0;                      // owner of the keys; 0: a new id each time
   std::vector<std::string> peers = {};  // HOST or HOST:PORT, beyond the local network
-  std::string external_address = {};    // behind a router
+  std::string external_address = {};    // address outside, behind a router
   std::uint16_t port = 0;               // 0: automatic
-  std::string secure = {};              // folder of keys; empty: those of the command line
-  bool chosen_here = false;             // the last four count, not the command line's
+  std::string secure = {};              // folder of keys; empty: the command line's
+  bool chosen_here = false;             // true: the last four count, not the command line's
 };
 
-/// Enters a session for a viewer of the given id; may take a while. Over DDS in the product.
+/// Enters a session for a viewer of the given id; may take a while. Uses DDS in the product.
 using JoinFunction =
     std::function<Result<std::unique_ptr<Transport>>(const JoinRequest&, PeerId, Inbox&)>;
 
-/// Listens for other sessions, for a viewer that has joined and may have the wrong name.
+/// Listens for other sessions on behalf of a joined viewer, whose session name may be wrong.
 using ListenFunction = std::function<std::unique_ptr<SessionsNearby>(const JoinRequest&)>;
 
-/// The window's part in a session: joins without blocking the GUI, tells others who looks on,
-/// leaves with a goodbye. GUI thread only; the Viewer inside is fed by the transport's threads.
+/// The window's part in a session. Joins without blocking the GUI, publishes the viewer's presence,
+/// and leaves with a goodbye. GUI thread only; the transport's threads feed the Viewer inside.
 class SessionModel : public QObject {
   Q_OBJECT
 
@@ -52,33 +52,31 @@ class SessionModel : public QObject {
   explicit SessionModel(JoinFunction join, ListenFunction listen = {}, QObject* parent = nullptr);
   ~SessionModel() override;  // leaves
 
-  /// Only when neither joining nor joined.
+  /// Joins. Allowed only when neither joining nor joined.
   void Join(const JoinRequest& request);
-  /// Does nothing when not joined.
+  /// Leaves; does nothing when not joined.
   void Leave();
 
   State state() const { return state_; }
-  const QString& error() const {
-    return error_;
-  }  // in state kFailed: what went wrong, for a person
+  const QString& error() const { return error_; }  // description for a person, in state kFailed
   const JoinRequest& request() const { return request_; }
-  /// Whether anybody was heard in this session.
+  /// Returns whether a peer was heard in this session.
   bool heard() const { return heard_; }
-  /// In state kJoined while nobody was heard: what may be wrong, in a line for a person.
+  /// Says in a line for a person what may be wrong, in state kJoined while no peer is heard.
   const QString& nobody_heard() const { return nobody_heard_; }
-  /// What the session looks like now; after Leave() what it looked like last, nobody known to be
-  /// here any more.
+  /// Returns the session's state. After Leave() it is the last state, with no peer known to be
+  /// here.
   ViewerPicture Picture() const;
   /// The viewer of the current or last session; null before the first.
   const Viewer* viewer() const { return viewer_.get(); }
 
  Q_SIGNALS:
-  /// Also when the first is heard, and when what is known of other sessions changes.
+  /// Also emitted when the first peer is heard, and when the list of other sessions changes.
   void StateChanged();
 
  private:
   void SetState(State state, const QString& error = {});
-  /// `reason`: why, if nobody asked for it.
+  /// Leaves. `reason`: set if the user did not ask for it.
   void LeaveBecause(const QString& reason);
   void OnJoinEnded();
   void PublishPresence();
@@ -93,17 +91,17 @@ class SessionModel : public QObject {
   QString error_;
   std::thread joiner_;
   std::optional<Result<std::unique_ptr<Transport>>>
-      join_result_;                       // by joiner_, read after it ended
+      join_result_;                       // set by joiner_, read after it has ended
   std::unique_ptr<Viewer> viewer_;        // outlives the transport
   std::unique_ptr<Transport> transport_;  // null unless joined
   QTimer beat_timer_;
   QElapsedTimer since_joined_;
   bool heard_ = false;
   QString nobody_heard_;
-  std::unique_ptr<SessionsNearby> nearby_;  // while nobody is heard
+  std::unique_ptr<SessionsNearby> nearby_;  // set while no peer is heard
 };
 
-/// "Joined", "Not joined" … for the status bar.
+/// Returns "Joined", "Not joined" and so on for the status bar.
 QString Describe(SessionModel::State state);
 
 }  // namespace tandem

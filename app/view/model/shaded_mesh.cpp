@@ -6,7 +6,7 @@ namespace tandem {
 
 namespace {
 
-/// Triangles round each vertex: those of vertex v are at [first[v], first[v + 1]).
+/// The triangles round each vertex: those of vertex v are at [first[v], first[v + 1]).
 struct Fans {
   std::vector<std::uint32_t> first;
   std::vector<std::uint32_t> triangle;
@@ -31,7 +31,7 @@ Fans FansOf(const TriangleMesh& mesh, const std::vector<Vec3>& normals) {
   return fans;
 }
 
-/// The angle of the triangle at its corner k: the weight that makes a normal independent of the
+/// Returns the triangle's angle at its corner k. As a weight it makes normals independent of the
 /// triangulation.
 double CornerAngle(const TriangleMesh& mesh, std::size_t t, std::size_t k) {
   const Vec3 a = mesh.corner(t, (k + 1) % 3) - mesh.corner(t, k);
@@ -50,7 +50,7 @@ ShadedMesh::Vertex ToVertex(const Vec3& p, const Vec3& n) {
   return {{pf.x(), pf.y(), pf.z()}, {nf.x(), nf.y(), nf.z()}};
 }
 
-/// One use of an edge by a triangle.
+/// The use of an edge by a triangle.
 struct EdgeUse {
   std::uint32_t low, high;  // vertices of the welded mesh
   std::uint32_t triangle;

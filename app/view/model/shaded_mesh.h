@@ -8,8 +8,8 @@
 
 namespace tandem {
 
-/// A mesh ready for drawing: single precision, metres, in the frame of the mesh it was made from. A
-/// vertex appears once for each smooth side it lies on.
+/// A mesh ready for drawing: single precision, metres, in the frame of its source mesh. A vertex
+/// has one copy for each smooth side that it lies on.
 struct ShadedMesh {
   struct Vertex {
     std::array<float, 3> p;
@@ -17,12 +17,12 @@ struct ShadedMesh {
   };
   std::vector<Vertex> vertices;
   std::vector<std::uint32_t> triangles;        // three vertices each
-  std::vector<std::uint32_t> uncut_triangles;  // triangles before Refine(); empty: it cut none
+  std::vector<std::uint32_t> uncut_triangles;  // triangles before Refine(); empty: none was cut
   std::vector<std::uint32_t> edges;  // two vertices each: creases and rims, drawn as lines
 };
 
-/// Shades smoothly across edges whose sides meet at less than `crease_angle` (rad), sharply across
-/// the others. Triangles of no area are left out.
+/// Makes a mesh for drawing. Shades smoothly across edges whose sides meet at less than
+/// `crease_angle` (rad), sharply across the others. Leaves out triangles of no area.
 ShadedMesh Shade(const TriangleMesh& mesh, double crease_angle);
 
 inline constexpr double kCreaseAngle = 0.55;  // rad, 31.5 degrees

@@ -7,8 +7,8 @@ namespace tandem {
 
 namespace {
 
-constexpr double kReachPx = 7;           // from a handle's line
-constexpr double kShortestArrowPx = 14;  // a shorter one is nearly a dot, and gives no hold
+constexpr double kReachPx = 7;           // distance from a handle's line
+constexpr double kShortestArrowPx = 14;  // a shorter arrow is nearly a dot and unusable
 constexpr double kFlattest = 0.15;       // sine of the angle at which a square is seen
 
 double DistanceToSegment(const Vec2& p, const Vec2& a, const Vec2& b) {
@@ -28,7 +28,7 @@ bool Inside(const std::array<Vec2, 4>& corners, const Vec2& p) {
   return left == 0 || left == 4;
 }
 
-/// Two axes across one.
+/// Returns the two axes normal to one.
 std::pair<Vec3, Vec3> Across(const Mat3& R, int axis) {
   return {R.col((axis + 1) % 3), R.col((axis + 2) % 3)};
 }
@@ -57,7 +57,7 @@ std::optional<TriadPicture> DrawTriad(const CameraModel& camera, const Pose& X_W
     picture.squares[i] = {at(near * u + near * v), at(far * u + near * v), at(far * u + far * v),
                           at(near * u + far * v)};
     picture.square_usable[i] = std::abs(along.dot(to_eye)) >= kFlattest;
-    // a ring about the line of sight is seen whole; of the others the nearer half
+    // a ring about the line of sight is visible as a whole, any other ring by its near half
     const bool whole = std::abs(along.dot(to_eye)) > 0.98;
     std::vector<Vec2> front;
     std::vector<Vec2> before_gap;
@@ -71,7 +71,7 @@ std::optional<TriadPicture> DrawTriad(const CameraModel& camera, const Pose& X_W
       }
       (gap ? before_gap : front).push_back(at(TriadPicture::kRingPx * r));
     }
-    // the half may begin before the round's end
+    // the near half may begin before the end of the round
     before_gap.insert(before_gap.end(), front.begin(), front.end());
     picture.rings[i] = std::move(before_gap);
   }
@@ -89,7 +89,7 @@ std::optional<TriadHandle> PickTriad(const TriadPicture& picture, const Vec2& px
   std::optional<TriadHandle> found;
   for (std::size_t i = 0; i < 3; ++i) {
     const TriadPicture::Arrow& arrow = picture.arrows[i];
-    // its inner end belongs to the part, which is dragged there
+    // its inner end belongs to the part, which can be dragged there
     const Vec2 from = arrow.from + TriadPicture::kSquareFrom * (arrow.to - arrow.from);
     const double distance = DistanceToSegment(px, from, arrow.to);
     if (!arrow.usable || distance > nearest) continue;
@@ -114,7 +114,7 @@ DragManner BeginByHandle(const CameraModel& camera, const Pose& X_WT, const Tria
   drag.Begin(px, X_WT.p, X_WG);
   drag.Lock(AxisLock{handle.axis, handle.kind == TriadHandle::Kind::kSquare, axes_of_part});
   if (handle.kind != TriadHandle::Kind::kRing) return {};
-  // the ring's point under the cursor goes along the ring
+  // the ring's point under the cursor moves along the ring
   const std::optional<Vec2> origin = camera.Project(X_WT.p);
   const Mat3 R = X_WT.q.toRotationMatrix();
   const auto [u, v] = Across(R, handle.axis);
@@ -133,7 +133,7 @@ DragManner BeginByHandle(const CameraModel& camera, const Pose& X_WT, const Tria
     const Vec3 ahead = X_WT.p + radius * (r + 1e-3 * R.col(handle.axis).cross(r));
     along = 1e3 * (camera.Project(ahead).value_or(*point) - *point);
   }
-  // where the ring is seen from its edge its point hardly moves: a turn is never wilder than this
+  // limits the speed of a turn: a point hardly moves where the ring is seen from its edge
   const double px_per_rad = std::max(along.norm(), 0.5 * TriadPicture::kRingPx);
   if (!along.isZero()) drag.TurnAlong(along.normalized(), px_per_rad);
   return {.turn = true};

@@ -11,9 +11,9 @@ namespace {
 
 constexpr Colour kBackgroundBelow{0.86F, 0.88F, 0.90F};
 constexpr Colour kBackgroundAbove{0.97F, 0.975F, 0.98F};
-constexpr float kEdgeShade = 0.30F;  // of the body's colour
+constexpr float kEdgeShade = 0.30F;  // factor on the body's colour
 constexpr float kEdgeOpacity = 0.75F;
-constexpr float kCubeShare = 0.86F;  // of a voxel's side, so that neighbours are told apart
+constexpr float kCubeShare = 0.86F;  // share of a voxel's side, so that neighbours stay distinct
 
 Mat4 MatrixOf(const Pose& X) {
   Mat4 m = Mat4::Identity();
@@ -97,7 +97,7 @@ void Renderer::Upload(const std::vector<DrawnBody>& bodies) {
                       values.data(), GL_STATIC_DRAW);
     return buffer;
   };
-  gl_->glBindVertexArray(empty_array_);  // index buffers are bound to an array, if only to this one
+  gl_->glBindVertexArray(empty_array_);  // index buffers need an array that is bound
   for (const DrawnBody& body : bodies) {
     BodyBuffers buffers;
     gl_->glBindVertexArray(empty_array_);
@@ -129,7 +129,7 @@ void Renderer::ShowProximity(const ProximityPicture* proximity) {
   for (const VertexColours& colours : proximity->bodies) {
     if (colours.body >= bodies_.size()) continue;
     BodyBuffers& body = bodies_[colours.body];
-    if (colours.rgba.size() != body.vertex_count) continue;  // of a scene before
+    if (colours.rgba.size() != body.vertex_count) continue;  // colours of the previous scene
     const bool first = body.colours == 0;
     if (first) gl_->glGenBuffers(1, &body.colours);
     gl_->glBindBuffer(GL_ARRAY_BUFFER, body.colours);
@@ -194,9 +194,9 @@ void Renderer::DrawNearVoxels(const Mat4& X_CW) {
 }
 
 void Renderer::DrawGhost(const BodyBuffers& body, const BodyInstance& ghost) {
-  // depth first, then only what is nearest: no inner face shows through, however concave the body
+  // depth first, then only the nearest faces: no inner face shows through, however concave the body
   gl_->glPolygonOffset(
-      2.0F, 2.0F);  // behind a solid instance at the same place: there it is not seen at all
+      2.0F, 2.0F);  // behind a solid instance at the same place, which then hides the ghost whole
   gl_->glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
   SetMode(ShaderMode::kLit);
   DrawTriangles(body);
@@ -236,14 +236,14 @@ bool Renderer::DrawStatic(StaticPicture& picture, const MayGoOn& may_go_on) {
   std::vector<const BodyInstance*> solids(bodies_.size(), nullptr);
   for (const StaticInstance& one : key.bodies) solids[one.instance.body] = &one.instance;
   std::size_t drawn = picture.pieces();
-  std::size_t indices = 0;  // drawn in this call
+  std::size_t indices = 0;  // indices drawn in this call
   for (; drawn < pieces_.size(); ++drawn) {
     const DrawPiece& piece = pieces_[drawn];
     const BodyInstance* solid = solids[piece.body];
     if (solid == nullptr) continue;
     if (may_go_on && indices >= 3 * kPieceTriangles) {
       indices = 0;
-      gl_->glFinish();  // else the time of what was drawn would not be seen
+      gl_->glFinish();  // makes the time of the drawing visible to may_go_on()
       if (!may_go_on()) break;
     }
     indices += piece.count;
@@ -311,10 +311,10 @@ bool Renderer::Draw(const CameraModel& camera, const DrawList& list, const QSize
   gl_->glEnable(GL_DEPTH_TEST);
   gl_->glDepthFunc(GL_LEQUAL);
   gl_->glDepthMask(GL_TRUE);
-  // what is translucent must not make the window so
+  // translucent bodies must not make the window translucent
   gl_->glBlendFuncSeparate(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA, GL_ZERO, GL_ONE);
   gl_->glEnable(GL_POLYGON_OFFSET_FILL);
-  gl_->glPolygonOffset(1.0F, 1.0F);  // so that edges lie on their surfaces
+  gl_->glPolygonOffset(1.0F, 1.0F);  // puts edges in front of their surfaces
 
   const StaticKey key = KeyOf(camera, list, size);
   shader_->bind();

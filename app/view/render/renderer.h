@@ -21,38 +21,37 @@
 
 namespace tandem {
 
-/// Time that a frame spends on fixed bodies while their picture is in part, ms. It lets a window
-/// follow the mouse.
+/// ms that a frame spends on fixed bodies while their picture is incomplete; short enough for a
+/// window to follow the mouse
 inline constexpr int kStaticPictureMs = 30;
 
-/// Draws scenes with OpenGL 3.3 core into whatever framebuffer is bound. Every call, the destructor
-/// too, needs the same current context; state is left as QPainter wants it (no program, no vertex
-/// array, no depth test), alpha at 1.
+/// Draws scenes with OpenGL 3.3 core into the framebuffer that is bound. Each call, the destructor
+/// too, needs the same current context. State is left as QPainter needs it: no program, no vertex
+/// array, no depth test, alpha at 1.
 ///
-/// The fixed bodies are drawn once for an eye, into a StaticPicture. A frame copies that, colour
-/// and depth, and draws what moves over it. The framebuffer has RGBA of 8 bits and a renderbuffer
+/// The fixed bodies are drawn once for each view, into a StaticPicture. A frame copies its colour
+/// and depth, and draws moving bodies over it. The framebuffer has 8-bit RGBA and a renderbuffer
 /// for depth. Paper section 7.
 class Renderer {
  public:
-  /// Answers whether there is time for a further piece of the static picture.
+  /// Returns whether there is time for a further piece of the static picture.
   using MayGoOn = std::function<bool()>;
 
   ~Renderer();
 
-  /// Once, before anything else. An error says what OpenGL lacks.
+  /// Called once, before all else. An error says what OpenGL lacks.
   std::optional<Error> Initialize();
-  /// Takes over the meshes of a scene in place of those before.
+  /// Replaces the meshes by those of a scene.
   void Upload(const std::vector<DrawnBody>& bodies);
-  /// From now on solid bodies have these colours, and near static voxels stand out; null: neither.
+  /// Shows the vertex colours of proximity and the near static voxels; null: neither.
   void ShowProximity(const ProximityPicture* proximity);
-  /// Draws background, fixed bodies with their edges, solid moving bodies with theirs, ghosts from
-  /// back to front. `size` in pixels of the framebuffer. `may_go_on` is asked each time
-  /// that a piece's worth of the static picture is drawn; with null the picture is drawn whole. The
-  /// next call goes on where this one stops. Returns whether every fixed body is in the picture as
-  /// a whole.
+  /// Draws background, fixed bodies with their edges, solid moving bodies with theirs, and ghosts
+  /// from back to front. `size` is in pixels of the framebuffer. After each piece's worth of the
+  /// static picture it asks `may_go_on`, and a later call continues there. Null: it draws the whole
+  /// static picture. Returns whether the picture has every fixed body whole.
   bool Draw(const CameraModel& camera, const DrawList& list, const QSize& size,
             const MayGoOn& may_go_on = {});
-  /// Pictures of fixed bodies that were begun: one for each key that was not the one before.
+  /// Returns the number of static pictures begun, one for each change of key.
   std::uint64_t static_pictures() const { return static_pictures_; }
 
  private:
@@ -64,8 +63,8 @@ class Renderer {
     GLuint uncut_triangles = 0;
     GLuint edges_array = 0;
     GLuint edges = 0;
-    GLuint colours = 0;           // of the vertices; 0: none yet
-    std::uint64_t colouring = 0;  // number of the colours shown; 0: none are
+    GLuint colours = 0;           // vertex colours' buffer; 0: none yet
+    std::uint64_t colouring = 0;  // number of the colours shown; 0: none
     bool fixed = false;
     std::size_t vertex_count = 0;
     GLsizei triangle_indices = 0;
@@ -95,13 +94,13 @@ class Renderer {
   void DrawNearVoxels(const Mat4& X_CW);
   void DrawGhost(const BodyBuffers& body, const BodyInstance& ghost);
 
-  QOpenGLFunctions_3_3_Core* gl_ = nullptr;  // the context's
+  QOpenGLFunctions_3_3_Core* gl_ = nullptr;  // functions of the context
   std::unique_ptr<QOpenGLShaderProgram> shader_;
   Uniforms at_;
   GLuint empty_array_ = 0;
   std::vector<BodyBuffers> bodies_;
-  std::vector<DrawPiece> pieces_;           // of the fixed bodies
-  std::map<GLint, StaticPicture> statics_;  // by samples of a pixel
+  std::vector<DrawPiece> pieces_;           // pieces of the fixed bodies
+  std::map<GLint, StaticPicture> statics_;  // static picture for each number of samples a pixel
   std::uint64_t static_pictures_ = 0;
   std::uint64_t uploads_ = 0;
   std::uint64_t colourings_ = 0;

@@ -36,7 +36,7 @@ void StaticPicture::Allocate(QOpenGLFunctions_3_3_Core& gl) {
   const bool stencil = depth == GL_DEPTH24_STENCIL8 || depth == GL_DEPTH_STENCIL;
   attach(depth_, depth, stencil ? GL_DEPTH_STENCIL_ATTACHMENT : GL_DEPTH_ATTACHMENT);
   gl.glBindRenderbuffer(GL_RENDERBUFFER, 0);
-  // a buffer is copied as memory only where all of it is copied, its stencil too
+  // copies all planes, stencil too: only then does the driver copy a buffer as plain memory
   copied_ = GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT | (stencil ? GL_STENCIL_BUFFER_BIT : 0U);
 }
 

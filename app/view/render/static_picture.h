@@ -11,21 +11,21 @@
 
 namespace tandem {
 
-/// The formats of a framebuffer, which a copy of its depth must share. Colour is RGBA of 8 bits.
+/// The formats of a framebuffer. A copy of its depth must have the same. Colour is 8-bit RGBA.
 struct FramebufferFormat {
   GLint depth = 0;    // internal format of the depth renderbuffer
   GLint samples = 0;  // samples of a pixel; 0: one, not multisampled
   bool operator==(const FramebufferFormat&) const = default;
 };
 
-/// A fixed body as the static picture shows it.
+/// A fixed body, as the static picture shows it.
 struct StaticInstance {
   BodyInstance instance;
   std::uint64_t colouring = 0;  // number of its vertex colours; 0: one colour for the body
   bool operator==(const StaticInstance&) const = default;
 };
 
-/// Everything that the static picture depends on: two pictures of equal keys are equal.
+/// All that the static picture depends on. Pictures of equal keys are equal.
 struct StaticKey {
   Mat4 X_CW = Mat4::Identity();
   Mat4 projection = Mat4::Identity();
@@ -36,20 +36,21 @@ struct StaticKey {
   bool operator==(const StaticKey&) const = default;
 };
 
-/// The picture of what is fixed, with its colour and depth, kept in a framebuffer of its own. Every
-/// call needs the renderer's context.
+/// The picture of the fixed bodies, with colour and depth in a framebuffer of its own. Each call
+/// needs the renderer's context.
 class StaticPicture {
  public:
   void Free(QOpenGLFunctions_3_3_Core& gl);
-  /// Makes room for the picture of `key`, with no piece in it, and binds its framebuffer.
+  /// Prepares the framebuffer for the picture of `key`, without any piece, and binds it.
   void Begin(QOpenGLFunctions_3_3_Core& gl, const StaticKey& key);
-  /// Binds its framebuffer, so that further pieces are drawn.
+  /// Binds the framebuffer, so that further pieces are drawn.
   void Bind(QOpenGLFunctions_3_3_Core& gl) const;
-  /// Copies colour and depth into `target`, which has the key's size and format, and binds that.
+  /// Copies colour and depth into `target`, which has the key's size and format, and binds
+  /// `target`.
   void CopyTo(QOpenGLFunctions_3_3_Core& gl, GLuint target) const;
 
   const StaticKey& key() const { return key_; }
-  std::size_t pieces() const { return pieces_; }  // drawn, from the first
+  std::size_t pieces() const { return pieces_; }  // pieces drawn, counted from the first
   void set_pieces(std::size_t pieces) { pieces_ = pieces; }
 
  private:
@@ -63,7 +64,7 @@ class StaticPicture {
   GLbitfield copied_ = 0;
 };
 
-/// Returns the format of the framebuffer that is bound. It has a renderbuffer for depth.
+/// Returns the format of the framebuffer that is bound, which must have a renderbuffer for depth.
 FramebufferFormat BoundFormat(QOpenGLFunctions_3_3_Core& gl);
 
 }  // namespace tandem

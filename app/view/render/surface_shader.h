@@ -2,9 +2,9 @@
 
 namespace tandem {
 
-/// The one shader: lit surfaces, in one colour or in their vertices' own; plain lines; the
-/// background's slope from `colour` below to `colour_above`; lit cubes of side `cube` about each
-/// instance's centre. Camera frame C as in CameraModel.
+/// The modes of the one shader. It draws lit surfaces, in one colour or in vertex colours, and
+/// plain lines. It draws the background's gradient, from `colour` below to `colour_above`, and lit
+/// cubes of side `cube` about each instance's centre. Camera frame C as in CameraModel.
 enum class ShaderMode : int { kLit = 0, kPlain = 1, kBackground = 2, kLitByVertex = 3, kCubes = 4 };
 
 inline constexpr const char* kVertexShader = R"(#version 330 core
@@ -35,9 +35,9 @@ void main() {
 }
 )";
 
-// The key light comes over the onlooker's left shoulder, a weak one from the right below; what
-// faces up is a little brighter and what turns away from the eye a little darker, so that hollows
-// read as hollows.
+// The key light comes over the viewer's left shoulder, a weak fill light from the lower right.
+// Surfaces that face up are a little brighter, and surfaces at grazing angles a little darker, so
+// that hollows look hollow.
 inline constexpr const char* kFragmentShader = R"(#version 330 core
 in vec3 p_C;
 in vec3 n_C;

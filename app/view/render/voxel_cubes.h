@@ -7,15 +7,15 @@
 
 namespace tandem {
 
-/// Many equal cubes, drawn at once: the corners of one as attribute 0, where each stands as
-/// attribute 3. Every call needs the renderer's context.
+/// Draws many equal cubes at once. Attribute 0 has the corners of a cube, attribute 3 the centres.
+/// Each call needs the renderer's context.
 class VoxelCubes {
  public:
   void Make(QOpenGLFunctions_3_3_Core& gl);
   void Free(QOpenGLFunctions_3_3_Core& gl);
-  /// Where they stand from now on.
+  /// Sets the cubes' centres.
   void Place(QOpenGLFunctions_3_3_Core& gl, const std::vector<std::array<float, 3>>& centres);
-  /// With whatever shader is bound.
+  /// Draws the cubes with the shader that is bound.
   void Draw(QOpenGLFunctions_3_3_Core& gl) const;
 
   bool empty() const { return count_ == 0; }

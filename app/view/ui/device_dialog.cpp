@@ -30,7 +30,7 @@ DeviceDialog::DeviceDialog(const QString& device, QWidget* parent)
   device_->setObjectName(QStringLiteral("device"));
   device_->setPlaceholderText(tr("the mouse of this window; or NAME:OPTIONS"));
   mend_->setObjectName(QStringLiteral("mend"));
-  mend_->setTextFormat(Qt::PlainText);  // drivers wrote it
+  mend_->setTextFormat(Qt::PlainText);  // drivers wrote the text
   mend_->setTextInteractionFlags(Qt::TextSelectableByMouse);
   mend_->setWordWrap(true);
   mend_->setMinimumHeight(3 * fontMetrics().lineSpacing());
@@ -116,7 +116,7 @@ void DeviceDialog::ShowDevices(const QByteArray& json) {
       current = item;
     }
   }
-  const QSignalBlocker quiet(list_);  // what was typed stays
+  const QSignalBlocker quiet(list_);  // keeps what was typed
   list_->setCurrentItem(current);
   mend_->setText(current->data(kDevice, kMend).toString());
 }

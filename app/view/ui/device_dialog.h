@@ -10,21 +10,21 @@
 
 namespace tandem {
 
-/// Asks which device moves the hand. It lists what `tandem devices` finds, with what is missing and
-/// the line that mends it, beneath the mouse of the window itself; a line takes a device's options.
+/// Asks which device moves the hand. Lists the window's own mouse and what `tandem devices` finds,
+/// with what is missing and the line that mends it. A text line takes a device's options.
 class DeviceDialog : public QDialog {
   Q_OBJECT
 
  public:
-  /// `device`: NAME[:OPTIONS] that is in use; empty: the mouse.
+  /// `device`: NAME[:OPTIONS] in use; empty: the mouse.
   explicit DeviceDialog(const QString& device, QWidget* parent = nullptr);
   ~DeviceDialog() override;
 
-  /// Runs `tandem devices --json` by that program and shows its answer once it comes.
+  /// Runs that program's `tandem devices --json` and shows its answer when it comes.
   void Look(const QString& program);
   /// Shows the answer of `tandem devices --json`.
   void ShowDevices(const QByteArray& json);
-  /// NAME[:OPTIONS] that was chosen; empty: the mouse.
+  /// Returns the chosen NAME[:OPTIONS]; empty: the mouse.
   QString device() const;
 
  private:
@@ -35,7 +35,7 @@ class DeviceDialog : public QDialog {
   QLineEdit* device_;
   QLabel* mend_;
   QPushButton* look_;
-  QProcess* process_ = nullptr;  // that looks for devices; null: none does
+  QProcess* process_ = nullptr;  // process that looks for devices; null: none
 };
 
 }  // namespace tandem

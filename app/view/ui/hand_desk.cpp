@@ -94,7 +94,7 @@ void HandDesk::MakeActions() {
   for (QAction* action :
        {grab_, release_, give_, ask_, back_, undo_, reset_, triad_, stop_, resume_}) {
     bar_->addAction(action);
-    // Space and the arrows are the part's, wherever one has clicked
+    // Space and the arrow keys move the part, whichever button was clicked
     bar_->widgetForAction(action)->setFocusPolicy(Qt::NoFocus);
   }
   auto* give_button = qobject_cast<QToolButton*>(bar_->widgetForAction(give_));
@@ -103,7 +103,7 @@ void HandDesk::MakeActions() {
   bar_->widgetForAction(stop_)->setStyleSheet(
       QStringLiteral("QToolButton:enabled { background: #c62828; color: white; font-weight: bold; "
                      "padding: 4px; }"));
-  // before Help
+  // inserted before Help
   const QList<QAction*> menus = window_.menuBar()->actions();
   window_.menuBar()->insertMenu(menus.isEmpty() ? nullptr : menus.back(), menu_);
 
@@ -145,7 +145,7 @@ void HandDesk::MakeActions() {
 
 void HandDesk::KeepStopAlone() {
   stop_alone_ = true;
-  // what is not visible has no key either
+  // hidden actions have no key either
   for (QAction* action : {grab_, release_, give_, ask_, back_, undo_, reset_, triad_, clutch_,
                           device_, scale_, sound_}) {
     action->setVisible(false);
@@ -188,7 +188,7 @@ void HandDesk::TakePart(const HandRequest& request) {
     hand_.Start(request);
     return;
   }
-  // looks on until it is known which scene the session has, and where that lies here
+  // looks on until the session's scene is known and found on this machine
   hand_.Leave();
   waiting_ = request;
   if (session_.state() == SessionModel::State::kJoined) session_.Leave();
@@ -215,7 +215,7 @@ void HandDesk::OnSession() {
   if (waiting_ && scene_.state() == SceneModel::State::kReady) {
     HandRequest request = *std::exchange(waiting_, std::nullopt);
     request.scene = scene_.scene()->file.string();
-    session_.Leave();  // a controller is a peer itself
+    session_.Leave();  // the controller is a peer itself
     hand_.Start(request);
   } else if (waiting_ && session_.state() == SessionModel::State::kFailed) {
     waiting_.reset();
@@ -235,7 +235,7 @@ void HandDesk::OnSnapshot() {
   const DrawnScene* shown = scene_.scene();
   const bool settled =
       scene_.state() == SceneModel::State::kReady || scene_.state() == SceneModel::State::kWaiting;
-  // by number of bodies, too: the same file may have been loaded with a mesh more
+  // compares the numbers of bodies too: the same file may have been loaded with one more mesh
   if (settled && !now.scene.empty() && (shown == nullptr || shown->file.string() != now.scene) &&
       (shown == nullptr || shown->bodies.size() != now.bodies.size() ||
        shown->file.filename() != std::filesystem::path(now.scene).filename())) {
@@ -264,7 +264,7 @@ void HandDesk::AskScale() {
   dialog->setDoubleRange(0.01, 100);
   dialog->setDoubleDecimals(2);
   dialog->setDoubleValue(scale_now_);
-  dialog->setModal(false);  // the window's keys, of which one stops, go on
+  dialog->setModal(false);  // keeps the window's keys active; one of them stops
   connect(dialog, &QInputDialog::doubleValueSelected, this, [this](double scale) {
     scale_now_ = scale;
     hand_.Ask(tr("Device scale"), SetParameterRequest{"device_scale", scale});
@@ -276,7 +276,7 @@ void HandDesk::AskDevice() {
   const HandRequest& request = hand_.request().scene.empty() ? defaults_ : hand_.request();
   auto* dialog = new DeviceDialog(QString::fromStdString(request.device), &window_);
   dialog->setAttribute(Qt::WA_DeleteOnClose);
-  dialog->setModal(false);  // the window's keys, of which one stops, go on
+  dialog->setModal(false);  // keeps the window's keys active; one of them stops
   connect(dialog, &QDialog::accepted, this, [this, dialog] {
     UseDevice(dialog->device());
   });
@@ -353,7 +353,7 @@ void HandDesk::FillGiveMenu() {
   for (const SnapshotPeer& peer : hand_.snapshot().peers) {
     if (!peer.active || !peer.here || peer.id == hand_.snapshot().self) continue;
     const QString name = QString::fromStdString(peer.name);
-    QString shown = name;  // in a menu an ampersand marks a key
+    QString shown = name;  // an ampersand marks a key in a menu
     give_menu_->addAction(shown.replace(QLatin1Char('&'), QStringLiteral("&&")), this,
                           [this, name] {
                             hand_.Give(name);

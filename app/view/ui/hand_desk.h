@@ -15,9 +15,9 @@
 
 namespace tandem {
 
-/// All that the window has for taking part: the toolbar and the menu "Hand" with their keys, the
-/// mouse in the picture, and the way into a session with a hand of one's own. Each action that
-/// cannot be done now is grey, and its tooltip says what it does; a refusal is told in words.
+/// The controls for taking part: the toolbar and the menu "Hand" with their keys, the mouse in the
+/// picture, and the way into a session with a hand. An action that is impossible at the moment is
+/// grey; its tooltip says what it does. A refusal is told in words.
 class HandDesk : public QObject {
   Q_OBJECT
 
@@ -25,28 +25,28 @@ class HandDesk : public QObject {
   HandDesk(HandModel& hand, SessionModel& session, SceneModel& scene, QMainWindow& window,
            ViewWidget* view);
 
-  /// Opens a scene with a controller of its own.
+  /// Opens a scene with a controller of the window's own.
   void Open(const QString& file);
-  /// Takes part in a session; where its scene's file is not given, it is looked for first.
+  /// Takes part in a session. Without a scene file, first looks for the session's scene.
   void TakePart(const HandRequest& request);
-  /// What a request from the window goes by where it says nothing else.
+  /// Sets what a request from the window uses where it says nothing else.
   void SetDefaults(const HandRequest& request) { defaults_ = request; }
   const HandRequest& defaults() const { return defaults_; }
-  /// Moves the hand by that device from now on, NAME[:OPTIONS]; empty: by the mouse. A controller
-  /// of the window's own begins anew with it.
+  /// Chooses the device that moves the hand, NAME[:OPTIONS]; empty: the mouse. A running controller
+  /// starts again with it.
   void UseDevice(const QString& device);
 
-  /// Leaves the emergency stop and its end to be pressed, and of forces no figures: for a window
+  /// Hides all actions but the emergency stop and its end, and all figures of forces, for a window
   /// that shows the scene alone.
   void KeepStopAlone();
 
-  /// What the picture shows instead of the session's, while a controller is there.
+  /// Returns whether the picture shows the controller's state instead of the session's.
   bool shows() const { return hand_.shows(); }
   void DressPicture(const std::vector<BodyLook>& looks, DrawList& list);
-  /// What is going on with the hand, for the status bar and the picture; empty: nothing.
+  /// Returns the hand's state for the status bar and the picture; empty: nothing to show.
   QString StateText() const;
   QString Words() const { return words_; }
-  /// How many snapshots have come.
+  /// Returns the number of snapshots received.
   std::uint64_t snapshots() const { return snapshots_; }
   HandMouse* mouse() { return mouse_; }
   HandModel& hand() { return hand_; }
@@ -76,7 +76,7 @@ class HandDesk : public QObject {
   ViewWidget* view_;
   HandMouse* mouse_ = nullptr;  // null without a picture
   HandRequest defaults_;
-  std::optional<HandRequest> waiting_;  // for the session's scene
+  std::optional<HandRequest> waiting_;  // request that waits for the session's scene
   QToolBar* bar_ = nullptr;
   QMenu* menu_ = nullptr;
   QMenu* give_menu_ = nullptr;
@@ -98,11 +98,11 @@ class HandDesk : public QObject {
   QTimer words_end_;
   bool in_contact_ = false;
   bool stop_alone_ = false;
-  double scale_now_ = 1;  // of a device, as last asked for
+  double scale_now_ = 1;  // scale of a device, as last asked for
   std::uint64_t snapshots_ = 0;
 };
 
-/// How a viewer joins where an active user would join by `request`.
+/// Returns the request by which a viewer joins where an active user would join by `request`.
 JoinRequest ViewerRequest(const HandRequest& request);
 
 }  // namespace tandem

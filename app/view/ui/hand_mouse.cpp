@@ -43,7 +43,7 @@ bool HandMouse::eventFilter(QObject*, QEvent* event) {
       return true;
     case QEvent::Wheel: {
       const auto* wheel = static_cast<QWheelEvent*>(event);
-      // Qt swaps the directions with Alt alone
+      // y alone: Qt swaps the wheel's axes only with Alt
       return Turn(wheel->angleDelta().y(), wheel->modifiers());
     }
     case QEvent::KeyPress: {
@@ -76,7 +76,7 @@ bool HandMouse::Press(const QPointF& at, Qt::KeyboardModifiers modifiers) {
   if (BeginByTriad(cursor_px_)) return true;
   const std::optional<PartHit> hit = HitAt(cursor_px_);
   if (!hit || view_.scene()->bodies[hit->body].look.fixed) return false;
-  if (modifiers.testFlag(Qt::AltModifier)) return false;  // the camera's, over a body too
+  if (modifiers.testFlag(Qt::AltModifier)) return false;  // Alt moves the camera, over a body too
   if (hand_.held() == hit->body) {
     drag_.Begin(cursor_px_, hit->p_W, hand_.goal());
   } else {
@@ -120,7 +120,7 @@ bool HandMouse::Move(const QPointF& at, Qt::KeyboardModifiers modifiers, Qt::Mou
     }
     return false;
   }
-  if (!buttons.testFlag(Qt::LeftButton)) {  // its release went elsewhere
+  if (!buttons.testFlag(Qt::LeftButton)) {  // another window got the button's release
     EndDrag();
     return false;
   }
@@ -181,7 +181,7 @@ void HandMouse::ShowTriad(bool shown) {
 }
 
 Pose HandMouse::TriadPose() const {
-  // at the part, not at the goal: what one takes hold of is what is there
+  // at the part's pose rather than the goal's: the user takes hold of what is visible
   Pose X_WT = ToPose(hand_.snapshot().hand.X_WG);
   const bool of_part = drag_.lock() && drag_.lock()->of_part;
   if (!of_part) X_WT.q = Quat::Identity();

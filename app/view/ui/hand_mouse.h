@@ -12,33 +12,33 @@
 
 namespace tandem {
 
-/// Mouse and keys of the picture, as far as they take and move parts: stands before the ViewWidget,
-/// which gets what is left over for the camera.
+/// Handles the mouse and keys that take and move parts. It filters the events of the ViewWidget,
+/// which uses the others for the camera.
 ///
-/// The left button on a body that moves takes it in hand and drags it; with Ctrl it turns, with
-/// Shift it goes a tenth as far; the wheel meanwhile is depth. The button's release leaves the part
-/// in hand, with its goal where it is.
+/// The left button on a moving body takes it in hand and drags it. With Ctrl the body turns, with
+/// Shift it moves a tenth as far, and the wheel meanwhile moves it in depth. Releasing the button
+/// leaves the part in hand, with its goal where it is.
 class HandMouse : public QObject {
   Q_OBJECT
 
  public:
   HandMouse(HandModel& hand, ViewWidget& view, QObject* parent = nullptr);
 
-  /// The hand's picture with what the mouse adds to it.
+  /// Adds the mouse's part to the hand's picture.
   HandPicture Dressed(HandPicture picture) const;
   void ShowTriad(bool shown);
   bool shows_triad() const { return triad_; }
-  /// The body under the cursor, or nothing; merged bodies count as the one they belong to.
+  /// Returns the body under the cursor, or nothing. A merged body counts as the body it belongs to.
   std::optional<PartHit> UnderCursor() const;
-  /// Ends the drag: the mouse has no say until its button is pressed again.
+  /// Ends the drag: the mouse moves nothing until its button is pressed again.
   void EndDrag();
   bool dragging() const { return dragging_; }
   const std::optional<AxisLock>& lock() const { return drag_.lock(); }
 
  Q_SIGNALS:
-  /// The goal, the lock or the handle under the cursor is another one.
+  /// The goal, the lock or the handle under the cursor has changed.
   void Changed();
-  /// A fixed body was pressed, which nobody can take.
+  /// A fixed body was pressed, which cannot be taken.
   void FixedPressed(const QString& body);
 
  protected:
@@ -61,7 +61,7 @@ class HandMouse : public QObject {
   bool dragging_ = false;
   bool by_handle_ = false;
   DragManner handle_manner_;
-  std::optional<AxisLock> lock_before_;  // in force again after a handle's drag
+  std::optional<AxisLock> lock_before_;  // lock to restore after a handle's drag
   bool triad_ = false;
   std::optional<TriadHandle> hot_;
   Vec2 cursor_px_ = Vec2::Zero();

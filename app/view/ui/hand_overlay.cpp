@@ -9,7 +9,7 @@ namespace tandem {
 
 namespace {
 
-constexpr double kLeastTether = 3;         // px: a shorter one is a dot
+constexpr double kLeastTether = 3;         // px; a shorter tether is drawn as a dot
 constexpr double kLeastForceShown = 0.05;  // N
 const std::array<QColor, 3> kAxisColours{QColor(200, 45, 45), QColor(35, 140, 50),
                                          QColor(40, 85, 200)};
@@ -72,7 +72,7 @@ void PaintTether(QPainter& painter, const CameraModel& camera, const Tether& tet
 
 void PaintLockedLine(QPainter& painter, const CameraModel& camera, const Vec3& p_W,
                      const Vec3& axis_W) {
-  // as long as the picture is large, in both directions
+  // longer than the picture in both directions
   const double half = 2000 * camera.MetresPerPixelAt(p_W);
   const double before_eye = 0.9 * (camera.eye_W() - p_W).dot(camera.R_WC().col(2));
   const double towards = axis_W.dot(camera.R_WC().col(2));

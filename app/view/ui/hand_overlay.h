@@ -7,8 +7,8 @@
 
 namespace tandem {
 
-/// Paints the tether with its force, unless `hand` is without figures, the contacts, the locked
-/// axis and the triad over the picture.
+/// Paints over the picture the tether with its force (unless `hand` is without figures), the
+/// contacts, the locked axis and the triad.
 void PaintHand(QPainter& painter, const CameraModel& camera, const HandPicture& hand);
 
 }  // namespace tandem

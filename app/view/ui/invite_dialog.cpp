@@ -18,13 +18,13 @@ namespace tandem {
 namespace {
 
 constexpr int kInviterGoneWithinMs = 1500;
-constexpr const char* kAuthority = "identity_ca.key";  // in the folder that makes members
+constexpr const char* kAuthority = "identity_ca.key";  // file in the folder that makes members
 
 QString Text(const std::string& text) {
   return QString::fromStdString(text);
 }
 
-/// The session's folder where it lies about a member's; empty: it does not.
+/// Returns the session's folder if it contains a member's folder; else empty.
 QString SessionFolderOf(const std::string& member) {
   if (member.empty()) return {};
   QDir folder(QDir(Text(member)).absolutePath());
@@ -197,7 +197,7 @@ void InviteDialog::OnEnd(int exit_code) {
   process_->deleteLater();
   process_ = nullptr;
   make_->setEnabled(Fault().isEmpty());
-  // of a plain session the line stays good
+  // the line of a plain session stays valid
   if (exit_code != 0 || secured) {
     line_->clear();
     state_->setText(told_);

@@ -12,20 +12,20 @@
 
 namespace tandem {
 
-/// Invites somebody to the session that one is in, by `tandem invite`: shows its line and copies
-/// it. In a secured session the line is good while the dialog is open, until it is used.
+/// Invites a person to the session in use by `tandem invite`: shows the line and copies it. In a
+/// secured session the line is valid while the dialog is open, until it is used.
 class InviteDialog : public QDialog {
   Q_OBJECT
 
  public:
-  /// `session`: how one is in it oneself. `program`: `tandem`.
+  /// `session`: how the user takes part in it. `program`: `tandem`.
   InviteDialog(const HandRequest& session, QString program, QWidget* parent = nullptr);
-  /// Takes back a line that nobody has used.
+  /// Withdraws an unused line.
   ~InviteDialog() override;
 
-  /// What `tandem` is started with.
+  /// Returns the arguments for `tandem`.
   QStringList Words() const;
-  /// What is wrong with the fields; empty: nothing.
+  /// Returns what is wrong with the fields; empty: nothing.
   QString Fault() const;
   /// Shows the answer of `tandem invite --json` and copies its line.
   void ShowLine(const QByteArray& json);
@@ -44,9 +44,9 @@ class InviteDialog : public QDialog {
   QLineEdit* line_;
   QLabel* state_;
   QPushButton* make_;
-  QProcess* process_ = nullptr;  // that makes the line and waits for its use; null: none does
+  QProcess* process_ = nullptr;  // process that makes the line and waits for its use; null: none
   QByteArray answer_;
-  QString told_;  // the newest line that it has said
+  QString told_;  // newest line that the process has said
 };
 
 }  // namespace tandem

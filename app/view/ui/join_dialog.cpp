@@ -23,7 +23,7 @@ constexpr int kSessionsHeight = 70;  // pixels
 constexpr int kListGoneWithinMs = 500;
 constexpr int kMostDomain = 232;
 constexpr int kLeastPort = 1024;
-constexpr qsizetype kLongestSession = 128;  // bytes, as the network has it
+constexpr qsizetype kLongestSession = 128;  // bytes; limit of the network protocol
 
 QStringList Hosts(const QString& text) {
   return text.split(QRegularExpression(QStringLiteral("[,;\\s]+")), Qt::SkipEmptyParts);
@@ -140,7 +140,7 @@ void JoinDialog::Look(const QString& program) {
   process_->setStandardErrorFile(QProcess::nullDevice());
   connect(process_, &QProcess::finished, this, [this](int, QProcess::ExitStatus) {
     ShowSessions(process_->readAllStandardOutput());
-    process_->start();  // sessions come and go
+    process_->start();  // asks again, since sessions come and go
   });
   process_->start(program, {QStringLiteral("sessions"), QStringLiteral("--json"),
                             QStringLiteral("--domain"), QString::number(domain_->value())});
@@ -170,7 +170,7 @@ void JoinDialog::ShowSessions(const QByteArray& json) {
 
 void JoinDialog::TakeLine() {
   const bool by_line = !invitation().isEmpty();
-  // what the line says
+  // the line decides these fields
   for (QWidget* field :
        std::initializer_list<QWidget*>{session_, role_, domain_, peers_, secure_}) {
     field->setEnabled(!by_line);

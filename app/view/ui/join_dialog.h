@@ -14,10 +14,10 @@
 
 namespace tandem {
 
-/// Asks how a session is joined: as an active user or a viewer, and all that the command line says
-/// by --peers, --external-address, --port and --secure; or by the line of an invitation, which says
-/// most of it. Lists the sessions that are open on this network. Wrong fields are said beside the
-/// buttons, and the button that joins is grey meanwhile.
+/// Asks how to join a session: as an active user or a viewer, and with the settings of --peers,
+/// --external-address, --port and --secure. An invitation's line fills most fields. Lists the
+/// sessions that are open on this network. Faults of fields are shown beside the buttons, and the
+/// button that joins is grey meanwhile.
 class JoinDialog : public QDialog {
   Q_OBJECT
 
@@ -28,11 +28,11 @@ class JoinDialog : public QDialog {
   void SetRequest(const HandRequest& request, bool active);
   HandRequest Request() const;
   bool active() const;
-  /// The invitation's line; empty: there is none.
+  /// Returns the invitation's line; empty: none.
   QString invitation() const;
-  /// What is wrong with the fields; empty: nothing.
+  /// Returns what is wrong with the fields; empty: nothing.
   QString Fault() const;
-  /// Looks for open sessions by that program (`tandem sessions`) while the dialog is open.
+  /// Looks for open sessions with that program's `tandem sessions` while the dialog is open.
   void Look(const QString& program);
   /// Shows the answer of `tandem sessions --json`.
   void ShowSessions(const QByteArray& json);
@@ -45,7 +45,7 @@ class JoinDialog : public QDialog {
   HandRequest given_;
   QLineEdit* invitation_;
   QListWidget* sessions_;
-  QProcess* process_ = nullptr;  // that looks for sessions; null: none does
+  QProcess* process_ = nullptr;  // process that looks for sessions; null: none
   QLineEdit* session_;
   QLineEdit* name_;
   QComboBox* role_;

@@ -4,7 +4,7 @@
 
 namespace tandem {
 
-/// What mouse and keys do, for Help; with those of a hand where there is one.
+/// Returns the text of Help on mouse and keys; with a hand, its keys too.
 QString KeysPage(bool with_hand);
 
 }  // namespace tandem

@@ -16,7 +16,7 @@ namespace tandem {
 
 namespace {
 constexpr int kRefreshMs = 16;
-constexpr int kRefreshesPerFigures = 12;  // five times a second: digits that can be read
+constexpr int kRefreshesPerFigures = 12;  // five times a second, so that digits can be read
 constexpr QSize kFirstSize(1280, 800);
 constexpr int kDockWidth = 350;
 constexpr int kSessionHeight = 260;
@@ -176,7 +176,7 @@ QLabel* MainWindow::AddStatus(const QString& name) {
 
 void MainWindow::MakeStatusBar() {
   status_session_ = new QLabel;
-  status_session_->setTextFormat(Qt::PlainText);  // names are others' words
+  status_session_->setTextFormat(Qt::PlainText);  // names come from other peers
   status_session_->setObjectName("status_session");
   status_session_->setMargin(3);
   statusBar()->addWidget(status_session_);
@@ -213,11 +213,11 @@ void MainWindow::AskForScene() {
     ask_->setNameFilters({tr("Scenes (*.json)"), tr("All files (*)")});
     connect(ask_, &QFileDialog::fileSelected, this, &MainWindow::OpenScene);
   }
-  ask_->open();  // in the folder of the last time
+  ask_->open();  // in the folder used last
 }
 
 void MainWindow::OpenScene(const QString& file) {
-  // who looks on at a session keeps looking on
+  // a viewer of a session keeps looking on
   if (desk_ != nullptr && session_.state() != SessionModel::State::kJoined) {
     desk_->Open(file);
   } else {
@@ -252,7 +252,7 @@ void MainWindow::ShowPicture(const QString& gl_error) {
       break;
     case SceneModel::State::kWaiting:
       if (session_.state() == SessionModel::State::kJoined && !session_.heard()) {
-        QString text = session_.nobody_heard();  // a sentence there, and part of one elsewhere
+        QString text = session_.nobody_heard();  // a sentence here, part of a sentence elsewhere
         if (!text.isEmpty()) text[0] = text[0].toUpper();
         page_->Show(tr("Waiting for others"), text);
       } else if (session_.state() == SessionModel::State::kJoined) {
@@ -336,7 +336,7 @@ void MainWindow::ShowFigures() {
 
 void MainWindow::ShowSceneAlone() {
   scene_alone_ = true;
-  setContextMenuPolicy(Qt::NoContextMenu);  // it lists the docks
+  setContextMenuPolicy(Qt::NoContextMenu);  // its menu lists the docks
   menuBar()->hide();
   statusBar()->hide();
   for (QDockWidget* dock : findChildren<QDockWidget*>()) dock->hide();
@@ -392,8 +392,9 @@ void MainWindow::Refresh() {
   shown_ = std::move(picture);
   if (view_ != nullptr) view_->SetDrawList(list);
   ShowWarnings();
-  proximity_.SetPoses(list.told, list.held);  // measured where they are, not where they are drawn
-  // names, delays and distances in the picture and beside it are of one moment
+  proximity_.SetPoses(list.told, list.held);  // measured at the received poses, not at the drawn
+                                              // ones
+  // names, delays and distances in the picture and beside it are from the same moment
   const bool drawn_later = page() == nullptr && isVisible() && view_->frame_due();
   if (!drawn_later) ShowFigures();
   if (session_.state() != SessionModel::State::kJoined && now_s > still_until_s_) {
@@ -417,7 +418,7 @@ void MainWindow::RefreshNumbers() {
   };
   status_samples_->setText(tr("%1 samples/s").arg(rate(samples, samples_before_)));
   status_fps_->setText(tr("%1 frames/s").arg(rate(frames, frames_before_)));
-  // nothing comes any more, whatever came in the last second
+  // after leaving, no samples come, whatever came in the last second
   if (!own && session_.state() != SessionModel::State::kJoined) {
     status_samples_->setText(tr("%1 samples/s").arg(0));
   }

@@ -25,48 +25,46 @@
 
 namespace tandem {
 
-/// The window: the picture, or a page that says why there is none; the session's form and peers
-/// beside it; a status bar. Asks the session 60 times a second what is new while joined, and does
-/// nothing otherwise.
+/// The window: the picture, or a page that says why there is none; beside it the session's form and
+/// the peers; a status bar. While joined it reads the session 60 times a second.
 class MainWindow : public QMainWindow {
   Q_OBJECT
 
  public:
-  /// `gl`: what CheckGl() found. The models must outlive the window. Without `hand` one can
+  /// `gl`: the result of CheckGl(). The models must outlive the window. Without `hand` the user can
   /// only look on.
   MainWindow(SessionModel& session, SceneModel& scene, const Result<GlInfo>& gl,
              HandModel* hand = nullptr);
 
   SessionDock& session_dock() { return *session_dock_; }
-  HandDesk* desk() { return desk_; }    // null where one can only look on
+  HandDesk* desk() { return desk_; }    // null where the user can only look on
   ViewWidget* view() { return view_; }  // null without OpenGL
-  /// What stands in the place of the picture; null while the picture is shown.
+  /// Returns the page in place of the picture; null while the picture is shown.
   const MessagePage* page() const;
 
-  /// The scene is in the picture, and poses have come.
+  /// Returns whether the picture shows the scene and poses have come.
   bool ShowsPoses() const;
-  /// Switches what `Proximity` in the menu does.
+  /// Switches the menu's `Proximity`.
   void ShowProximity(bool on);
-  /// For whoever must not know of the network's condition: from here on neither docks nor menus nor
-  /// figures are shown.
+  /// Hides docks, menus and figures, for a user who must not know the network's condition.
   void ShowSceneAlone();
   const ProximityModel& proximity() const { return proximity_; }
   const SceneModel& scene() const { return scene_; }
-  /// Where a person is asked for a scene: first in the first of them.
+  /// Sets the folders where the file dialog looks for a scene. It starts in the first of them.
   void SetSceneFolders(const std::vector<std::filesystem::path>& folders) {
     scene_folders_ = folders;
   }
   /// Opens the scene of a file, as its menu does.
   void OpenScene(const QString& file);
-  /// Joins as the dialog does: to take part, or to look on.
+  /// Joins a session as the dialog does, to take part or to look on.
   void Join(const HandRequest& request, bool active);
-  /// What "Open recent" offers.
+  /// Sets the files of "Open recent".
   void SetRecentScenes(const std::vector<std::filesystem::path>& files);
-  /// The whole window with the picture in it, finely drawn.
+  /// Returns the whole window with a finely drawn picture.
   QImage Screenshot();
 
  Q_SIGNALS:
-  /// A person has chosen it.
+  /// A person has chosen this scene file.
   void SceneChosen(const QString& file);
 
  protected:
@@ -74,8 +72,7 @@ class MainWindow : public QMainWindow {
   void dropEvent(QDropEvent* event) override;
 
  private:
-  /// What a peer says of itself in figures, as shown: some times a second, so that they can be
-  /// read.
+  /// The figures of a peer, as shown. They change some times a second, so that they can be read.
   struct Figures {
     double delay_ms = 0;
     double mirror_lag_mm = 0;
@@ -90,21 +87,22 @@ class MainWindow : public QMainWindow {
   void OnFrameDrawn();
   void OnSceneChanged();
   void OnProximityChanged();
-  void Refresh();         // 60 Hz while joined, or while somebody fades
-  void RefreshNumbers();  // 1 Hz meanwhile
-  /// Puts the figures of one moment in place of the newest ones.
+  void Refresh();         // at 60 Hz while joined, or while an instance fades
+  void RefreshNumbers();  // at 1 Hz meanwhile
+  /// Replaces the newest figures by those held, or holds the newest ones.
   void HoldFigures(ViewerPicture& picture, bool take_newest);
-  /// Table and status bar tell what the picture shows: when it is drawn, or at once where it is.
+  /// Updates table and status bar to the picture's state. Called when the picture is drawn, or at
+  /// once where it is drawn already.
   void ShowFigures();
   void ShowWarnings();
   void AskForScene();
   void AskToJoin();
-  /// Gets keys and the way by `tandem join LINE --only-keys`, then joins.
+  /// Gets keys and addresses by `tandem join LINE --only-keys`, then joins.
   void JoinByInvitation(const QString& line, const HandRequest& request);
   /// Joins as that program's answer says.
   void JoinAsInvited(const QByteArray& answer, HandRequest request);
   void InviteSomebody();
-  /// There is a session with a name to invite to.
+  /// Enables the invitation if there is a session with a name.
   void EnableInvite();
   void ShowPicture(const QString& gl_error);
   void SaveScreenshot();
@@ -112,7 +110,7 @@ class MainWindow : public QMainWindow {
 
   SessionModel& session_;
   SceneModel& scene_;
-  QString gl_error_;  // empty: there is OpenGL
+  QString gl_error_;  // reason for no OpenGL; empty: there is OpenGL
   QStackedWidget* centre_;
   MessagePage* page_;
   ViewWidget* view_ = nullptr;
@@ -123,14 +121,14 @@ class MainWindow : public QMainWindow {
   PictureComposer composer_;
   ProximityModel proximity_;
   std::vector<BodyLook> looks_;
-  ViewerPicture shown_;  // by the picture's draw list
+  ViewerPicture shown_;  // state of the picture's draw list
   std::map<PeerId, Figures> figures_;
   bool scene_alone_ = false;
   QElapsedTimer clock_;
   QTimer refresh_;
   QTimer numbers_;
   int refreshes_ = 0;
-  double still_until_s_ = 0;  // after leaving: until when names fade
+  double still_until_s_ = 0;  // time after leaving until which names fade
   std::uint64_t samples_before_ = 0;
   quint64 frames_before_ = 0;
   qint64 numbers_at_ms_ = 0;
@@ -138,8 +136,8 @@ class MainWindow : public QMainWindow {
   QMenu* recent_menu_ = nullptr;
   HandDesk* desk_ = nullptr;
   std::vector<std::filesystem::path> scene_folders_;
-  QFileDialog* ask_ = nullptr;   // for a scene; made when first asked for
-  QProcess* invited_ = nullptr;  // that asks an inviter; null: none does
+  QFileDialog* ask_ = nullptr;   // dialog for a scene; made when first asked for
+  QProcess* invited_ = nullptr;  // process that asks an inviter; null: none
   QAction* invite_action_ = nullptr;
   QLabel* status_session_ = nullptr;
   QLabel* status_proximity_ = nullptr;

@@ -12,18 +12,18 @@
 #include "app/view/ui/join_dialog.h"
 #include "app/view/ui/main_window.h"
 
-// How the window takes part in sessions; main_window.cpp shows them.
+// How the window takes part in sessions. main_window.cpp shows them.
 
 namespace tandem {
 
 namespace {
 
-/// `tandem`, which lies beside this program.
+/// Returns the path of `tandem`, which lies beside this program.
 QString TandemProgram() {
   return QCoreApplication::applicationDirPath() + QStringLiteral("/tandem");
 }
 
-/// The scene file that is dragged; empty: none, or several.
+/// Returns the scene file that is dragged; empty: none, or several.
 QString SceneIn(const QMimeData& data) {
   const QList<QUrl> urls = data.urls();
   if (urls.size() != 1 || !urls.front().isLocalFile()) return {};
@@ -86,7 +86,7 @@ void MainWindow::AskToJoin() {
 }
 
 void MainWindow::JoinByInvitation(const QString& line, const HandRequest& request) {
-  if (invited_ != nullptr) return;  // one at a time
+  if (invited_ != nullptr) return;  // one invitation at a time
   QStringList words{QStringLiteral("join"), line, QStringLiteral("--only-keys"),
                     QStringLiteral("--json")};
   if (!request.scene.empty()) {

@@ -19,7 +19,7 @@ MessagePage::MessagePage(QWidget* parent)
   font.setBold(true);
   title_->setFont(font);
   for (QLabel* label : {title_, text_}) {
-    label->setTextFormat(Qt::PlainText);  // names and paths are others' words
+    label->setTextFormat(Qt::PlainText);  // names and paths come from other peers
     label->setAlignment(Qt::AlignHCenter);
     label->setWordWrap(true);
     label->setTextInteractionFlags(Qt::TextSelectableByMouse);

@@ -7,20 +7,20 @@
 
 namespace tandem {
 
-/// Stands where the picture would be and says why there is none.
+/// A page in place of the picture that says why there is none.
 class MessagePage : public QWidget {
   Q_OBJECT
 
  public:
   explicit MessagePage(QWidget* parent = nullptr);
 
-  /// `percent` below 0: no progress bar.
+  /// Shows a title, a text and a progress bar; `percent` below 0: no bar.
   void Show(const QString& title, const QString& text, int percent = -1);
-  /// Whether there is a button to open a scene.
+  /// Shows or hides a button that opens a scene.
   void OfferOpening(bool offered) { open_->setVisible(offered); }
-  /// Whether there is a button to load the file that the session names.
+  /// Shows or hides a button that loads the file the session names.
   void OfferNamed(bool offered) { load_->setVisible(offered); }
-  /// Whether there is a button to fetch the scene from the session.
+  /// Shows or hides a button that fetches the scene from the session.
   void OfferFetching(bool offered) { fetch_->setVisible(offered); }
   QString text() const { return title_->text() + QStringLiteral("\n") + text_->text(); }
 

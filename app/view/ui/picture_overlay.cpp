@@ -14,7 +14,7 @@ constexpr double kAxisLength = 34;  // px
 
 struct PlacedLabel {
   const InstanceLabel* label = nullptr;
-  QPointF anchor;  // at the body
+  QPointF anchor;  // pixel at the body
   LabelPlace place;
 };
 
@@ -22,7 +22,8 @@ QColor ToQColor(const Colour& colour, float alpha = 1.0F) {
   return QColor::fromRgbF(colour[0], colour[1], colour[2], alpha);
 }
 
-/// The topmost pixel of the box in which the body stands, and its middle: names hang above it.
+/// Returns the topmost y of the body's box on the screen, at the x of its centre. Names hang above
+/// it.
 std::optional<QPointF> TopOf(const CameraModel& camera, const Bounds& bounds_W, const Pose& X_W) {
   const auto middle = camera.Project(X_W * bounds_W.centre());
   if (!middle) return std::nullopt;

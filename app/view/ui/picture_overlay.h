@@ -9,8 +9,8 @@
 
 namespace tandem {
 
-/// What is written over the picture: peers' names beside their instances, with a line to the body;
-/// a warning across the top when there is one; the axes of W in the lower left corner.
+/// Paints over the picture: peers' names beside their instances, each with a line to the body; a
+/// warning across the top; the axes of W in the lower left corner.
 void PaintOverlay(QPainter& painter, const QSize& size, const CameraModel& camera,
                   const DrawnScene& scene, const DrawList& list, const QString& warning);
 

@@ -38,14 +38,14 @@ void PaintLeastDistance(QPainter& painter, const QSize& size, const CameraModel&
   painter.setPen(QPen(kPaper, 1.5));
   painter.setBrush(kInk);
   for (const QPointF& end : {a, b}) painter.drawEllipse(end, 4.0, 4.0);
-  // beside the line's lower right, where names of peers never hang
+  // to the lower right of the line, where no peer's name hangs
   const QPointF below((a.x() + b.x()) / 2 + 100, std::max(a.y(), b.y()) + 30);
   painter.setPen(QPen(kInk, 1, Qt::DotLine));
   painter.drawLine((a + b) / 2, below);
   PaintBox(painter, below, size, what + QString::fromStdString(DistanceText(nearest)));
 }
 
-/// What the colours mean: of the moving bodies by distance, and of the near voxels.
+/// Explains the colours: moving bodies by distance, and the near voxels.
 void PaintLegend(QPainter& painter, const QSize& size, const ProximityPicture& picture) {
   const QFontMetricsF metrics(painter.font());
   const double height = metrics.height();

@@ -8,9 +8,9 @@
 
 namespace tandem {
 
-/// The least distance as a line between its two points with its value and error beside it, seen
-/// through whatever is in front, and that of the part in hand where that is another; what the
-/// colours mean in the lower right corner.
+/// Paints the least distance as a line between its two points, with value and error beside it,
+/// visible through bodies in front. Paints the distance of the part in hand too, where it is
+/// another. The lower right corner explains the colours.
 void PaintProximity(QPainter& painter, const QSize& size, const CameraModel& camera,
                     const ProximityPicture& picture);
 

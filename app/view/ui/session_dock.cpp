@@ -19,8 +19,8 @@ QString Counted(std::size_t count, const QString& one, const QString& many) {
          (count == 1 ? one : many);
 }
 
-/// How much there is in the files, and how much is drawn with the colours of proximity where that
-/// is more.
+/// Returns the numbers of bodies and triangles in the files, and the number of triangles drawn with
+/// proximity colours where that is larger.
 QString SizeText(const DrawnScene& scene) {
   const std::size_t read = scene.FileTriangleCount();
   const std::size_t drawn = scene.TriangleCount();
@@ -44,7 +44,7 @@ QStringList Interfaces() {
   return names;
 }
 
-/// What was joined must be read, too: not grey on grey.
+/// Makes the fields legible while disabled: the user must read what was joined.
 void MakeLegibleWhenDisabled(QWidget& field) {
   QPalette palette = field.palette();
   for (const QPalette::ColorRole role : {QPalette::Text, QPalette::ButtonText}) {
@@ -53,7 +53,7 @@ void MakeLegibleWhenDisabled(QWidget& field) {
   field.setPalette(palette);
 }
 
-constexpr int kLargestDomain = 232;  // beyond, DDS has no ports
+constexpr int kLargestDomain = 232;  // DDS has no ports beyond it
 
 }  // namespace
 
@@ -91,7 +91,7 @@ SessionDock::SessionDock(SessionModel& session, SceneModel& scene, QWidget* pare
     MakeLegibleWhenDisabled(*field);
   }
   for (QLabel* label : {state_, scene_name_, scene_size_, voxel_size_}) {
-    label->setTextFormat(Qt::PlainText);  // names and paths are others' words
+    label->setTextFormat(Qt::PlainText);  // names and paths come from other peers
     label->setWordWrap(true);
     label->setTextInteractionFlags(Qt::TextSelectableByMouse);
     label->setFocusPolicy(Qt::NoFocus);

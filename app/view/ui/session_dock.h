@@ -12,7 +12,7 @@
 
 namespace tandem {
 
-/// The form to join and leave a session, and what is known of the session and its scene.
+/// The form to join and leave a session, and the facts about the session and its scene.
 class SessionDock : public QDockWidget {
   Q_OBJECT
 
@@ -21,8 +21,8 @@ class SessionDock : public QDockWidget {
 
   void SetRequest(const JoinRequest& request);
   JoinRequest Request() const;
-  /// While one takes part: said in place of the viewer's state, and one cannot join as a viewer.
-  /// Empty: one looks on.
+  /// Shows the hand's state instead of the viewer's while the user takes part, and disables joining
+  /// as a viewer. Empty: the user looks on.
   void ShowHand(const QString& text);
 
  private:
@@ -31,7 +31,7 @@ class SessionDock : public QDockWidget {
   void Join();
 
   QString hand_text_;
-  JoinRequest given_;  // what the form does not ask for is as it was given
+  JoinRequest given_;  // request as given, for what the form does not ask
   SessionModel& session_model_;
   SceneModel& scene_model_;
   QLineEdit* session_;

@@ -15,10 +15,11 @@
 namespace tandem {
 
 namespace {
-constexpr int kSoftwareFrameMs = 33;  // no more than 30 a second where the processor draws
-constexpr int kRestMs = 250;          // of stillness before the fine frame
+constexpr int kSoftwareFrameMs = 33;  // at most 30 frames/s with a software renderer
+constexpr int kRestMs = 250;          // rest before the fine frame
 constexpr int kSamples = 4;
-constexpr double kFarthestFollowed = 20;  // of the scene's size: what flies off is let go
+constexpr double kFarthestFollowed = 20;  // multiple of the scene's size; a body farther away is
+                                          // not followed
 
 std::array<Vec3, 8> CornersOf(const Bounds& box, const Pose& X_W) {
   std::array<Vec3, 8> corners;
@@ -30,7 +31,7 @@ std::array<Vec3, 8> CornersOf(const Bounds& box, const Pose& X_W) {
   return corners;
 }
 
-/// Calls use(body, corners) for each body and ghost where it is drawn, if it is not too far away.
+/// Calls use(body, corners) for each instance and ghost that is not too far away.
 template <typename Use>
 void ForEachInstance(const DrawnScene& scene, const DrawList& list, Use use) {
   const Bounds all = scene.BoundsOfAll();
@@ -171,7 +172,7 @@ void ViewWidget::DrawToKeep() {
 }
 
 void ViewWidget::initializeGL() {
-  // called again when the widget moves to another window
+  // also called when the widget moves to another window
   fine_.reset();
   renderer_ = std::make_unique<Renderer>();
   uploaded_ = false;
@@ -221,11 +222,11 @@ ViewWidget::Left ViewWidget::DrawScene() {
   Left left = Left::kNothing;
   const bool fine = to_keep_ || at_rest_;
   if (!fine || !DrawFinely(may_go_on)) {
-    // the coarse picture is shown while the fine one has gaps
+    // shows the coarse picture while the fine one has gaps
     left = fine ? Left::kPartsOfFineFrame : Left::kFineFrame;
     if (!DrawCoarsely(may_go_on)) left = Left::kParts;
   }
-  context()->functions()->glFinish();  // else its time would not be seen here
+  context()->functions()->glFinish();  // makes the frame's time visible here
   return left;
 }
 
@@ -262,7 +263,7 @@ void ViewWidget::paintGL() {
   at_rest_ = false;
   to_keep_ = false;
   {
-    // not on `this`: there a grab of the window would send the painter elsewhere
+    // not on `this`, where a grab of the window would redirect the painter
     QOpenGLPaintDevice picture(size() * devicePixelRatioF());
     picture.setDevicePixelRatio(devicePixelRatioF());
     QPainter painter(&picture);

@@ -16,12 +16,14 @@
 
 namespace tandem {
 
-/// The picture, and the mouse in it: left orbits, middle or Shift+left pans, the wheel zooms at the
-/// cursor. While it follows, a body that goes out of the picture has the camera step back; to pan
-/// or zoom ends that, to fit begins it. Draws only when something is different. Where the processor
-/// draws, it does so at most half of the time and without smooth rims while things move, then once
-/// more finely. A frame spends a limited time on the bodies that are fixed: while the eye moves
-/// over a large scene, their largest parts are seen, and the frames at rest add the others.
+/// The picture, and its mouse: left orbits, middle or Shift+left pans, the wheel zooms at the
+/// cursor. While the camera follows, it steps back when a body leaves the picture. Panning and
+/// zooming end that, fitting starts it.
+///
+/// The widget draws only after a change. With a software renderer it draws at most half of the
+/// time, and without antialiasing while bodies move, then once finely. A frame spends a limited
+/// time on fixed bodies: while the eye moves over a large scene, the largest parts are drawn, and
+/// frames at rest add the others.
 class ViewWidget : public QOpenGLWidget {
   Q_OBJECT
 
@@ -29,24 +31,24 @@ class ViewWidget : public QOpenGLWidget {
   explicit ViewWidget(const GlInfo& gl, QWidget* parent = nullptr);
   ~ViewWidget() override;
 
-  /// `scene` must outlive its being shown; null: none. Fits it into the picture.
+  /// Shows a scene, which must outlive that, and fits it into the picture; null: none.
   void SetScene(const DrawnScene* scene);
   void SetDrawList(const DrawList& list);
   void SetWarning(const QString& warning);
-  /// Null: proximity is not shown.
+  /// Sets the picture of proximity; null: it is not shown.
   void SetProximity(std::shared_ptr<const ProximityPicture> proximity);
-  /// What is drawn of the user's own hand.
+  /// Sets what is drawn of the user's own hand.
   void SetHand(const HandPicture& hand);
   void FitScene();
   void SetFollow(bool follow);
   bool follow() const { return follow_; }
   void LookFrom(StandardView view);
-  /// The next frame is fine and whole, however long it takes: for a picture that is kept.
+  /// Makes the next frame fine and whole, however long it takes, for a picture that is kept.
   void DrawToKeep();
 
   const CameraModel& camera() const { return camera_; }
   quint64 frames_drawn() const { return frames_drawn_; }
-  /// Whether what was set last is still to be drawn.
+  /// Returns whether the last change is not drawn yet.
   bool frame_due() const { return frame_due_; }
   const DrawList& draw_list() const { return list_; }
   const HandPicture& hand() const { return hand_; }
@@ -57,7 +59,7 @@ class ViewWidget : public QOpenGLWidget {
  Q_SIGNALS:
   void Failed(const QString& why);
   void FollowChanged(bool follow);
-  /// What was set last is drawn.
+  /// The last change is drawn.
   void FrameDrawn();
 
  protected:
@@ -73,7 +75,7 @@ class ViewWidget : public QOpenGLWidget {
   void FollowBodies();
   void RequestFrame();
   void DrawAtRest();
-  /// Says which work a frame leaves to the frames after it.
+  /// The work that a frame leaves to later frames.
   enum class Left { kNothing, kParts, kFineFrame, kPartsOfFineFrame };
   Left DrawScene();
   void GoOn(Left left);
@@ -84,10 +86,10 @@ class ViewWidget : public QOpenGLWidget {
   GlInfo gl_;
   CameraModel camera_;
   std::unique_ptr<Renderer> renderer_;
-  std::unique_ptr<QOpenGLFramebufferObject> fine_;  // four samples a pixel
+  std::unique_ptr<QOpenGLFramebufferObject> fine_;  // framebuffer with four samples a pixel
   const DrawnScene* scene_ = nullptr;
   bool uploaded_ = true;
-  bool fitted_ = false;  // to a picture of real size
+  bool fitted_ = false;  // true: the camera was fitted to a picture of real size
   bool follow_ = true;
   bool frame_due_ = false;
   DrawList list_;
@@ -100,8 +102,8 @@ class ViewWidget : public QOpenGLWidget {
   QTimer next_frame_;
   QTimer refine_;
   qint64 frame_ms_ = 0;
-  bool at_rest_ = false;  // the next frame may be fine
-  bool to_keep_ = false;  // the next frame is fine and whole
+  bool at_rest_ = false;  // true: the next frame may be fine
+  bool to_keep_ = false;  // true: the next frame must be fine and whole
   quint64 frames_drawn_ = 0;
 };
 
