@@ -1,5 +1,5 @@
-/* Loaded before all else by `tandem devices --try`: counts what a thread allocates while it asks for that. So the author of a driver
- * sees whether its loop allocates. glibc's own entry points do the work. */
+/* Counts what a thread allocates while it asks for that. `tandem devices --try` loads this library before all others, so that the author
+ * of a driver sees whether the loop allocates. glibc's own entry points do the work. */
 #include <errno.h>
 #include <stddef.h>
 
@@ -13,7 +13,7 @@ static __thread long allocations __attribute__((tls_model("initial-exec")));
 
 #define SHOWN __attribute__((visibility("default")))
 
-/* Begins to count anew, or ends, in this thread. */
+/* Starts a new count in this thread, or ends it. */
 SHOWN void tandem_count_allocations(int on) {
   armed = on;
   if (on) allocations = 0;

@@ -15,10 +15,10 @@ namespace {
 
 constexpr std::array kFatal{SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT, SIGSYS, SIGTRAP};
 constexpr std::array kIgnored{SIGINT, SIGQUIT, SIGTSTP, SIGTTIN, SIGTTOU, SIGPIPE};
-// these end no process, or cannot be caught
+// signals that end no process, or cannot be caught
 constexpr std::array kLeftAlone{SIGKILL, SIGSTOP, SIGCONT, SIGCHLD, SIGURG, SIGWINCH};
 
-// what signal handlers see
+// state that signal handlers use
 std::atomic<bool> ending_now{false};
 std::atomic<bool> opening{true};
 std::atomic<bool> cutting{false};
@@ -26,10 +26,11 @@ std::atomic<bool> in_tick{false};
 std::atomic<pid_t> loop_thread{0};
 std::atomic<std::int64_t> ticked_ns{0};
 std::atomic<Device*> motor{nullptr};
-std::atomic<bool> at_motor{false};  // the watch may be using it
+std::atomic<bool> at_motor{false};  // true: the watch may be using `motor`
 
 using SignalStack = std::array<char, 65536>;
-SignalStack main_stack, watch_stack, loop_stack;  // a thread may have run out of its own
+SignalStack main_stack, watch_stack, loop_stack;  // signal stacks, since a thread may have run out
+                                                  // of its own
 
 void Use(SignalStack& stack) noexcept {
   stack_t alternate{};
@@ -40,11 +41,11 @@ void Use(SignalStack& stack) noexcept {
 
 void End(int) {
   ending_now.store(true);
-  // a driver that opens may hang for ever, and there is no loop yet that could end
+  // a driver that hangs while it opens would never return, and no loop runs yet that could end
   if (opening.load()) _exit(kExitOk);
 }
 
-// no code of ours goes on from here: the motor gets zero, and then the process dies as it would have
+// the last code of the process: sets zero force, then lets the signal kill the process
 void CutForce(int signal) {
   cutting.store(true);
   if (Device* driver = motor.load()) {
@@ -66,12 +67,12 @@ bool EndsUs(int signal) {
   const auto among = [signal](const auto& some) {
     return std::find(some.begin(), some.end(), signal) != some.end();
   };
-  // the C library keeps the first real-time signals for itself
+  // the C library reserves the first real-time signals
   const bool taken = signal > 31 && signal < SIGRTMIN;
   return !among(kFatal) && !among(kIgnored) && !among(kLeftAlone) && !taken;
 }
 
-/// Those that end the process in an orderly way.
+/// Returns the signals that end the process in an orderly way.
 sigset_t Ends() noexcept {
   sigset_t ends;
   sigemptyset(&ends);
@@ -87,7 +88,7 @@ void HearSignals() noexcept {
 }
 
 void HandleSignals() {
-  setsid();  // what a terminal sends to all its programs is the controller's to answer
+  setsid();  // the controller answers signals of a terminal
   for (const int signal : kIgnored) std::signal(signal, SIG_IGN);
   for (int signal = 1; signal <= SIGRTMAX; ++signal) {
     if (EndsUs(signal)) std::signal(signal, End);
@@ -97,7 +98,7 @@ void HandleSignals() {
   crash.sa_handler = CutForce;
   crash.sa_flags = SA_ONSTACK | SA_RESETHAND;
   for (const int signal : kFatal) sigaction(signal, &crash, nullptr);
-  // a driver's own threads do not hear them either
+  // blocked in this thread, and so in a driver's own threads
   const sigset_t ends = Ends();
   pthread_sigmask(SIG_BLOCK, &ends, nullptr);
 }
@@ -141,10 +142,10 @@ void DeviceWatch::Guard(Device& driver) noexcept {
 
 void DeviceWatch::Forget() noexcept {
   motor.store(nullptr);
-  // what follows may destroy the driver
+  // after this the driver may be destroyed
   const std::int64_t until_ns = MonotonicNowNs() + kForgetNs;
   while (at_motor.load()) {
-    if (MonotonicNowNs() > until_ns) _exit(kExitDevice);  // it hangs in the driver
+    if (MonotonicNowNs() > until_ns) _exit(kExitDevice);  // hangs in the driver
     MachineClock().SleepUntil(MonotonicNowNs() + kLookNs / 10);
   }
 }

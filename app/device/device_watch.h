@@ -11,42 +11,45 @@
 
 namespace tandem {
 
-/// Looks after the process of a device from outside its loop: what a signal, the controller's end
-/// or a driver that hangs does to the motor. There is one in a process.
+/// Guards the process of a device from outside its loop, against signals, the controller's end and
+/// a driver that hangs. A process has one.
 ///
-/// | what happens | what it does |
+/// | event | action |
 /// |---|---|
-/// | a signal of a terminal (INT, QUIT, TSTP, ...) or PIPE | nothing: the controller answers those |
-/// | the controller has ended, or any other signal that would end a process | the loop ends once the
-/// motor has no force; while a driver opens, the process ends at once |
-/// | a fault of our own code (SEGV, BUS, FPE, ILL, ABRT, SYS, TRAP) | zero at the motor, and then the
-/// process dies of it |
-/// | the loop stands still for 20 ms | zero at the motor; if the process is to end, it does |
+/// | a terminal's signal (INT, QUIT, TSTP, ...) or PIPE | none: the controller answers it |
+/// | the controller has ended | the loop ends once the motor has no force |
+/// | any other signal that would end a process | the same |
+/// | a fault of the code (SEGV, BUS, FPE, ILL, ABRT, SYS, TRAP) | zero force, then the end |
+/// | no tick of the loop for 20 ms | zero force; if the process is to end, it ends |
+///
+/// While a driver opens, there is no loop, and the controller's end or such a signal ends the
+/// process at once.
 class DeviceWatch {
  public:
-  static constexpr std::int64_t kLookNs = 5'000'000;     // between two looks
-  static constexpr std::int64_t kStandsNs = 20'000'000;  // of a loop without a tick
+  static constexpr std::int64_t kLookNs = 5'000'000;     // time between two looks
+  static constexpr std::int64_t kStandsNs = 20'000'000;  // time without a tick from which the loop
+                                                         // counts as standing still
   static constexpr std::int64_t kForgetNs = 300'000'000;
 
-  /// Begins, before a driver is opened. `priority`: above the loop's, for it hardly works.
+  /// Begins before a driver is opened. `priority`: above the loop's; the thread hardly works.
   DeviceWatch(pid_t controller, int priority);
   ~DeviceWatch();
   DeviceWatch(const DeviceWatch&) = delete;
   DeviceWatch& operator=(const DeviceWatch&) = delete;
 
-  /// The driver has opened, and its ticks begin. It outlives the watch's next Forget().
+  /// Starts to guard a driver that has opened. The driver must live until Forget().
   void Guard(Device& driver) noexcept;
-  /// The watch uses the driver no more. Ends the process where the driver holds the watch up for
-  /// longer than kForgetNs.
+  /// Stops to use the driver. Ends the process if the driver blocks the watch for more than
+  /// kForgetNs.
   void Forget() noexcept;
 
-  /// First thing in the thread that ticks: it may run out of its own stack, and it hears signals
-  /// that other programs do not hold up.
+  /// Called first in the thread of the loop. Gives it a signal stack, and unblocks its signals,
+  /// which other programs on the machine do not delay there.
   void EnterLoop() noexcept;
-  /// False: the process is about to die, and nothing is to be written any more.
+  /// Begins a tick. False: the process is about to die, and the loop must write nothing.
   bool BeginTick() noexcept;
   void EndTick() noexcept;
-  /// Whether the process is to end. Any thread.
+  /// Returns whether the process is to end. Any thread.
   bool ending() const noexcept;
 
  private:

@@ -10,10 +10,11 @@
 namespace tandem {
 namespace {
 
-constexpr std::int64_t kFirstPoseNs = 2'000'000'000;  // that a device may take to say where it is
+constexpr std::int64_t kFirstPoseNs = 2'000'000'000;  // longest time until a device reports its
+                                                      // first pose
 constexpr std::int64_t kLookNs = 2'000'000;
-constexpr double kSpeedSeconds = 0.005;  // over which a derived speed is a mean
-constexpr double kLongestStep = 0.05;    // s; after more a derived speed begins anew
+constexpr double kSpeedSeconds = 0.005;  // time constant of a derived speed
+constexpr double kLongestStep = 0.05;    // s; after a longer step a derived speed begins again
 
 bool IsSound(const double* numbers, int count) {
   return std::all_of(numbers, numbers + count, [](double x) {
@@ -21,7 +22,7 @@ bool IsSound(const double* numbers, int count) {
   });
 }
 
-/// A number that is no limit where it is 0.
+/// Returns a limit; 0 stands for no limit.
 double OrAny(double number) {
   return number == 0 ? DeviceCapabilities::kAny : number;
 }
@@ -105,7 +106,7 @@ Result<bool> DriverDevice::Begin(const std::string& options, const Pose& X_WB0) 
   if (driver_->start(device_) < 0) return refuse("the device does not start");
   if (can_.in_scene) return true;
 
-  // where the handle is at first: a device may need a while to know
+  // waits for the handle's first pose, which a device may know only after a while
   for (const std::int64_t until_ns = MonotonicNowNs() + kFirstPoseNs;;) {
     Read();
     if (X_VD0_ || MonotonicNowNs() > until_ns) break;
@@ -165,7 +166,7 @@ Anchor DriverDevice::Read() noexcept {
 
 void DriverDevice::Take(const TandemDeviceState& state) noexcept {
   if (can_.in_scene) {
-    // as it is: what is no number is the guard's to see
+    // unchecked: the guard looks for numbers that are not finite
     const double* q = state.orientation;
     handle_.X_WA = {Quat(q[3], q[0], q[1], q[2]), Vec3(state.position)};
     handle_.V_WA = {Vec3(state.angular_velocity), Vec3(state.velocity)};

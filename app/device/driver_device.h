@@ -12,16 +12,18 @@
 
 namespace tandem {
 
-/// A driver's device as the device loop uses it. It maps what the driver reports in the device's
-/// own frame V onto the part that the hand is to hold: the handle's first pose is the part's, and
-/// from there on the handle moves as it does in V. A device that was unplugged goes on from where
-/// the mapped handle was, wherever the real one stands then.
+/// A driver's device as the device loop uses it. Maps the handle from the device's frame V to the
+/// part that the hand is to hold. The handle's first pose is mapped to the part's, and the mapped
+/// handle then moves as the handle does in V. After an unplugged device comes back, the mapped
+/// handle goes on from its last place.
 ///
+/// Read() and Render() are for the loop's thread, Stop() for any thread, the others for the main
+/// thread.
 /// Read() and Render() are for the loop's thread, Stop() for any, all else for the main thread.
 class DriverDevice : public Device {
  public:
-  /// Opens and starts the device that `options` name. `X_WB0`: where the part stands that the hand
-  /// is to hold. May take seconds. Errors: what the driver says.
+  /// Opens and starts the device that `options` name. `X_WB0`: the pose of the part that the hand
+  /// is to hold. May take seconds. Errors come from the driver.
   static Result<std::unique_ptr<DriverDevice>> Open(const TandemDriver& driver,
                                                     const std::string& options, const Pose& X_WB0);
   ~DriverDevice() override;
@@ -38,20 +40,20 @@ class DriverDevice : public Device {
   bool clutch_button() const noexcept override { return (buttons_ & TANDEM_BUTTON_CLUTCH) != 0; }
   AskedTimes asked_times() const noexcept override;
 
-  /// Why the device is in trouble, in a line for a person; empty: it is not.
+  /// Says why the device is in trouble, in a line for a person; empty: it is not.
   std::string Trouble() const;
-  /// What read() of the driver returned last.
+  /// Returns the newest result of the driver's read().
   std::int32_t newest_read() const noexcept { return newest_read_.load(std::memory_order_relaxed); }
-  /// What the driver says of itself, before the loop starts.
+  /// Returns the capabilities that the driver reported before the loop started.
   const TandemDeviceCapabilities& told() const noexcept { return told_; }
 
  private:
   explicit DriverDevice(const TandemDriver& driver) : driver_(&driver) {}
   Result<bool> Begin(const std::string& options, const Pose& X_WB0);
   DeviceCapabilities CapabilitiesOf(const TandemDeviceCapabilities& told) const;
-  /// Takes what the driver reports: the mapped handle from it.
+  /// Maps the handle that the driver reported.
   void Take(const TandemDeviceState& state) noexcept;
-  /// The speed of the mapped handle, from its last poses, where the driver reports none.
+  /// Derives the speed of the mapped handle from its last poses, where the driver reports none.
   void Derive(const Pose& X_WD, std::int64_t time_ns) noexcept;
 
   const TandemDriver* driver_;
@@ -61,11 +63,11 @@ class DriverDevice : public Device {
   TandemDeviceCapabilities told_{};
   DeviceCapabilities can_;
   std::unique_ptr<VendorMailbox> mailbox_;  // null: write() gives the motors their force
-  Anchor handle_;                           // mapped
-  // the reference of the mapping: the handle in V, and the mapped one, at the same moment
+  Anchor handle_;                           // mapped handle
+  // the reference of the mapping: the pose in V and the mapped pose at the same moment
   std::optional<Pose> X_VD0_;
   Pose X_WD0_;
-  bool lost_ = false;  // since then the handle may have been moved: the mapping begins anew
+  bool lost_ = false;  // the handle may have moved unseen: the mapping begins again
   std::int64_t last_ns_ = -1;
   std::uint32_t buttons_ = 0;
   bool begun_ = false;

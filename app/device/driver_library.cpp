@@ -13,7 +13,7 @@
 namespace tandem {
 namespace {
 
-/// Which member of the table is not there; empty: all that must be are.
+/// Returns what is wrong with a driver's table; empty: it is complete.
 std::string LackOf(const TandemDriver& driver) {
   if (driver.struct_size < offsetof(TandemDriver, extension)) return "its table is too short";
   if (driver.abi_major != TANDEM_DEVICE_ABI_MAJOR) {

@@ -10,25 +10,26 @@
 
 namespace tandem {
 
-/// A driver in a shared library. The library stays loaded as long as the process, for vendors'
-/// libraries that it brings along have threads and state of their own.
+/// Loads drivers from shared libraries. A library stays loaded as long as the process, since the
+/// vendors' libraries that it uses have threads and state of their own.
 class DriverLibrary {
  public:
-  /// Loads a file and checks what it exports. It calls no function of it. Errors: what is wrong
-  /// with the file, in a line.
+  /// Loads a file and checks what it exports, without calling a function of it. Errors say in a
+  /// line what is wrong with the file.
   static Result<const TandemDriver*> Load(const std::filesystem::path& file);
 };
 
-/// Where drivers are looked for, the first first: the folders of TANDEM_DEVICES (with colons
-/// between), and `lib/tandem/devices` beside the folder of this program.
+/// Returns the folders of drivers, in the order of search: those of TANDEM_DEVICES (separated by
+/// colons), then `lib/tandem/devices` beside the folder of this program.
 std::vector<std::filesystem::path> DriverFolders();
 
-/// A driver that was found in a folder.
+/// A driver found in a folder.
 struct DriverFile {
   std::string name;
   std::filesystem::path file;
 };
-/// The drivers of all folders by name; of two with one name the one of the earlier folder.
+/// Returns the drivers of all folders by name. Of two with the same name, the one in the earlier
+/// folder counts.
 std::vector<DriverFile> FindDrivers();
 
 }  // namespace tandem

@@ -1,5 +1,5 @@
 // The process that has a device in hand. A controller (`tandem peer --device`) starts it and shares
-// memory with it; nothing that becomes of the controller leaves a force at the motor.
+// memory with it. Whatever happens to the controller, no force stays at the motor.
 #include <array>
 #include <atomic>
 #include <cstdio>
@@ -23,9 +23,9 @@
 namespace tandem {
 namespace {
 
-constexpr int kPriority = 40;  // above all of the controller: the motor is served first
+constexpr int kPriority = 40;  // above all threads of the controller: the motor is served first
 constexpr std::int64_t kSleptEnoughNs = 10'000'000;
-constexpr std::int64_t kGiveUpNs = 1'000'000'000;  // for a driver that hangs, Stop() and all
+constexpr std::int64_t kGiveUpNs = 1'000'000'000;  // for a driver that hangs even in Stop()
 
 struct DeviceArguments {
   std::string driver;
@@ -34,9 +34,9 @@ struct DeviceArguments {
   bool passivity_control = false;
   int core = -1;
   bool names = false;
-  std::string list;    // driver that is to say what is there
-  std::string tried;   // device to be tried
-  double seconds = 5;  // of the trial
+  std::string list;    // driver to list devices of
+  std::string tried;   // device to try
+  double seconds = 5;  // length of the trial
   int to = 1;          // descriptor that gets the answer
 };
 
@@ -50,7 +50,7 @@ int FailWith(DeviceMemory& memory, const std::string& why) {
   return kExitDevice;
 }
 
-/// Tells the controller why the device is in trouble, and that it is not any more.
+/// Tells the controller why the device is in trouble, and when the trouble is over.
 class TroubleTeller {
  public:
   explicit TroubleTeller(DeviceMemory& memory) : memory_(&memory) {}
@@ -100,7 +100,7 @@ int Serve(const DeviceArguments& arguments) {
         if (tick == 0) watch.EnterLoop();
         if (!watch.BeginTick()) return false;
         const std::int64_t slept_now_ns = SleptNs();
-        // here too, for the watch may wait for long on a busy machine
+        // checked here too, since the watch may wait long on a busy machine
         const bool ends = watch.ending() || getppid() != controller;
         loop.Tick({.deadline_ns = now_ns - (now_ns - origin_ns) % loop.period_ns(),
                    .ending = ends,

@@ -10,7 +10,7 @@
 namespace tandem {
 namespace {
 
-// these rest on the engine's own libraries, and so are part of the program
+// drivers that use the engine's libraries and so are part of the program
 const std::array<const TandemDriver*, 3>& BuiltIn() {
   static const std::array drivers{&kScriptedDriver, &kPassiveDriver, &kRecordedDriver};
   return drivers;

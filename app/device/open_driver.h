@@ -10,16 +10,16 @@
 
 namespace tandem {
 
-/// The names of all drivers that there are: those built into this program, and those of the folders
-/// (DriverFolders). None is loaded.
+/// Returns the names of all drivers: those built into this program and those in DriverFolders().
+/// Loads none.
 std::vector<std::string> DriverNames();
 
-/// A driver by its name, loaded where it is in a file. Errors: there is none, or its file is
-/// unsound.
+/// Returns a driver by its name, and loads it where it is in a file. Errors: there is none of that
+/// name, or its file is unsound.
 Result<const TandemDriver*> DriverNamed(const std::string& name);
 
-/// Opens the device that `asked` names, as NAME[:OPTIONS]. `X_WB0`: where the part stands that the
-/// hand is to hold. May take seconds.
+/// Opens the device `asked`, given as NAME[:OPTIONS]. `X_WB0`: the pose of the part that the hand
+/// is to hold. May take seconds.
 Result<std::unique_ptr<DriverDevice>> OpenDriver(const std::string& asked, const Pose& X_WB0);
 
 }  // namespace tandem

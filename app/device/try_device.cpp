@@ -26,7 +26,7 @@ nlohmann::ordered_json Microseconds(const Histogram& times) {
           {"max", us(times.max())}};
 }
 
-/// What the loop allocates, where `count-allocations.so` was loaded with this program.
+/// Counts the loop's allocations if `count-allocations.so` was loaded with this program.
 class AllocationCount {
  public:
   AllocationCount() {
@@ -71,7 +71,7 @@ Result<std::string> TryDevice(const std::string& asked, double seconds) {
   std::int64_t failed = 0;
   bool clutch = false;
   bool stop = false;
-  double moved = 0;   // m, the farthest from where the handle was at first
+  double moved = 0;   // m; largest distance from the handle's first place
   double turned = 0;  // rad
   const Anchor first = device.Read();
   device.Start();

@@ -15,11 +15,10 @@
 
 #include "app/device/tandem_device.h"
 
-/// What drivers have in common: options, texts in fixed room, libraries that are loaded at run
-/// time.
+/// Helpers that drivers share: options, texts in arrays, and libraries loaded at run time.
 namespace tandem::driver {
 
-/// Copies a text into an array, cut where there is no room.
+/// Copies a text into an array, and cuts it where it is too long.
 template <std::size_t kRoom>
 void Put(char (&room)[kRoom], std::string_view text) {
   const std::size_t count = std::min(text.size(), kRoom - 1);
@@ -34,8 +33,8 @@ inline std::int32_t Put(char* room, std::uint32_t size, std::string_view text) {
   return TANDEM_OK;
 }
 
-/// The options of a driver, KEY=VALUE with commas between. A driver takes the keys that it knows;
-/// Fault() then says what is left or is no number, in one line; empty: nothing.
+/// The options of a driver, KEY=VALUE separated by commas. A driver takes the keys that it knows.
+/// Then Fault() names the first invalid or unknown option in a line; empty: none.
 class Options {
  public:
   explicit Options(std::string_view text) {
@@ -58,7 +57,7 @@ class Options {
     values_.erase(value);
     return text;
   }
-  /// A number within the limits; by default any.
+  /// Returns a number within the limits; without limits any number.
   double Number(const std::string& key, double fallback, double least = -kAny, double most = kAny) {
     const std::string text = Text(key);
     if (text.empty()) return fallback;
@@ -78,7 +77,7 @@ class Options {
     if (text != "yes" && text != "no") Blame(key + ": yes or no is wanted, not '" + text + "'");
     return text == "yes";
   }
-  /// Refuses what was given and that no call above asked for.
+  /// Returns the first fault, or names an option that was given and not taken.
   std::string Fault() const {
     if (!fault_.empty() || values_.empty()) return fault_;
     return "'" + values_.begin()->first + "' is none of its options";
@@ -93,12 +92,11 @@ class Options {
   std::string fault_;
 };
 
-/// A vendor's library, found at run time. It is never unloaded: vendors' libraries have threads and
-/// state of their own.
+/// A vendor's library, loaded at run time. It is never unloaded, since it may have threads and
+/// state of its own.
 class VendorLibrary {
  public:
-  /// Loads the first of these files that there is. `global`: its symbols are for other libraries,
-  /// too.
+  /// Loads the first of these files that exists. `global`: other libraries can use its symbols.
   bool Load(const std::vector<std::string>& files, bool global = false) {
     bool is_there = false;
     for (const std::string& file : files) {
@@ -107,23 +105,23 @@ class VendorLibrary {
       if (handle_ != nullptr) return true;
       const char* why = dlerror();
       if (why == nullptr) continue;
-      // a file that is there and lacks another says more than one that is not
+      // a file that exists and lacks another library explains more than a file that does not exist
       const bool lacks_another = std::strncmp(why, file.c_str(), file.size()) != 0;
       if (why_.empty() || (lacks_another && !is_there)) why_ = why;
       is_there = is_there || lacks_another;
     }
     return false;
   }
-  /// Takes a function of it; its absence is told by missing().
+  /// Takes a function; missing() names the first that the library lacks.
   template <typename Function>
   void Take(Function*& function, const char* name) {
     function = reinterpret_cast<Function*>(dlsym(handle_, name));
     if (function == nullptr && missing_.empty()) missing_ = name;
   }
   bool loaded() const { return handle_ != nullptr; }
-  /// What the loader said of the first file that is there, or else of the first.
+  /// Returns the loader's message for the first file that exists, else for the first file.
   const std::string& why() const { return why_; }
-  /// The first function that it lacks; empty: none.
+  /// Returns the first function that the library lacks; empty: none.
   const std::string& missing() const { return missing_; }
 
  private:

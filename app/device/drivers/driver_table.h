@@ -10,9 +10,8 @@
 
 namespace tandem::driver {
 
-/// The table of a driver whose device is a class `Hand`. No exception crosses the border to C: what
-/// throws in a function for the main thread fails, with the exception's words as the reason. Hand
-/// has
+/// Makes the table of a driver whose device is a class `Hand`. No exception leaves C++: where a
+/// function for the main thread throws, it fails with the exception's text as the reason. Hand has
 ///
 /// | member | thread |
 /// |---|---|
@@ -58,7 +57,7 @@ class DriverTable {
     static const TandemDeviceHost* host = nullptr;
     return host;
   }
-  /// Runs a function for the main thread whose text is its fault.
+  /// Runs a function for the main thread. Its text is the fault.
   template <typename Function>
   static std::int32_t Guarded(const Function& function) noexcept {
     try {

@@ -36,7 +36,7 @@ bool HasKey(int file, unsigned key) {
   return ioctl(file, EVIOCGBIT(EV_KEY, sizeof keys), keys.data()) >= 0 && Has(keys, key);
 }
 
-/// A file that is open for reading without waiting, and that somebody writes to; below 0: none.
+/// Opens a file for reading without waiting, if its writer is there; below 0: it cannot.
 int OpenFile(const std::string& path) {
   const int file = open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
   if (file < 0) return -1;
@@ -48,7 +48,7 @@ int OpenFile(const std::string& path) {
   return -1;
 }
 
-/// The files of a folder that give events, by name, so that the first stays the first.
+/// Returns the event files of a folder by name, so that the first stays the first.
 std::set<fs::path> EventFiles(const std::string& folder) {
   std::set<fs::path> files;
   std::error_code unreadable;
@@ -58,8 +58,8 @@ std::set<fs::path> EventFiles(const std::string& folder) {
   return files;
 }
 
-/// Opens a file if it is a device of the kind; below 0: it is none, or could not be looked at,
-/// which sets `denied`.
+/// Opens a file if it is a device of the kind; below 0: it is not, or could not be opened. `denied`
+/// is set where this user lacks the right.
 int OpenIfOfKind(const fs::path& path, EventSource::IsKind is_kind, bool& denied) {
   const int file = OpenFile(path.string());
   denied = denied || (file < 0 && errno == EACCES);
@@ -68,7 +68,7 @@ int OpenIfOfKind(const fs::path& path, EventSource::IsKind is_kind, bool& denied
   return -1;
 }
 
-/// The first device of the kind; below 0: none. `denied`: some could not be looked at.
+/// Opens the first device of the kind; below 0: none. `denied`: the right to open one was missing.
 int OpenFirst(EventSource::IsKind is_kind, bool& denied) {
   denied = false;
   for (const fs::path& path : EventFiles(EventSource::kEventFolder)) {
@@ -107,7 +107,7 @@ std::int32_t EventSource::List(TandemDeviceFound* found, std::int32_t room, IsKi
     Put(one.name, name.data());
     Put(one.options, "path=" + path.string());
   }
-  if (count == 1) Put(found[0].options, "");  // the driver takes it unasked
+  if (count == 1) Put(found[0].options, "");  // the driver takes the only one without an option
   if (count > 0) return count;
   if (denied) {
     Put(found->missing, "the right to read " + folder);
@@ -153,7 +153,7 @@ EventSource::Got EventSource::Next(int file, input_event& event) noexcept {
   const ssize_t size = read(file, &event, sizeof event);
   if (size == static_cast<ssize_t>(sizeof event)) return Got::kEvent;
   if (size < 0 && (errno == EAGAIN || errno == EINTR)) return Got::kNothing;
-  // unplugged, or no whole event
+  // unplugged, or an incomplete event
   gone_.store(file, std::memory_order_release);
   file_.store(-1, std::memory_order_release);
   return Got::kGone;

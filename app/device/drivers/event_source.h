@@ -12,15 +12,15 @@
 
 namespace tandem::driver {
 
-/// An input device of Linux, /dev/input/event*, that is read without waiting. A thread of its own
-/// opens it anew where it was unplugged: opening may take long. Take() is for the loop's thread,
-/// all else for the main thread.
+/// A Linux input device, /dev/input/event*, read without waiting. A thread of its own opens it
+/// again after it was unplugged, since that may take long. Take() is for the loop's thread, the
+/// others for the main thread.
 class EventSource {
  public:
-  static constexpr int kMostEvents = 64;  // that one Take() gives
+  static constexpr int kMostEvents = 64;  // events of one Take()
   static constexpr int kReopenMs = 200;
 
-  /// What makes a device one of the kind: whether the file that is open is one.
+  /// Returns whether an open file is a device of the kind.
   using IsKind = bool (*)(int file);
 
   EventSource() = default;
@@ -30,11 +30,11 @@ class EventSource {
 
   static constexpr const char* kEventFolder = "/dev/input";
 
-  /// Opens a file, or where `path` is empty the first device of the kind. Returns the fault; empty:
+  /// Opens a file; where `path` is empty, the first device of the kind. Returns the fault; empty:
   /// none.
   std::string Open(const std::string& path, IsKind is_kind, const char* kind);
   void Start();
-  /// Gives each event that has come to `take`, without waiting; false: the device is gone.
+  /// Gives each event that has come to `take`, without waiting. False: the device is gone.
   template <typename Function>
   bool Take(const Function& take) noexcept {
     const int file = file_.load(std::memory_order_acquire);
@@ -48,11 +48,11 @@ class EventSource {
     }
     return true;
   }
-  /// Whether a key is down, as the kernel says; false where it cannot be asked.
+  /// Returns whether the kernel reports a key as down; false where it cannot be asked.
   bool IsDown(int key) const noexcept;
 
-  /// Fills in what list() says of devices of the kind: each, with the option that opens it where
-  /// there are several, or what is missing. Returns how many entries were filled in.
+  /// Fills in list()'s entries for a kind: each device, with the option that opens it where there
+  /// are several, or what is missing. Returns the number of entries.
   static std::int32_t List(TandemDeviceFound* found, std::int32_t room, IsKind is_kind,
                            const char* kind, const std::string& folder = kEventFolder);
 
@@ -61,15 +61,15 @@ class EventSource {
   Got Next(int file, input_event& event) noexcept;
   void Keep();
 
-  std::string path_;  // as asked for; empty: the first of the kind
+  std::string path_;  // as asked for; empty: the first device of the kind
   IsKind is_kind_ = nullptr;
-  std::atomic<int> file_{-1};  // below 0: gone
-  std::atomic<int> gone_{-1};  // file that the keeper is to close
+  std::atomic<int> file_{-1};  // below 0: the device is gone
+  std::atomic<int> gone_{-1};  // file for the keeper to close
   std::atomic<bool> over_{false};
   std::thread keeper_;
 };
 
-/// Whether a file of /dev/input is a mouse, a keyboard.
+/// Return whether a file of /dev/input is a mouse or a keyboard.
 bool IsMouse(int file);
 bool IsKeyboard(int file);
 

@@ -9,9 +9,9 @@
 
 namespace tandem::driver {
 
-/// The table of a driver whose device is a class of ours, `Hand`: a Device that reports poses in
-/// the scene. `Hand::kName`, `kKind` and `kOptions` are its texts; `Hand::Open(options, X_WB0)`
-/// opens it.
+/// Makes the table of a driver whose device is a class `Hand`, a Device that reports poses in the
+/// scene. `Hand::kName`, `kKind` and `kOptions` are its texts; `Hand::Open(options, X_WB0)` opens
+/// it.
 template <typename Hand>
 class ExportedDevice {
  public:

@@ -9,42 +9,46 @@
 
 namespace tandem::driver {
 
-/// The handle of an input that tells rates or ways and has no motors: a puck, keys, a mouse. The
-/// handle goes as the user means, and gives way to force. Where contact holds a part up, the
-/// coupling pulls the handle back: what the user means towards the contact then counts less, and
-/// from kFullForce on nothing, so that the handle does not run ahead of the part. So the part
-/// answers at once when the user turns back, and is not flung when it comes free. A force beyond
-/// that, as of another user's hand, moves the handle slowly along.
+/// The handle of an input without motors that reports rates or displacements: a puck, keys, a
+/// mouse. The handle follows the user's motion and yields to force. Where contact holds the part,
+/// the coupling pulls the handle back. The user's motion towards the contact then counts less, and
+/// from kFullForce on not at all, so that the handle does not run ahead of the part. So the part
+/// answers at once when the user turns back, and does not jump when it comes free. A larger force,
+/// such as that of another user's hand, moves the handle slowly along.
 ///
-/// The force goes through a low-pass first. A coupling's damper answers the speed that is reported
-/// here a tick later: without the low-pass, a tick's answer could be larger than its cause.
+/// A low-pass filters the force first. A coupling's damper answers a tick later to the speed
+/// reported here. Without the filter, its answer could be larger than its cause.
 class RateHand {
  public:
-  static constexpr double kFreeForce = 1.0;       // N that hold nothing up
-  static constexpr double kFullForce = 2.0;       // N against which the hand does not go
+  static constexpr double kFreeForce = 1.0;       // N; a smaller force changes nothing
+  static constexpr double kFullForce = 2.0;       // N; from here the hand does not move against the
+                                                  // force
   static constexpr double kFreeMoment = 0.05;     // N m
   static constexpr double kFullMoment = 0.1;      // N m
   static constexpr double kYield = 0.03;          // m/s for each N above kFreeForce
   static constexpr double kYieldTurn = 0.6;       // rad/s for each N m above kFreeMoment
-  static constexpr double kSmoothSeconds = 0.02;  // of the force
-  static constexpr double kWaySeconds = 0.01;     // over which a way is gone
-  static constexpr double kMostSpeed = 0.9;       // m/s, below what ends a device's force
+  static constexpr double kSmoothSeconds = 0.02;  // time constant of the force
+  static constexpr double kWaySeconds = 0.01;     // time constant in which a displacement is used
+                                                  // up
+  static constexpr double kMostSpeed = 0.9;       // m/s; below the speed at which a device's force
+                                                  // ends
   static constexpr double kMostTurn = 6.0;        // rad/s
-  static constexpr double kLongestStep = 0.02;    // s; what a longer one would add is left out
+  static constexpr double kLongestStep = 0.02;    // s; a longer step is cut to this
 
-  /// Says up to which gains a coupling leaves the handle at rest: a scaled hand's would be stiffer.
+  /// Sets the gains up to which a coupling leaves the handle at rest. A scaled hand would be
+  /// stiffer.
   static void Bear(TandemDeviceCapabilities& can) noexcept {
     can.stiffness = 2000;
     can.damping = 20;
     can.rotation_stiffness = 15;
     can.rotation_damping = 0.3;
   }
-  /// The user means the handle to go that way, m and rad in V, beside its rates.
+  /// Adds a displacement that the user means, m and rad in V, beside its rates.
   void Add(const Vec3& way, const Vec3& turn) noexcept {
     way_left_ += way;
     turn_left_ += turn;
   }
-  /// Moves on to `now_ns` at the user's rates in V, m/s and rad/s. The first call only sets the
+  /// Advances to `now_ns` at the user's rates in V, m/s and rad/s. The first call only sets the
   /// time.
   void Move(const Vec3& v, const Vec3& w, std::int64_t now_ns) noexcept {
     const double dt =
@@ -65,13 +69,13 @@ class RateHand {
     position_ += dt * velocity_;
     orientation_ = (RotationBy(dt * turn_) * orientation_).normalized();
   }
-  /// Stands still: the input is gone, and so is what it had felt and was about to do.
+  /// Comes to rest when the input is gone, and forgets forces and pending displacements.
   void Rest() noexcept {
     velocity_ = turn_ = force_ = moment_ = smooth_force_ = smooth_moment_ = Vec3::Zero();
     way_left_ = turn_left_ = Vec3::Zero();
     last_ns_ = -1;
   }
-  /// What acts on the hand, in V. What is no number counts as nothing.
+  /// Takes the wrench on the hand, in V. Values that are not finite count as zero.
   void Feel(const TandemDeviceForce& force) noexcept {
     const Vec3 f(force.force);
     const Vec3 t(force.moment);
@@ -89,8 +93,8 @@ class RateHand {
   }
 
  private:
-  /// Takes what is due of a way, as a rate. What contact holds up is gone, too: the user has moved
-  /// the mouse, not the part.
+  /// Takes the due share of a displacement, as a rate. A share that contact holds back is used up
+  /// too, since the user moved the mouse and not the part.
   static Vec3 TakeWay(Vec3& left, double dt, double most) noexcept {
     if (dt <= 0) return Vec3::Zero();
     const Vec3 rate = Within(left / (dt + kWaySeconds), most);
@@ -101,7 +105,7 @@ class RateHand {
     const double size = force.norm();
     return size > free ? Vec3((1 - free / size) * force) : Vec3(Vec3::Zero());
   }
-  /// A rate without what of it goes against a force, the less the larger the force is.
+  /// Removes the part of a rate that goes against a force, the more the larger the force is.
   static Vec3 Against(const Vec3& rate, const Vec3& force, double free, double full) noexcept {
     const double size = force.norm();
     if (size <= free) return rate;

@@ -10,8 +10,8 @@
 
 namespace tandem::driver {
 
-/// Why a device is in trouble: one line, written by the driver's own thread, read by the main
-/// thread. Empty: it is not.
+/// The trouble of a device in one line; empty: none. Written by the driver's own thread, read by
+/// the main thread.
 class Trouble {
  public:
   void Say(std::string_view line) noexcept {

@@ -1,21 +1,25 @@
-// A device for tests and benches: keeps what its motor gets, and misbehaves where it is asked to.
-// Its handle goes to a place beside its home within half a second of the user's beginning, and may
-// swing there. Ticks count from that beginning:
+// A device for tests and benchmarks. It records the wrenches that its motor gets, and misbehaves on
+// request. Its handle moves to a place beside its home within half a second of the user's
+// beginning, and may swing there. Ticks count from that beginning:
 //
 // | option | |
 // |---|---|
 // | record | file of a FakeRecord |
-// | x_mm, y_mm, z_mm | where the handle goes, from home |
-// | swing_mm, swing_hz | how it swings about that place, along x |
-// | peak_N, peak_Nm, continuous_N, continuous_Nm | what it says it can |
-// | stiffness | N/m that it says it bears |
-// | nan_at, fail_at, stop_at, jump_at | tick from which its pose is no number for one tick, it is
-// in trouble for 50, its stop button is pressed for 50, its handle stands 50 mm aside | | unplug_at
-// | tick from which it is unplugged for 200 | | clutch_at | tick from which its clutch button is
-// pressed for 50 | | hang_at, hang_ms | tick in which read() takes so long | | crash_at, recurse_at
-// | tick in which it crashes, in which it runs out of its stack | | open_hang_ms | how long it
-// takes to open | | rate_hz | of its own loop | | vendor | not 0: a thread of its own asks for the
-// force, rate_hz times a second |
+// | x_mm, y_mm, z_mm | place that the handle moves to, from home |
+// | swing_mm, swing_hz | swing about that place, along x |
+// | peak_N, peak_Nm, continuous_N, continuous_Nm | capabilities that it reports |
+// | stiffness | N/m that it claims to render stably |
+// | nan_at | tick whose pose is NaN |
+// | fail_at | first of 50 ticks in trouble |
+// | stop_at | first of 50 ticks with its stop button pressed |
+// | jump_at | tick from which its handle stands 50 mm aside |
+// | unplug_at | first of 200 ticks unplugged |
+// | clutch_at | first of 50 ticks with its clutch button pressed |
+// | hang_at, hang_ms | tick in which read() takes so long |
+// | crash_at, recurse_at | tick in which it crashes, in which it runs out of its stack |
+// | open_hang_ms | time that it takes to open |
+// | rate_hz | rate of its own loop |
+// | vendor | not 0: a thread of its own asks for the force, rate_hz times a second |
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
@@ -37,7 +41,7 @@
 namespace tandem::driver {
 namespace {
 
-constexpr double kWaySeconds = 0.5;  // to its place
+constexpr double kWaySeconds = 0.5;  // time to reach its place
 constexpr double kTick = 1e-3;       // s
 constexpr int kVendorPriority = 40;  // as the device's loop
 
@@ -48,7 +52,7 @@ void Hang(double ms) noexcept {
   MachineClock().SleepUntil(MonotonicNowNs() + static_cast<std::int64_t>(1e6 * ms));
 }
 
-/// Until there is no stack left.
+/// Recurses until there is no stack left.
 int Recurse(int depth) {
   static volatile int deepest = std::numeric_limits<int>::max();
   if (depth == deepest) return 0;
@@ -57,7 +61,7 @@ int Recurse(int depth) {
   return Recurse(depth + 1) + room[depth % 4096];
 }
 
-/// Null: it cannot be had, and `fault` says why.
+/// Maps the file of a record. Null: it cannot, and `fault` says why.
 FakeRecord* MapRecord(const std::string& file) {
   const int descriptor = open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600);
   if (descriptor < 0 || ftruncate(descriptor, sizeof(FakeRecord)) != 0) {
@@ -75,7 +79,7 @@ FakeRecord* MapRecord(const std::string& file) {
 
 class Fake {
  public:
-  /// False: `fault` says why.
+  /// Opens the device. False: `fault` says why.
   bool Open(const TandemDeviceOpen& how) {
     Options options(how.options);
     for (int i = 0; i < 3; ++i) p_WD0_[i] = how.home_position[i];
@@ -181,7 +185,7 @@ class Fake {
     return from > 0 && static_cast<double>(tick_) >= from &&
            static_cast<double>(tick_) < from + length;
   }
-  /// What the motor gets.
+  /// Records the wrench that the motor gets.
   void Record(const TandemDeviceForce& force) noexcept {
     if (record_ == nullptr) return;
     const std::uint64_t count = record_->count.load(std::memory_order_relaxed);

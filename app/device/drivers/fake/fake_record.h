@@ -7,7 +7,7 @@
 
 namespace tandem {
 
-/// What the motor of the driver `fake` got, write by write, in a file that outlives the process.
+/// The wrenches that the motor of the driver `fake` got, in a file that outlives the process.
 /// Written by the device process, read by tests.
 struct FakeRecord {
   static constexpr std::size_t kRoom = 1U << 16U;  // writes; older ones are overwritten

@@ -10,16 +10,16 @@ namespace tandem::driver {
 namespace {
 
 constexpr int kArmPriority = 41;  // above the device's loop: the motors are served first
-constexpr int kMostStops = 50;    // tries to end the force
+constexpr int kMostStops = 50;    // attempts to end the force
 constexpr std::int64_t kBetweenStopsNs = 2'000'000;
 
 struct Model {
   int type;
   double force;      // N
-  double moment;     // N m, of an active wrist
-  double stiffness;  // N/m that its loop bears; 0: not known
+  double moment;     // N m of an active wrist
+  double stiffness;  // N/m that its loop renders stably; 0: unknown
 };
-// published figures; what the list does not have gets the least of them
+// published figures; a model that is not listed gets the lowest of them
 constexpr std::array kModels{Model{33, 12, 0, 5000}, Model{34, 12, 0, 5000}, Model{36, 12, 0, 5000},
                              Model{35, 12, 0, 5000}, Model{37, 12, 0, 5000}, Model{60, 8, 0, 0},
                              Model{63, 20, 0, 0},    Model{104, 12, 0.2, 0}, Model{105, 12, 0.2, 0},
@@ -73,7 +73,7 @@ std::string Arm::FindReference() {
       return "the device did not find its reference: move the handle to the middle, and try again";
     }
   }
-  // ends the library's own control of the arm; the force stays on
+  // ends the library's own control of the arm, and leaves the force on
   if (dhd_.drdStop(true, id_) < 0) {
     return "the library does not give the arm back: switch the device off and on, and try again";
   }
@@ -95,10 +95,10 @@ std::string Arm::Prepare() {
     return std::string("the device's motors cannot be switched on: ") +
            (said != nullptr ? said : "no reason given");
   }
-  // acts while forces are sent; a device that has none goes without
+  // active while forces are sent; a device without it goes without
   dhd_.SetGravityCompensation(1, id_);
   prepared_ = true;
-  status_ = TANDEM_FAILED;  // until it was looked at
+  status_ = TANDEM_FAILED;  // until the first look
   status_ns_ = 0;
   return {};
 }

@@ -14,22 +14,23 @@
 
 namespace tandem::driver {
 
-/// A haptic arm of Force Dimension. Its library has no thread of its own, and each call talks over
-/// USB: a thread of the driver's own calls it, 2000 times a second, and takes the force right
-/// before it writes it. The device's own watchdog is set to 20 ms, so that the motors are off where
-/// the process dies or a call hangs.
+/// A haptic arm of Force Dimension. Its library has no thread, and each call talks over USB. So a
+/// thread of the driver calls it 2000 times a second, and asks for the force right before it writes
+/// it. The device's own watchdog is set to 20 ms: the motors are off where the process dies or a
+/// call hangs.
 class Arm {
  public:
   static constexpr std::int64_t kPeriodNs = 500'000;
-  static constexpr std::int64_t kOldNs = 20'000'000;      // of a sample: the device is silent
-  static constexpr std::int64_t kReopenNs = 500'000'000;  // between tries to find it again
-  static constexpr std::int64_t kStatusNs = 20'000'000;   // between looks at its status
-  static constexpr unsigned char kWatchdog = 160;         // of 125 us
+  static constexpr std::int64_t kOldNs = 20'000'000;      // age of a sample from which the device
+                                                          // is silent
+  static constexpr std::int64_t kReopenNs = 500'000'000;  // time between attempts to reopen
+  static constexpr std::int64_t kStatusNs = 20'000'000;   // time between looks at the status
+  static constexpr unsigned char kWatchdog = 160;         // in units of 125 us
 
   struct Settings {
-    std::string library;      // file; empty: looked for
-    int index = 0;            // of the devices that are plugged in
-    bool calibrates = false;  // the arm may move itself to its reference
+    std::string library;      // file; empty: the driver searches for it
+    int index = 0;            // index among the devices that are plugged in
+    bool calibrates = false;  // true: the arm may move itself to its reference
     int clutch = 0;           // button; below 0: none
     int stop = -1;            // button
   };
@@ -39,14 +40,14 @@ class Arm {
   Arm(const Arm&) = delete;
   Arm& operator=(const Arm&) = delete;
 
-  /// Opens it without force. Returns the fault; empty: none.
+  /// Opens the device without force. Returns the fault; empty: none.
   std::string Open();
   void Capabilities(TandemDeviceCapabilities& can) const;
-  /// May move the arm, where that is allowed. Returns the fault.
+  /// Starts the thread. May move the arm, where that is allowed. Returns the fault; empty: none.
   std::string Start();
   std::int32_t Read(TandemDeviceState& state) noexcept;
   void Stop() noexcept { stopped_.store(true); }
-  /// There is force again, as far as the host gives some.
+  /// Allows force again, as far as the host gives it.
   void Allow() noexcept { stopped_.store(false); }
   std::string Trouble() const;
 
@@ -62,20 +63,20 @@ class Arm {
     std::array<double, 3> w_VD{};
   };
 
-  /// Has the arm find its reference by itself; the fault.
+  /// Makes the arm find its reference by itself. Returns the fault; empty: none.
   std::string FindReference();
-  /// What has to be done each time that it was opened; the fault.
+  /// Sets up the device after each opening. Returns the fault; empty: none.
   std::string Prepare();
   void Turn(std::int64_t now_ns) noexcept;
-  /// Reads the handle; false: a call failed.
+  /// Reads the handle. False: a call failed.
   bool Measure(Sample& sample) noexcept;
-  /// False: the call failed.
+  /// Asks the host for the force and writes it. False: the call failed.
   bool WriteForce() noexcept;
-  /// After a call that failed; true: the device is gone.
+  /// Handles a failed call. Returns whether the device is gone.
   bool TakeFault(std::int64_t now_ns) noexcept;
-  /// Takes up the device that is back.
+  /// Opens a device that is back.
   void Reopen(std::int64_t now_ns) noexcept;
-  /// Looks why it gives no force; TANDEM_OK: it does.
+  /// Checks why the device gives no force; TANDEM_OK: it gives force.
   std::int32_t LookAtStatus() noexcept;
   void Lose(const char* why) noexcept;
   void Close() noexcept;
@@ -93,13 +94,13 @@ class Arm {
   Seqlock<Sample> sample_;
   driver::Trouble trouble_;
   std::atomic<bool> stopped_{false};
-  std::int64_t read_ns_ = 0;  // of the newest sample that read() gave
+  std::int64_t read_ns_ = 0;  // time of the newest sample that Read() returned
 
-  // the thread's own
+  // used by the thread alone, once it runs
   std::int32_t status_ = TANDEM_FAILED;
   std::int64_t status_ns_ = 0;
-  double speed_ = 0;                   // m/s, the newest that is known
-  std::int64_t failing_since_ns_ = 0;  // 0: it is not
+  double speed_ = 0;                   // m/s; newest known speed
+  std::int64_t failing_since_ns_ = 0;  // 0: calls succeed
   bool lost_ = false;
   std::int64_t reopen_ns_ = 0;
 };

@@ -1,4 +1,4 @@
-// What the arm's own thread does.
+// The arm's own thread.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -11,10 +11,11 @@
 namespace tandem::driver {
 namespace {
 
-constexpr double kSlow = 0.1;                 // m/s, below which the device may unbrake
-constexpr std::int64_t kLostNs = 20'000'000;  // of calls that fail: the device is gone
+constexpr double kSlow = 0.1;                 // m/s; below it the device may release its brakes
+constexpr std::int64_t kLostNs = 20'000'000;  // time of failing calls after which the device is
+                                              // gone
 
-/// The vendor's axes (to the person, right, up) as V's (right, up, to the person).
+/// Converts the vendor's axes (to the person, right, up) to V's (right, up, to the person).
 std::array<double, 3> InV(const double (&of)[3]) {
   return {of[1], of[2], of[0]};
 }
@@ -78,12 +79,12 @@ bool Arm::TakeFault(std::int64_t now_ns) noexcept {
 bool Arm::Measure(Sample& sample) noexcept {
   double p[3] = {0, 0, 0};
   double R[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
-  // 1 and 2 are no errors: nothing newer than a moment ago, a motor at its limit
+  // 1 and 2 are no errors: no newer sample, or a motor at its limit
   if (dhd_.GetPositionAndOrientationFrame(&p[0], &p[1], &p[2], R, id_) < 0) return false;
   sample.p_VD = InV(p);
   Mat3 R_VD = Mat3::Identity();
   if (has_wrist_) {
-    constexpr int kAxis[3] = {1, 2, 0};  // V's axes among the vendor's
+    constexpr int kAxis[3] = {1, 2, 0};  // index of V's axes among the vendor's
     for (int i = 0; i < 3; ++i) {
       for (int j = 0; j < 3; ++j) R_VD(i, j) = R[kAxis[i]][kAxis[j]];
     }
@@ -122,7 +123,7 @@ bool Arm::WriteForce() noexcept {
                         });
   if (!is_sound || stopped_.load() || status_ != TANDEM_OK) force = {};
   if (!drives_wrist_) std::ranges::fill(force.moment, 0.0);
-  // V's (right, up, to the person) as the vendor's (to the person, right, up)
+  // V's axes (right, up, to the person) as the vendor's (to the person, right, up)
   const double* f = force.force;
   const double* t = force.moment;
   // 2, a motor at its limit, is no error
@@ -150,8 +151,8 @@ std::int32_t Arm::LookAtStatus() noexcept {
   if (status[kDhdForce] == 0) {
     const int cause = status[kDhdForceOffCause];
     trouble_.Say(WhyNoForce(cause));
-    // a person who switched the force off switches it on, and a brake holds a fast handle; the host
-    // gives nothing until `resume`
+    // not where a person switched the force off, or the brake holds a fast handle; the host gives
+    // no force until `resume`
     const bool is_fast = cause == kDhdBySpeed && speed_ > kSlow;
     if (cause != kDhdByButton && cause != kDhdByDeadMan && !is_fast) {
       dhd_.SetBrakes(0, id_);

@@ -12,7 +12,7 @@ std::string LoadDhd(const std::string& file, Dhd& dhd) {
       files.push_back(std::string(folder) + "/lib/release/lin-x86_64-gcc/libdrd.so");
       files.push_back(std::string(folder) + "/lib/libdrd.so");
     }
-    // it holds all of the other library, libdhd, so that one is not loaded
+    // libdrd contains all of libdhd, which is therefore not loaded
     files.insert(files.end(), {"libdrd.so", "libdrd.so.3"});
   }
   VendorLibrary library;

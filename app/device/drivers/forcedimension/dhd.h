@@ -7,9 +7,9 @@
 namespace tandem::driver {
 
 /// The functions of Force Dimension's library that the driver calls, as the vendor's SDK 3.17
-/// documents them. They are declared here because the vendor's header may not be shipped. Its C++
-/// default arguments do not exist in C: every call names the device. Units are m, m/s, rad/s, N and
-/// N m; x points to the person, y to the right, z upwards.
+/// documents them. They are declared here because the vendor's header may not be shipped. C has no
+/// default arguments, so each call names the device. Units are m, m/s, rad/s, N and N m. x points
+/// to the person, y to the right, z upwards.
 struct Dhd {
   int (*GetDeviceCount)();
   int (*OpenID)(char index);
@@ -42,9 +42,9 @@ struct Dhd {
   int (*drdStop)(bool force_stays_on, char id);
 };
 
-/// What GetStatus() tells, by place in its answer.
+/// Indices of values in the answer of GetStatus().
 enum DhdStatus : int { kDhdConnected = 1, kDhdReset = 3, kDhdForce = 5, kDhdForceOffCause = 14 };
-/// Error codes of which the driver knows what to do.
+/// The error codes that the driver handles.
 enum DhdError : int {
   kDhdCom = 2,
   kDhdBusy = 3,
@@ -53,7 +53,7 @@ enum DhdError : int {
   kDhdTimeout = 7,
   kDhdInUse = 20
 };
-/// Why the device gives no force.
+/// The reasons why the device gives no force.
 enum DhdForceOff : int {
   kDhdByButton = 1,
   kDhdBySpeed = 2,
@@ -62,8 +62,8 @@ enum DhdForceOff : int {
   kDhdByDeadMan = 6
 };
 
-/// Loads the library: `file`, or where `file` is empty those of the folder FDSDK and of the system.
-/// Returns the fault in a line; empty: none.
+/// Loads the library: `file`; where that is empty, from the folder FDSDK or the system. Returns the
+/// fault in a line; empty: none.
 std::string LoadDhd(const std::string& file, Dhd& dhd);
 
 }  // namespace tandem::driver

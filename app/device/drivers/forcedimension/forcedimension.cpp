@@ -16,7 +16,7 @@ constexpr const char* kMendDevice =
     "ATTR{idVendor}==\"1451\", MODE=\"0666\" (a Falcon: \"0403\") into "
     "/etc/udev/rules.d/80-forcedimension.rules and plug it in anew";
 
-/// What mends a library that cannot be loaded, by what the loader says.
+/// Returns how to mend a library that the loader refused with `why`.
 const char* MendOf(const std::string& why) {
   return why.rfind("libusb-1.0.so.0:", 0) == 0 ? "apt install libusb-1.0-0" : kMendLibrary;
 }

@@ -17,13 +17,13 @@ constexpr std::int64_t kForeverNs = 1'000'000'000'000'000;
 constexpr std::int64_t kFirstWaitNs = 500'000'000;
 constexpr std::int64_t kLongestWaitNs = 10'000'000'000;
 constexpr std::int64_t kSliceNs = 20'000'000;
-constexpr std::int64_t kNoteNs = 1'000'000'000;  // that an event counts
+constexpr std::int64_t kNoteNs = 1'000'000'000;  // time for which an event counts
 constexpr int kPriority = 39;                    // below the device's loop
-constexpr int kMostUnsound = 20;                 // messages in turn
-constexpr int kMostAtOnce = 32;                  // messages that have come unasked
+constexpr int kMostUnsound = 20;                 // messages in a row
+constexpr int kMostAtOnce = 32;                  // further messages that are read at once
 constexpr int kUnanswered = 500;
 constexpr double kNoticeable = 0.3;  // N
-constexpr double kFollows = 0.1;     // share of what was asked
+constexpr double kFollows = 0.1;     // share of the force asked for
 constexpr double kTurnSeconds = 0.005;
 
 }  // namespace
@@ -48,7 +48,7 @@ void Exchange::Start() {
     try {
       Listen();
     } catch (const std::exception&) {
-      // without memory for events: states tell the most important of them, too
+      // without memory for events, which states report in part too
     }
   });
 }
@@ -94,7 +94,7 @@ bool Exchange::TalkWhileConnected(std::string& fault) {
   unanswered_ = 0;
   ignored_ = false;
   told_ = {};
-  if (!socket_.Receive(text, kLimitNs)) return false;  // what there is
+  if (!socket_.Receive(text, kLimitNs)) return false;  // the first message, unasked
   for (std::int64_t due_ns = MonotonicNowNs(); !ending_.load();) {
     const Vec3 asked = ForceNow();
     WriteCommand(choice_, asked, std::exchange(first, false), text);
@@ -121,7 +121,7 @@ bool Exchange::TalkWhileConnected(std::string& fault) {
       return false;
     }
     due_ns += period_ns;
-    if (due_ns < MonotonicNowNs()) due_ns = MonotonicNowNs();  // late: none is caught up
+    if (due_ns < MonotonicNowNs()) due_ns = MonotonicNowNs();  // late: does not catch up
     MachineClock().SleepUntil(due_ns);
   }
   WriteCommand(choice_, Vec3::Zero(), false, text);
@@ -215,7 +215,7 @@ void Exchange::Listen() {
   while (!ending_.load()) {
     if (events_.Connect(place_.events_port, kLimitNs)) {
       wait_ns = kFirstWaitNs;
-      // events are rare: nothing is said of a silence
+      // events are rare, so silence is no fault
       while (events_.Receive(text, kForeverNs)) Take(ReadEvent(text, choice_.arm));
     }
     Wait(wait_ns);

@@ -13,16 +13,16 @@
 
 namespace tandem::driver::inverse3 {
 
-/// Where the service is, and how often it is asked.
+/// The ports of the service, and the rate of messages.
 struct Place {
   int port = 10001;
-  int events_port = 10020;  // 0: events are not listened to
+  int events_port = 10020;  // 0: do not listen to events
   double rate_hz = 1000;
 };
 
-/// The newest that is known of the handle.
+/// The newest known state of the handle.
 struct Reading {
-  std::uint64_t number = 0;  // of the message
+  std::uint64_t number = 0;  // number of the message
   std::int32_t condition = TANDEM_UNPLUGGED;
   std::uint32_t buttons = 0;
   std::int64_t time_ns = 0;
@@ -32,10 +32,10 @@ struct Reading {
   double angular_velocity[3] = {};
 };
 
-/// The conversation with the service, in two threads of its own. One sends a force and receives a
-/// state, a thousand times a second; it asks `take` for the force, right before each message. The
-/// other listens to events. A connection that breaks is made again, after half a second, then after
-/// twice as long each time, up to ten seconds.
+/// Exchanges messages with the service, in two threads of its own. The first sends a force and
+/// receives a state, a thousand times a second by default; it asks `take` for the force right
+/// before each message. The other listens to events. A broken connection is made again after half a
+/// second; each further attempt waits twice as long, up to ten seconds.
 ///
 /// Start() and End() are for the main thread, Newest() and Allow() for the loop's, Stop() for any.
 class Exchange {
@@ -46,16 +46,16 @@ class Exchange {
   Exchange& operator=(const Exchange&) = delete;
 
   void Start();
-  /// Asks for no force a last time, and ends both threads.
+  /// Sends a last force of zero and ends both threads.
   void End();
   bool Newest(Reading& reading) const noexcept { return newest_.Read(reading); }
   std::string trouble() const { return trouble_.line(); }
-  /// No force from now on, until Allow().
+  /// Asks for zero force until Allow().
   void Stop() noexcept { stopped_.store(true); }
   void Allow() noexcept { stopped_.store(false, std::memory_order_relaxed); }
 
  private:
-  /// What events say, from the thread that hears them.
+  /// The content of an event, from the thread that receives events.
   struct Note {
     std::int32_t condition = TANDEM_OK;
     std::int64_t until_ns = 0;
@@ -63,13 +63,13 @@ class Exchange {
   };
 
   void Talk();
-  /// Exchanges messages as long as the connection holds. Whether a state came. `fault` says why it
-  /// was closed from here.
+  /// Exchanges messages as long as the connection holds. Returns whether a state came. `fault` is
+  /// set where the driver closed the connection.
   bool TalkWhileConnected(std::string& fault);
   Vec3 ForceNow();
-  /// What a state makes of the device's condition; `line`: why.
+  /// Returns the device's condition by its newest state; `line` says why.
   std::int32_t ConditionOf(std::string& line);
-  /// Compares the force that acts, by the service's word, with what it was asked for.
+  /// Compares the force that acts, as the service reports it, with the force that was asked for.
   void CheckForce(const Vec3& asked);
   void TurnFrom(const Quat& before, double seconds);
   void Publish(std::int32_t condition);
@@ -87,13 +87,13 @@ class Exchange {
   std::atomic<bool> ending_{false};
   std::atomic<bool> stopped_{false};
 
-  // the talking thread's
+  // used by the sending thread alone
   WebSocket socket_;
   Told told_;
   Reading reading_;
   Vec3 turning_ = Vec3::Zero();  // rad/s in V, smoothed
-  int unanswered_ = 0;           // messages in turn after which no force acted
-  bool ignored_ = false;         // the service does not follow
+  int unanswered_ = 0;           // messages in a row after which no force acted
+  bool ignored_ = false;         // true: the service ignores forces
 
   WebSocket events_;
   std::thread talker_;

@@ -1,4 +1,4 @@
-// Haply Inverse3 with a VerseGrip, by Haply's Inverse Service on this machine.
+// Haply Inverse3 with a VerseGrip, through Haply's Inverse Service on this machine.
 #include <algorithm>
 #include <atomic>
 #include <cctype>
@@ -17,9 +17,9 @@
 namespace tandem::driver::inverse3 {
 namespace {
 
-constexpr std::int64_t kLookNs = 700'000'000;    // for the service, in list()
-constexpr std::int64_t kOpenNs = 3'000'000'000;  // for its inventory
-constexpr std::int64_t kStaleNs = 100'000'000;   // of a state: what is older is no place to go by
+constexpr std::int64_t kLookNs = 700'000'000;    // patience for the service in list()
+constexpr std::int64_t kOpenNs = 3'000'000'000;  // patience for the inventory
+constexpr std::int64_t kStaleNs = 100'000'000;   // age from which a state is not used
 constexpr double kPeakForce = 10;                // N
 constexpr double kStiffness = 1000;              // N/m
 constexpr double kDamping = 6;                   // N s/m
@@ -37,7 +37,7 @@ std::optional<std::vector<Named>> Inventory(int port, std::int64_t limit_ns) {
   return ReadInventory(text);
 }
 
-/// The service's version as it is told, as far as it is a short plain text.
+/// Returns the service's version, reduced to a short plain text.
 std::string VersionOn(int port) {
   std::string version;
   for (const char c : HttpGet(port, "/version", kLookNs).value_or("")) {
@@ -46,7 +46,8 @@ std::string VersionOn(int port) {
   return version.substr(0, 40);
 }
 
-/// The grip that is asked for: by its identity, by its kind, or any. False: it is not there.
+/// Chooses the grip that is asked for: by its identity, by its kind, or any. False: it is not
+/// there.
 bool ChooseGrip(const std::vector<Named>& found, const std::string& asked,
                 std::optional<Named>& grip) {
   if (asked == "none") return true;
@@ -88,7 +89,7 @@ class Inverse3 {
   Place place_;
   Choice choice_;
   std::unique_ptr<Exchange> exchange_;
-  std::uint64_t read_ = 0;  // number of the newest reading that was handed on
+  std::uint64_t read_ = 0;  // number of the newest reading that Read() returned
 };
 
 std::int32_t Inverse3::List(TandemDeviceFound* found, std::int32_t room) {

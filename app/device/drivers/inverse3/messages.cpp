@@ -12,7 +12,7 @@ namespace {
 
 using nlohmann::json;
 
-constexpr double kMostPosition = 1;   // m: the arm reaches a third of that
+constexpr double kMostPosition = 1;   // m; the arm reaches a third of that
 constexpr double kMostVelocity = 50;  // m/s
 constexpr double kMostForce = 1000;   // N
 constexpr std::size_t kMostDevices = 16;
@@ -20,7 +20,7 @@ constexpr std::size_t kMostName = 48;
 constexpr std::size_t kMostWords = 80;
 constexpr std::array<const char*, 3> kKinds{"inverse3", "verse_grip", "wireless_verse_grip"};
 
-/// The member of an object; null: there is none.
+/// Returns the member of an object; null: there is none.
 const json* Member(const json* object, const char* key) {
   if (object == nullptr || !object->is_object()) return nullptr;
   const auto found = object->find(key);
@@ -34,7 +34,7 @@ bool ReadNumber(const json* object, const char* key, double most, double& number
   return std::abs(number) <= most;
 }
 
-/// A vector in V.
+/// Reads a vector, in V.
 bool ReadVector(const json* object, double most, Vec3& vector) {
   double x = 0, y = 0, z = 0;
   if (!ReadNumber(object, "x", most, x) || !ReadNumber(object, "y", most, y) ||
@@ -45,7 +45,7 @@ bool ReadVector(const json* object, double most, Vec3& vector) {
   return true;
 }
 
-/// An orientation in V: the axis of a turn is a vector.
+/// Reads an orientation, in V: the axis of a rotation is a vector.
 bool ReadOrientation(const json* object, Quat& orientation) {
   double w = 1;
   Vec3 axis;
@@ -74,7 +74,7 @@ bool IsName(const std::string& name) {
   });
 }
 
-/// The device of that kind and name; null: it is not listed.
+/// Returns the device of that kind and name; null: it is not listed.
 const json* Find(const json& message, const std::string& kind, const std::string& id) {
   const json* list = Member(&message, kind.c_str());
   if (list == nullptr || !list->is_array()) return nullptr;
@@ -87,7 +87,7 @@ const json* Find(const json& message, const std::string& kind, const std::string
   return nullptr;
 }
 
-/// Takes what the message says of the grip.
+/// Reads the state of the grip.
 bool ReadGrip(const json& message, const Named& grip, Told& told, std::string& why) {
   const json* device = Find(message, grip.kind, grip.id);
   told.grip = device != nullptr;
@@ -219,14 +219,14 @@ Event ReadEvent(std::string_view text, const std::string& arm) {
   const auto& said = name->get_ref<const std::string&>();
   Event event;
   for (const auto& [ending, kind] : kNames) {
-    // with or without the first word, as "safety-triggered" is
+    // with or without the first word, as in "safety-triggered"
     const std::string_view short_name = ending.substr(ending.find('-') + 1);
     if (said == ending || said == short_name) event.kind = kind;
   }
   const json* words = Member(&message, "message");
   if (words != nullptr && words->is_string()) {
     for (const char c : words->get<std::string>().substr(0, kMostWords)) {
-      if (c >= ' ' && c <= '~') event.words += c;  // a terminal shows it
+      if (c >= ' ' && c <= '~') event.words += c;  // plain characters, since a terminal shows them
     }
   }
   return event;

@@ -23,10 +23,10 @@ namespace http = beast::http;
 using asio::ip::tcp;
 using boost::system::error_code;
 
-constexpr std::int64_t kSliceNs = 20'000'000;  // between looks at `ending`
+constexpr std::int64_t kSliceNs = 20'000'000;  // time between looks at `ending`
 
-/// Runs what was begun to its end, or to the limit. `abandon` closes the socket, upon which what
-/// was begun ends with an error. Whether it ended by itself.
+/// Runs an operation to its end or to the limit. At the limit `abandon` closes the socket, which
+/// ends the operation with an error. Returns whether the operation ended by itself.
 template <typename Abandon>
 bool RunToEnd(asio::io_context& context, const bool& done, std::int64_t limit_ns,
               const std::atomic<bool>& ending, const Abandon& abandon) {
@@ -45,7 +45,7 @@ bool RunToEnd(asio::io_context& context, const bool& done, std::int64_t limit_ns
   return true;
 }
 
-/// Connects to this machine; the error is that of the last address.
+/// Connects to this machine. Returns the error of the last address.
 error_code ConnectHere(asio::io_context& context, tcp::socket& socket, int port,
                        std::int64_t limit_ns, const std::atomic<bool>& ending) {
   error_code error;
@@ -79,7 +79,7 @@ struct WebSocket::Parts {
     error_code ignored;
     if (stream) stream->next_layer().close(ignored);
   }
-  /// Runs an operation that `begin` begins with its handler.
+  /// Runs an operation that `begin` starts with its handler.
   template <typename Begin>
   bool Do(const char* what, std::int64_t limit_ns, const Begin& begin) {
     if (!stream || !stream->next_layer().is_open()) return false;

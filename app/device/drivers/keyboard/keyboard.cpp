@@ -13,7 +13,7 @@ namespace {
 
 constexpr const char* kNoKeyboard = "the keyboard is unplugged: plug it in";
 
-/// A key, and which way along V it moves the hand.
+/// A key, and the direction along V in which it moves the hand.
 struct MovingKey {
   int key;
   int axis;
@@ -24,7 +24,7 @@ constexpr std::array kMovingKeys{MovingKey{KEY_RIGHT, 0, 1},    MovingKey{KEY_LE
                                  MovingKey{KEY_PAGEDOWN, 2, 1}, MovingKey{KEY_PAGEUP, 2, -1}};
 
 /// The driver `keyboard`: arrows and page keys of the machine's keyboard move the hand while the
-/// guard key is down, with Shift they turn it.
+/// guard key is down; with Shift they turn it.
 class Keyboard {
  public:
   static constexpr const char* kName = "keyboard";
@@ -74,7 +74,7 @@ class Keyboard {
       if (down_[i]) way[kMovingKeys[i].axis] += kMovingKeys[i].way;
     }
     if (guards_ && !guard_) way.setZero();
-    // right and left turn about the axis upwards, up and down about the one to the right
+    // right and left turn about the upward axis, up and down about the axis to the right
     const Vec3 about(-way.y(), way.x(), -way.z());
     hand_.Move(shift_ ? Vec3(Vec3::Zero()) : Vec3(speed_ * way),
                shift_ ? Vec3(turn_ * about) : Vec3(Vec3::Zero()), host_->now_ns());
@@ -85,14 +85,14 @@ class Keyboard {
     hand_.Feel(force);
     return TANDEM_OK;
   }
-  static void Stop() noexcept {}  // it has no motors
+  static void Stop() noexcept {}  // no motors
 
  private:
   explicit Keyboard(const TandemDeviceHost& host) : host_(&host) {}
 
   void Take(const input_event& event) noexcept {
     if (event.type == EV_SYN && event.code == SYN_DROPPED) {
-      // events were lost: what is pressed now is asked for
+      // events were lost: asks which keys are down
       for (std::size_t i = 0; i < kMovingKeys.size(); ++i) {
         down_[i] = source_.IsDown(kMovingKeys[i].key);
       }
@@ -117,7 +117,7 @@ class Keyboard {
   double turn_ = 0;   // rad/s
   std::atomic<bool> gone_{false};
 
-  // the loop's
+  // used by the loop alone
   std::array<bool, kMovingKeys.size()> down_{};
   bool guard_ = false;
   bool shift_ = false;

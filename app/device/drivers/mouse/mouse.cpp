@@ -10,9 +10,9 @@
 namespace tandem::driver {
 namespace {
 
-constexpr double kSmoothSeconds = 0.01;  // over which a count's way is gone
+constexpr double kSmoothSeconds = 0.01;  // time constant in which a count's displacement is used up
 constexpr double kTickSeconds = 1e-3;
-constexpr double kWheelCounts = 40;  // that a click of the wheel is worth
+constexpr double kWheelCounts = 40;  // counts that a click of the wheel is worth
 constexpr const char* kNoMouse = "the mouse is unplugged: plug it in";
 
 /// The driver `mouse`: any mouse of the machine moves the hand while a button is held, whichever
@@ -76,7 +76,7 @@ class Mouse {
     hand_.Feel(force);
     return TANDEM_OK;
   }
-  static void Stop() noexcept {}  // it has no motors
+  static void Stop() noexcept {}  // no motors
 
  private:
   static constexpr int kAlways = -1;
@@ -85,7 +85,7 @@ class Mouse {
 
   void Take(const input_event& event) noexcept {
     if (event.type == EV_SYN && event.code == SYN_DROPPED) {
-      // events were lost: what is pressed now is asked for
+      // events were lost: asks which buttons are down
       held_ = hold_ != kAlways && source_.IsDown(hold_);
       turns_ = source_.IsDown(BTN_LEFT);
       return;
@@ -96,7 +96,7 @@ class Mouse {
       return;
     }
     if (event.type != EV_REL || !(held_ || hold_ == kAlways)) return;
-    // V: right, up, to the person; the wheel goes away from the person
+    // V: right, up, to the person; the wheel moves away from the person
     const double count = event.value;
     if (event.code == REL_X) {
       Add(Vec3(count, 0, 0), Vec3(0, count, 0));
@@ -117,11 +117,11 @@ class Mouse {
   const TandemDeviceHost* host_;
   EventSource source_;
   int hold_ = BTN_MIDDLE;
-  double way_ = 0;   // m a count
-  double turn_ = 0;  // rad a count
+  double way_ = 0;   // m for each count
+  double turn_ = 0;  // rad for each count
   std::atomic<bool> gone_{false};
 
-  // the loop's
+  // used by the loop alone
   bool held_ = false;
   bool turns_ = false;
   RateHand hand_;

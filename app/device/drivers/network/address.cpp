@@ -52,7 +52,7 @@ bool ReadAddress(const std::string& text, Address& address) {
   if (host.front() == '[' && host.back() == ']') {
     host = host.substr(1, host.size() - 2);
   } else if (host.find(':') != std::string::npos) {
-    return false;  // which of the colons is meant?
+    return false;  // ambiguous: which colon precedes the port?
   }
   addrinfo wanted{};
   wanted.ai_family = AF_UNSPEC;

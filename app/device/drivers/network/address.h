@@ -7,7 +7,7 @@
 
 namespace tandem::driver::network {
 
-/// An address and a port of IPv4 or IPv6.
+/// An IPv4 or IPv6 address with a port.
 struct Address {
   sockaddr_storage storage{};
   socklen_t length = 0;
@@ -19,7 +19,7 @@ struct Address {
   sockaddr* data() { return reinterpret_cast<sockaddr*>(&storage); }
 };
 
-/// Reads ADDRESS:PORT or [ADDRESS]:PORT, numbers only. False: it is neither.
+/// Reads ADDRESS:PORT or [ADDRESS]:PORT, numeric only. False: the text is neither.
 bool ReadAddress(const std::string& text, Address& address);
 
 }  // namespace tandem::driver::network

@@ -19,14 +19,14 @@ class Key {
   Key(const Key&) = default;
   Key& operator=(const Key&) = default;
 
-  /// Reads a file of mode 0600 that is ours; white space at its end does not count. False: `fault`
-  /// says why.
+  /// Reads a file of mode 0600 that belongs to this user, without trailing white space. False:
+  /// `fault` says why.
   bool Read(const std::string& file, std::string& fault);
-  /// Makes a secret that nobody has. False: the machine gives no random numbers.
+  /// Makes a random secret. False: the machine gives no random numbers.
   bool Make();
   bool empty() const { return secret_.empty(); }
   Code Of(std::span<const std::uint8_t> text) const;
-  /// Takes the same time for every code.
+  /// Returns whether the code is right, in a time that does not depend on the code.
   bool Holds(std::span<const std::uint8_t> text, std::span<const std::uint8_t> code) const;
 
  private:

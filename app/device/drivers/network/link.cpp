@@ -19,12 +19,13 @@ namespace tandem::driver::network {
 namespace {
 
 constexpr int kPriority = 39;                     // below the device's loop
-constexpr std::int64_t kLateNs = 1'500'000;       // after which a force is sent without a write
-constexpr std::int64_t kToSilentNs = 50'000'000;  // between forces to a device that is silent
-constexpr std::int64_t kNapNs = 250'000;          // between looks for a write
+constexpr std::int64_t kLateNs = 1'500'000;       // time after which a force is sent without a
+                                                  // write
+constexpr std::int64_t kToSilentNs = 50'000'000;  // time between forces to a silent device
+constexpr std::int64_t kNapNs = 250'000;          // time between looks for a write
 constexpr std::int64_t kLookNs = 20'000'000;
 constexpr int kMostAtOnce = 64;          // packets before the next force
-constexpr std::int64_t kDrift = 10'000;  // a clock gains or loses one part of that, at the most
+constexpr std::int64_t kDrift = 10'000;  // a clock drifts at most one part in this many
 
 }  // namespace
 
@@ -93,7 +94,7 @@ void Link::End() {
 }
 
 void Link::Ring() noexcept {
-  const int error = errno;  // of what a signal handler has interrupted
+  const int error = errno;  // errno of the code that a signal handler has interrupted
   const std::uint64_t once = 1;
   [[maybe_unused]] const ssize_t rung = write(bell_, &once, sizeof once);
   errno = error;
@@ -102,7 +103,7 @@ void Link::Ring() noexcept {
 void Link::Wrote(std::int64_t based_on_ns) noexcept {
   based_on_ns_.store(based_on_ns, std::memory_order_relaxed);
   stopped_.store(false, std::memory_order_relaxed);
-  // no ring: a thread that it wakes could take the loop's processor
+  // no ring: the thread that it wakes could take the loop's processor
   writes_.fetch_add(1, std::memory_order_release);
 }
 
@@ -116,7 +117,7 @@ void Link::Run() {
   std::uint32_t writes = 0;
   bool stopped = false;
   while (!ending_.load()) {
-    // a device that is silent hears of us, if less often: so it can go on where it was
+    // a silent device still gets packets, less often, so that it can resume
     const bool well = reading_.condition == TANDEM_OK;
     const std::int64_t due_ns = forced_ns_ + (well ? kLateNs : to_silent_ns);
     WaitUntil(std::min(due_ns, MonotonicNowNs() + (well ? kNapNs : kLookNs)));
@@ -144,8 +145,8 @@ void Link::Receive() {
     const ssize_t size = recvfrom(socket_, room.data(), room.size(), MSG_DONTWAIT | MSG_TRUNC,
                                   from.data(), &from.length);
     if (size < 0 && (errno == EAGAIN || errno == EWOULDBLOCK)) return;
-    if (size < 0) continue;  // word that an earlier packet did not arrive
-    // a longer one than there is room for is refused for its length
+    if (size < 0) continue;  // report that an earlier packet did not arrive
+    // a packet longer than the buffer is refused for its length
     const auto count = std::min(static_cast<std::size_t>(size), room.size());
     const Session::Taken taken = session_.Take({room.data(), count}, from, MonotonicNowNs());
     if (taken.answer) Send(*taken.answer, from);
@@ -156,7 +157,7 @@ void Link::Receive() {
 void Link::PublishState() {
   const std::int64_t now_ns = session_.state_ns();
   const std::int64_t offset_ns = now_ns - session_.sent_ns();
-  // The packet that came fastest tells most of the two clocks. They drift: that word grows old.
+  // the packet with the shortest way gives the best offset of the clocks; the drift ages it
   if (offset_of_ != session_.sessions()) {
     offset_of_ = session_.sessions();
     offset_ns_ = offset_ns;
@@ -213,7 +214,7 @@ void Link::SendForce() {
 }
 
 void Link::Send(const PacketWriter& packet, const Address& to) {
-  // what cannot be sent now is lost, as on a network: the next one is a millisecond away
+  // a packet that cannot be sent now is lost, as on a network: the next follows a millisecond later
   [[maybe_unused]] const ssize_t sent =
       sendto(socket_, packet.bytes().data(), packet.bytes().size(), MSG_DONTWAIT | MSG_NOSIGNAL,
              to.data(), to.length);

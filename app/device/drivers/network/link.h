@@ -15,20 +15,20 @@
 
 namespace tandem::driver::network {
 
-/// The newest that is known of the handle.
+/// The newest known state of the handle.
 struct Reading {
   std::uint64_t number = 0;
   std::int32_t condition = TANDEM_UNPLUGGED;
   std::uint32_t padding = 0;
-  std::int64_t came_ns = 0;      // by our clock
-  std::int64_t measured_ns = 0;  // by our clock, as near as the two can be compared
-  std::int64_t sent_ns = 0;      // by the device's clock
+  std::int64_t came_ns = 0;      // Tandem's clock
+  std::int64_t measured_ns = 0;  // Tandem's clock, as well as the two clocks can be compared
+  std::int64_t sent_ns = 0;      // device's clock
   State state;
 };
 
-/// The socket, and the thread that has it. It takes each packet as it comes, and sends a force
-/// within a quarter of a millisecond after each Wrote(), or a millisecond and a half after the last
-/// one where the loop is late. It asks the host's take() for that force.
+/// The socket, and the thread that owns it. The thread takes each packet as it comes. It sends a
+/// force within a quarter of a millisecond after each Wrote(), or 1.5 ms after the last force where
+/// the loop is late. It asks the host's take() for the force.
 ///
 /// Open(), Await(), Start() and End() are for the main thread, Newest() and Wrote() for the loop's,
 /// Stop() for any thread and for signal handlers.
@@ -39,26 +39,26 @@ class Link {
   Link(const Link&) = delete;
   Link& operator=(const Link&) = delete;
 
-  /// Takes the address. False: `fault` says why.
+  /// Binds the address. False: `fault` says why.
   bool Open(const Address& here, std::string& fault);
-  /// Waits until a device has called. False: none has.
+  /// Waits until a device has begun a session. False: none has.
   bool Await(std::int64_t wait_ns);
   void Start();
   /// Sends a last force of zero and a goodbye, and ends the thread.
   void End();
 
   bool Newest(Reading& reading) const noexcept { return newest_.Read(reading); }
-  /// A force was put that follows from the state that was sent at `based_on_ns`.
+  /// Reports that the host has a force that follows from the state sent at `based_on_ns`.
   void Wrote(std::int64_t based_on_ns) noexcept;
   void Stop() noexcept;
   std::string trouble() const { return trouble_.line(); }
-  /// Only where no thread runs.
+  /// Allowed only while no thread runs.
   const Session& session() const { return session_; }
   const Histogram& round_trips() const { return round_trips_; }
 
  private:
   void Run();
-  /// Waits for a packet or a ring, until a time at the most.
+  /// Waits for a packet or a ring, at most until `until_ns`.
   void WaitUntil(std::int64_t until_ns);
   void Receive();
   void SendForce();
@@ -72,7 +72,7 @@ class Link {
   Session::Rules rules_;
   const TandemDeviceHost* host_;
   int socket_ = -1;
-  int bell_ = -1;  // eventfd: a signal handler may ring it
+  int bell_ = -1;  // eventfd that a signal handler may write
   Seqlock<Reading> newest_;
   Trouble trouble_;
   std::atomic<std::int64_t> based_on_ns_{0};
@@ -80,12 +80,12 @@ class Link {
   std::atomic<bool> stopped_{false};
   std::atomic<bool> ending_{false};
 
-  // the thread's
+  // used by the thread alone
   Reading reading_;
-  std::uint64_t offset_of_ = 0;  // session that the offset is of
-  std::int64_t offset_ns_ = 0;   // our clock less the device's, as far as packets tell
-  std::int64_t forced_ns_ = 0;   // when a force was sent last
-  std::int64_t echo_ns_ = 0;     // of the newest state: each is a round trip once
+  std::uint64_t offset_of_ = 0;  // session of the offset
+  std::int64_t offset_ns_ = 0;   // Tandem's clock minus the device's, estimated from packets
+  std::int64_t forced_ns_ = 0;   // time of the last force
+  std::int64_t echo_ns_ = 0;     // echo of the newest state; each is one round trip
   Histogram round_trips_;
   std::thread thread_;
 };

@@ -1,4 +1,4 @@
-// A device in another process, or on another machine, by UDP: docs/devices.md has the packets.
+// A device in another process or on another machine, by UDP. docs/devices.md describes the packets.
 #include <algorithm>
 #include <array>
 #include <cstdio>
@@ -46,8 +46,8 @@ class NetworkDevice {
   const TandemDeviceHost* host_ = nullptr;
   Session::Rules rules_;
   std::unique_ptr<Link> link_;
-  std::uint64_t read_ = 0;        // number of the newest reading that was handed on
-  std::int64_t based_on_ns_ = 0;  // when that was sent, by the device's clock
+  std::uint64_t read_ = 0;        // number of the newest reading that Read() returned
+  std::int64_t based_on_ns_ = 0;  // its sending time by the device's clock
 };
 
 NetworkDevice::~NetworkDevice() {

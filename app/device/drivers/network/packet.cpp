@@ -13,7 +13,7 @@ namespace {
 constexpr std::array<std::uint8_t, 4> kMagic{'T', 'D', 'M', 'D'};
 constexpr double kMostPosition = 100;  // m
 constexpr double kMostVelocity = 100;  // m/s, rad/s
-constexpr double kMostCan = 1e9;       // of what a device says it can
+constexpr double kMostCan = 1e9;       // limit on capabilities
 constexpr std::size_t kHelloBytes = 208;
 constexpr std::size_t kStateBytes = 160;
 constexpr std::size_t kForceBytes = 104;
@@ -23,7 +23,7 @@ using BitsOf =
     std::conditional_t<sizeof(Number) == 8, std::uint64_t,
                        std::conditional_t<sizeof(Number) == 4, std::uint32_t, std::uint16_t>>;
 
-/// Takes numbers off a packet, the lowest byte first, in turn.
+/// Takes numbers off a packet in turn, the lowest byte first.
 class Reader {
  public:
   Reader(std::span<const std::uint8_t> bytes, std::size_t at) : bytes_(bytes), at_(at) {}
@@ -57,7 +57,7 @@ class Reader {
 template <std::size_t kCount>
 bool AreWithin(const std::array<double, kCount>& numbers, double most) {
   return std::ranges::all_of(numbers, [most](double x) {
-    return std::abs(x) <= most;  // no number is not
+    return std::abs(x) <= most;  // false for NaN
   });
 }
 

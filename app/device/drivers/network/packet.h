@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <span>
 
-/// The packets between Tandem and a device in another process or machine. docs/devices.md has their
-/// layout, byte by byte; whoever writes the other end goes by that.
+/// The packets between Tandem and a device in another process or machine. docs/devices.md describes
+/// their layout byte by byte for authors of the other end.
 namespace tandem::driver::network {
 
 inline constexpr std::uint8_t kProtocolVersion = 1;
@@ -14,7 +14,8 @@ inline constexpr std::size_t kHeaderBytes = 48;
 inline constexpr std::size_t kCodeBytes = 32;
 inline constexpr std::size_t kLongestBytes = 256;
 
-/// The top bit is the direction, so that no packet can be sent back to its sender.
+/// The kind of a packet. The top bit is the direction, so that no packet can be sent back to its
+/// sender.
 enum class Kind : std::uint8_t {
   kHello = 1,
   kState = 2,
@@ -24,19 +25,19 @@ enum class Kind : std::uint8_t {
   kHostEnds = 131
 };
 
-/// How long a packet of that kind is without its code; 0: there is no such kind.
+/// Returns the length of a packet of that kind without its code; 0: there is no such kind.
 std::size_t BytesOf(Kind kind);
 
 struct Header {
   Kind kind = Kind::kHello;
-  std::uint64_t device_session = 0;  // random, of the device's run
-  std::uint64_t host_session = 0;    // as Tandem has said it in its welcome
-  std::uint64_t sequence = 0;        // of the sender in this session, rising
-  std::int64_t time_ns = 0;          // when it was sent, by the sender's clock
+  std::uint64_t device_session = 0;  // random number of the device's run
+  std::uint64_t host_session = 0;    // number from Tandem's welcome
+  std::uint64_t sequence = 0;        // sender's count in this session, rising
+  std::int64_t time_ns = 0;          // sending time, sender's clock
   std::int64_t echo_ns = 0;          // time_ns of the other end's packet that it follows from
 };
 
-/// What a device can, as TandemDeviceCapabilities has it.
+/// The capabilities of a device, as in TandemDeviceCapabilities.
 struct Hello {
   std::uint32_t freedoms_in = 0;
   std::uint32_t freedoms_out = 0;
@@ -51,7 +52,7 @@ struct Hello {
   bool operator==(const Hello&) const = default;
 };
 
-/// Where the handle is, as TandemDeviceState has it.
+/// The state of the handle, as in TandemDeviceState.
 struct State {
   std::uint32_t valid = 0;
   std::uint32_t buttons = 0;
@@ -61,8 +62,8 @@ struct State {
   std::array<double, 3> angular_velocity{};
 };
 
-/// What the motors are to give. It is void `expiry_us` after the state that it follows from was
-/// sent, by the device's own clock.
+/// The wrench for the motors. It is void `expiry_us` after the state that it follows from was sent,
+/// by the device's own clock.
 struct Force {
   std::uint32_t expiry_us = 0;
   std::uint32_t reserved = 0;
@@ -70,16 +71,16 @@ struct Force {
   std::array<double, 3> moment{};
 };
 
-/// A packet in the making: header, body, code.
+/// Builds a packet: header, body, code.
 class PacketWriter {
  public:
-  /// `keyed`: room is left for a code.
+  /// `keyed`: reserves room for a code.
   PacketWriter(const Header& header, bool keyed);
   void Put(const Hello& hello);
   void Put(const State& state);
   void Put(const Force& force);
   std::span<const std::uint8_t> bytes() const { return {bytes_.data(), size_}; }
-  /// What the code is over, and the code.
+  /// Return the bytes that the code covers, and the code.
   std::span<const std::uint8_t> text() const { return {bytes_.data(), size_ - code_}; }
   std::span<std::uint8_t> code() { return {bytes_.data() + size_ - code_, code_}; }
 
@@ -95,17 +96,17 @@ class PacketWriter {
   std::size_t code_ = 0;
 };
 
-/// What is wrong with a packet's form.
+/// The result of a check of a packet's form.
 enum class Form { kSound, kShort, kLong, kForeign, kVersion };
 
-/// Reads the header of a packet whose length is what its kind has.
+/// Reads the header of a packet and checks that its length fits its kind.
 Form ReadHeader(std::span<const std::uint8_t> bytes, bool keyed, Header& header);
-/// Reads what follows the header of a sound packet of that kind.
+/// Read the body of a sound packet of that kind.
 Hello ReadHello(std::span<const std::uint8_t> bytes);
 State ReadState(std::span<const std::uint8_t> bytes);
 Force ReadForce(std::span<const std::uint8_t> bytes);
 
-/// All numbers are such that a simulation can go by them.
+/// Return whether all values are in the ranges that a simulation can use.
 bool IsSound(const Hello& hello);
 bool IsSound(const State& state);
 

@@ -32,14 +32,14 @@ Session::Refusal Session::Judge(std::span<const std::uint8_t> bytes, const Addre
   if (header.kind == Kind::kHello) return TakeHello(header, ReadHello(bytes), now_ns, taken);
   if (header.kind != Kind::kState && header.kind != Kind::kDeviceEnds) return Refusal::kForm;
 
-  // it follows from a packet of ours: not of the future, and of late
+  // the state follows from a packet of Tandem's, so its echo is not in the future
   if (header.echo_ns <= 0 || header.echo_ns > now_ns) return Refusal::kUnsound;
   if (!of_session) {
     if (header.kind != Kind::kState) return Refusal::kSession;
     const Refusal begun = Begin(header, from, now_ns);
     if (begun != Refusal::kNone) return begun;
   } else {
-    // a code says who it is, wherever it is; without one the address alone does
+    // a code proves the sender at any address; without a code the address must match
     if (!keyed && !(from == address_)) return Refusal::kAddress;
     if (header.sequence <= header_.sequence) return Refusal::kReplayed;
     if (now_ns - header.echo_ns > rules_.stale_ns) return Refusal::kLate;
@@ -66,7 +66,7 @@ Session::Refusal Session::TakeHello(const Header& header, const Hello& hello, st
                                     Taken& taken) {
   if (!IsSound(hello) || header.device_session == 0) return Refusal::kUnsound;
   if (alive(now_ns)) {
-    // a hello of the device itself that was long on its way
+    // a hello of the same device that was delayed
     return header.device_session == header_.device_session ? Refusal::kReplayed : Refusal::kBusy;
   }
   if (sessions_ > 0 && !(hello == known_)) return Refusal::kOther;
@@ -103,7 +103,7 @@ Session::Refusal Session::Begin(const Header& header, const Address& from, std::
   on_ = true;
   ended_ = false;
   sent_ = 0;
-  ++sessions_;  // numbers that were offered before are void from now on
+  ++sessions_;  // makes the numbers offered so far void
   offers_.fill({});
   return Refusal::kNone;
 }

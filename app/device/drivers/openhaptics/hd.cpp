@@ -6,7 +6,7 @@ namespace tandem::driver {
 
 namespace {
 
-constexpr int kMostErrors = 32;  // that the library may keep; more are of no interest
+constexpr int kMostErrors = 32;  // errors read at most; more are of no interest
 
 int RankOf(unsigned code) {
   if (code == 0) return 0;
@@ -32,7 +32,7 @@ unsigned TakeErrors(const Hd& hd) {
 }
 
 std::string LoadHd(const std::string& file, Hd& hd) {
-  // once in a process: the library does not bear to be loaded twice
+  // once in a process, since the library must not be loaded twice
   static VendorLibrary library;
   static std::string loaded;
   if (!library.loaded()) {
@@ -40,7 +40,7 @@ std::string LoadHd(const std::string& file, Hd& hd) {
         file.empty() ? std::vector<std::string>{"libHD.so", "libHD.so.3.4", "libHD.so.3.0"}
                      : std::vector<std::string>{file};
     library = {};
-    // its symbols are for the device's own driver, which it loads
+    // global, since libHD loads the device's own driver, which uses its symbols
     if (!library.Load(files, true)) return library.why();
     loaded = file;
   } else if (loaded != file) {

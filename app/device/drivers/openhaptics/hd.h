@@ -15,7 +15,7 @@ struct HdErrorInfo {
 
 /// The functions of 3D Systems' library libHD that the driver calls, as OpenHaptics 3 documents
 /// them. They are declared here because the vendor's headers may not be shipped. Units are mm,
-/// mm/s, rad/s, N and mN m; x points to the right, y upwards, z to the person.
+/// mm/s, rad/s, N and mN m. x points to the right, y upwards, z to the person.
 struct Hd {
   HdHandle (*InitDevice)(const char* name);
   void (*DisableDevice)(HdHandle device);
@@ -39,8 +39,8 @@ struct Hd {
   void (*Unschedule)(unsigned long handle);
 };
 
-inline constexpr double kHdMm = 1e-3;                // its unit of length in m
-inline constexpr double kHdMilliNewtonMetre = 1e-3;  // its unit of moments in N m
+inline constexpr double kHdMm = 1e-3;                // the library's unit of length in m
+inline constexpr double kHdMilliNewtonMetre = 1e-3;  // the library's unit of moments in N m
 inline constexpr HdHandle kHdNoDevice = 0xFFFFFFFFU;
 inline constexpr unsigned kHdContinue = 1;
 inline constexpr unsigned short kHdHighestPriority = 0xFFFF;
@@ -59,42 +59,42 @@ enum HdParameter : unsigned {
   kHdMaxContinuousForce = 0x2604,
   kHdMotorTemperature = 0x2605,
   kHdForce = 0x2700,
-  kHdTorque = 0x2701,  // Cartesian; of devices that drive six degrees of freedom
+  kHdTorque = 0x2701,  // Cartesian; only on devices that drive six degrees of freedom
   kHdForceOutput = 0x4000
 };
 enum HdCalibration : unsigned { kHdCalibrated = 0x5000, kHdNeedsUpdate = 0x5001 };
 enum HdCalibrationStyle : unsigned { kHdEncoderReset = 1, kHdAuto = 2, kHdInkwell = 4 };
 enum HdError : unsigned {
   kHdWarmMotors = 0x200,
-  kHdForceError = 0x204,  // the last of those that pass
+  kHdForceError = 0x204,  // the last of the errors that pass
   kHdDeviceFault = 0x300,
   kHdAlreadyInitiated = 0x301,
   kHdTimer = 0x304,
   kHdNoLicence = 0x600
 };
 
-/// Whether a call was refused, for the device has no such thing or for a wrong argument.
+/// Returns whether a call was refused, since the device lacks the quantity or an argument is wrong.
 constexpr bool IsRefused(unsigned code) {
   return code >= 0x100 && code < kHdWarmMotors;
 }
-/// Whether it is one of the errors that pass when there is no force for a while.
+/// Returns whether the error passes when there is no force for a while.
 constexpr bool IsForceError(unsigned code) {
   return code >= kHdWarmMotors && code <= kHdForceError;
 }
-/// Whether the device has to be opened anew.
+/// Returns whether the device has to be opened again.
 constexpr bool IsGone(unsigned code) {
   return code >= kHdDeviceFault && code <= kHdTimer && code != kHdAlreadyInitiated;
 }
-/// Whether a device cannot be used with it.
+/// Returns whether the device cannot be used with this error.
 constexpr bool EndsWork(unsigned code) {
   return code != 0 && !IsRefused(code) && !IsForceError(code);
 }
-/// The one of two that asks for more. A device that is gone explains all else.
+/// Returns the worse of two errors. A device that is gone explains all others.
 unsigned Worse(unsigned one, unsigned other);
-/// Takes all that the library has kept since it was last asked, and returns the worst; 0: nothing.
+/// Removes all errors that the library has stored, and returns the worst; 0: none.
 unsigned TakeErrors(const Hd& hd);
 
-/// Loads the library: `file`, or where that is empty the system's. Returns the fault in a line;
+/// Loads the library: `file`; where that is empty, the system's. Returns the fault in a line;
 /// empty: none.
 std::string LoadHd(const std::string& file, Hd& hd);
 

@@ -15,9 +15,9 @@ namespace {
 constexpr const char* kMendLibrary =
     "install 3D Systems' OpenHaptics runtime and the device's driver, or give library=FILE";
 
-/// What mends a library that cannot be loaded, by what the loader says.
+/// Returns how to mend a library that the loader refused with `why`.
 std::string MendOf(const std::string& why) {
-  // the vendor's programs were built against the old one, which Debian has beside the new one
+  // the vendor's programs need the old version, which Debian has beside the new one
   if (why.rfind("libncurses.so.5:", 0) == 0) return "apt install libncurses5";
   const std::string library = why.substr(0, why.find(':'));
   if (library.find(".so") == std::string::npos || library.find("libHD") != std::string::npos) {
@@ -26,7 +26,7 @@ std::string MendOf(const std::string& why) {
   return "install the device's driver of 3D Systems anew: " + library + " belongs to it";
 }
 
-/// Whether the vendor's setup has written the settings of a device.
+/// Returns whether the vendor's setup has stored the settings of a device.
 bool IsSetUp() {
   std::vector<std::filesystem::path> folders;
   // NOLINTBEGIN(concurrency-mt-unsafe): nothing of ours sets the environment
@@ -66,7 +66,7 @@ class OpenHaptics {
       Put(found->missing, "no device is set up");
       Put(found->mend, "plug it in, switch it on, and set it up by the vendor's Touch_Setup");
     } else {
-      // whether it is switched on is known only by opening it
+      // only opening the device shows whether it is switched on
       const UsbTouch usb = FindUsbTouch();
       Put(found->name, usb.is_plugged ? "Touch" : "Touch or Phantom");
       found->present = usb.refused.empty() ? 1 : 0;

@@ -10,10 +10,10 @@ namespace tandem::driver {
 namespace {
 
 constexpr std::int64_t kLastTicksNs = 5'000'000;
-// of the smallest arm, for a device that does not say
-constexpr double kSoftestArm = 500;           // N/m that it renders without shaking
+// figures of the smallest arm, for a device that does not report its own
+constexpr double kSoftestArm = 500;           // N/m that it renders stably
 constexpr double kWeakestArm = 3.3;           // N
-constexpr double kSixFreedomsMoment = 0.188;  // N m, of the Premium 1.5
+constexpr double kSixFreedomsMoment = 0.188;  // N m of the Premium 1.5
 
 }  // namespace
 
@@ -24,7 +24,7 @@ Stylus::~Stylus() {
   over_.store(true);
   if (keeper_.joinable()) keeper_.join();
   stopped_.store(true);
-  // for the scheduler to write zero: what it wrote last may stay at the motors
+  // gives the scheduler time to write zero, since its last force may stay at the motors
   if (is_scheduled_) MachineClock().SleepUntil(MonotonicNowNs() + kLastTicksNs);
   EndScheduler();
 }
@@ -34,7 +34,7 @@ std::string Stylus::Init() {
   if (settings_.device.empty()) names = {"Default Device", "Default PHANToM"};
   std::string why;
   for (const std::string& name : names) {
-    TakeErrors(hd_);  // of before
+    TakeErrors(hd_);  // errors of earlier calls
     device_ = hd_.InitDevice(name.c_str());
     const unsigned code = TakeErrors(hd_);
     if (device_ != kHdNoDevice && !EndsWork(code)) {
@@ -52,7 +52,7 @@ std::string Stylus::Init() {
 
 std::string Stylus::Open() {
   if (const std::string fault = Init(); !fault.empty()) return fault;
-  // what a device does not say keeps its value
+  // a value that the device does not report keeps its default
   hd_.GetIntegerv(kHdOutputDof, &output_dof_);
   hd_.GetIntegerv(kHdCalibrationStyle, &style_);
   double peak = 0;
@@ -141,7 +141,7 @@ void Stylus::Keep() {
   while (!over_.load()) {
     std::this_thread::sleep_for(std::chrono::milliseconds(kLookMs));
     if (!lost_.load()) {
-      waited_ms = kReopenMs;  // it may be back at once
+      waited_ms = kReopenMs;  // the first attempt comes at once
       continue;
     }
     EndScheduler();

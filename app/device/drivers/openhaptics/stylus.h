@@ -13,27 +13,28 @@
 
 namespace tandem::driver {
 
-/// A Touch or Phantom. The vendor's scheduler calls back a thousand times a second: there the
-/// handle is read, and the force is asked for and written, within one frame of the library. A
-/// thread of the driver's own opens the device anew where it was unplugged.
+/// A Touch or Phantom. The vendor's scheduler calls back a thousand times a second. Within one
+/// frame of the library, the call reads the handle, asks for the force and writes it. A thread of
+/// the driver opens the device again after it was unplugged.
 class Stylus {
  public:
-  static constexpr std::int64_t kOldNs = 20'000'000;  // of a sample: the scheduler stands still
-  static constexpr int kLookMs = 20;                  // between two looks of the keeper
+  static constexpr std::int64_t kOldNs = 20'000'000;  // age of a sample from which the scheduler
+                                                      // stands still
+  static constexpr int kLookMs = 20;                  // time between two looks of the keeper
   static constexpr int kReopenMs = 500;
   static constexpr int kCalibrationEvery = 50;  // ticks
-  static constexpr int kFailedTicks = 100;      // that a force error is told for
-  static constexpr int kRampTicks = 200;        // in which force comes back
-  // warm motors: the force shrinks a little each tick above the one, and grows again below the
-  // other
+  static constexpr int kFailedTicks = 100;      // ticks for which a force error is reported
+  static constexpr int kRampTicks = 200;        // ticks in which force comes back
+  // warm motors: each tick the force shrinks a little above kWarm, and grows again below kCool
   static constexpr double kWarm = 0.7;
   static constexpr double kCool = 0.5;
   static constexpr double kShrink = 0.999;
   static constexpr double kGrow = 1.001;
 
   struct Settings {
-    std::string device;       // the name that the vendor's setup gave; empty: the usual ones
-    bool calibrates = false;  // resets the encoders when it opens: the stylus lies in its inkwell
+    std::string device;       // name given by the vendor's setup; empty: the usual ones
+    bool calibrates = false;  // true: resets the encoders when it opens; the stylus must lie in
+                              // its inkwell
     int clutch = 0;           // button; below 0: none
     int stop = -1;
   };
@@ -64,21 +65,21 @@ class Stylus {
     std::array<double, 3> w_VD{};
   };
 
-  /// Whether a device has what not all have; known after the first frame.
+  /// Says if a device has an optional quantity. It is known after the first frame.
   enum class Has : std::uint8_t { kUnknown, kYes, kNot };
 
   std::string Init();
   std::string BeginScheduler(bool is_first);
   void EndScheduler() noexcept;
-  /// The scheduler's call.
+  /// Does the work of a tick, called by the scheduler.
   void Tick() noexcept;
-  /// Gets what a device need not have; false: it has not. `code` becomes what the library says of
-  /// other calls, if that is worse.
+  /// Reads an optional quantity. False: the device does not have it. `code` becomes the worst error
+  /// of all calls of the tick so far.
   bool Get(unsigned what, double* values, Has& has, unsigned& code) noexcept;
-  /// Looks whether the library knows where the handle is.
+  /// Checks whether the library knows where the handle is.
   std::int32_t CheckCalibration() noexcept;
   void WriteForce(unsigned& code) noexcept;
-  /// Takes the worst that the library said in a frame.
+  /// Takes the worst error of a frame.
   void TakeFault(unsigned code) noexcept;
   void Keep();
 
@@ -98,14 +99,14 @@ class Stylus {
   std::atomic<bool> stopped_{false};
   Seqlock<Sample> sample_;
   driver::Trouble trouble_;
-  std::int64_t read_ns_ = 0;  // of the newest sample that Read() gave
+  std::int64_t read_ns_ = 0;  // time of the newest sample that Read() returned
 
-  // the scheduler's own
+  // used by the scheduler's thread alone
   std::int32_t calibration_ = TANDEM_OK;
   int ticks_ = 0;
-  int failed_ticks_ = 0;  // that are still to be told
-  double share_ = 1;      // of the force, for warm motors
-  double ramp_ = 0;       // of the force, after there was none
+  int failed_ticks_ = 0;  // ticks for which the error is still reported
+  double share_ = 1;      // share of the force, for warm motors
+  double ramp_ = 0;       // share of the force, while it comes back
   unsigned update_ = 0;   // style of a calibration that is due
   std::int64_t last_ns_ = 0;
   Has has_temperature_ = Has::kUnknown;

@@ -1,4 +1,4 @@
-// What the vendor's scheduler calls.
+// The work of the vendor's scheduler in each tick.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -12,7 +12,7 @@
 namespace tandem::driver {
 namespace {
 
-// where an uncalibrated Touch says that its stylus is, wherever that is
+// the place that an uncalibrated Touch reports, wherever its stylus is
 constexpr std::array kStuckHdMm{0.0, -110.0, -35.0};
 constexpr double kStuckWithinMm = 0.01;
 
@@ -39,7 +39,7 @@ const char* WhatOf(unsigned code) {
 }
 
 Quat OrientationOf(const double (&transform)[16]) {
-  // columns of a matrix that is slightly skewed
+  // columns of a rotation matrix that is slightly skewed
   const Vec3 x = Vec3(transform[0], transform[1], transform[2]).normalized();
   const Vec3 z = x.cross(Vec3(transform[4], transform[5], transform[6])).normalized();
   Mat3 R;
@@ -77,7 +77,7 @@ void Stylus::Tick() noexcept {
   }
   WriteForce(code);
   hd_.EndFrame(device_);
-  // the pose jumps by it: outside the frame, and without force
+  // outside the frame and without force, since a calibration makes the pose jump
   if (const unsigned style = std::exchange(update_, 0U); style != 0) hd_.UpdateCalibration(style);
   TakeFault(Worse(code, TakeErrors(hd_)));
 
@@ -109,7 +109,7 @@ void Stylus::Tick() noexcept {
 
 bool Stylus::Get(unsigned what, double* values, Has& has, unsigned& code) noexcept {
   if (has == Has::kNot) return false;
-  if (has == Has::kUnknown) code = Worse(code, TakeErrors(hd_));  // of earlier calls
+  if (has == Has::kUnknown) code = Worse(code, TakeErrors(hd_));  // errors of earlier calls
   hd_.GetDoublev(what, values);
   if (has == Has::kYes) return true;
   const unsigned fault = TakeErrors(hd_);
@@ -157,7 +157,7 @@ void Stylus::WriteForce(unsigned& code) noexcept {
       std::ranges::all_of(force.force, is_number) && std::ranges::all_of(force.moment, is_number);
   const bool nothing =
       !is_sound || stood || stopped_.load() || failed_ticks_ > 0 || calibration_ != TANDEM_OK;
-  // the host ramps, too; this holds even where it does not
+  // the host ramps too; this ramp holds even where the host does not
   ramp_ = nothing ? 0 : std::min(1.0, ramp_ + 1.0 / kRampTicks);
   if (nothing) force = {};
   double f[3];
@@ -166,7 +166,7 @@ void Stylus::WriteForce(unsigned& code) noexcept {
     f[i] = ramp_ * share_ * force.force[i];
     t[i] = ramp_ * share_ * force.moment[i] / kHdMilliNewtonMetre;
   }
-  // in each frame, for the last one may stay at the motors
+  // in each frame, since the last force may stay at the motors
   hd_.SetDoublev(kHdForce, f);
   if (output_dof_ == 6) hd_.SetDoublev(kHdTorque, t);
 }

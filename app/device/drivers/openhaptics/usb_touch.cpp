@@ -9,7 +9,7 @@
 namespace tandem::driver {
 namespace {
 
-constexpr const char* kVendor = "2988";  // 3D Systems, of Touch devices
+constexpr const char* kVendor = "2988";  // USB vendor of 3D Systems' Touch devices
 constexpr const char* kMendSerial = "sudo usermod -aG dialout $USER, then log in again";
 constexpr const char* kMendHid =
     "write KERNEL==\"hidraw*\", ATTRS{idVendor}==\"2988\", MODE=\"0666\" into "
@@ -22,7 +22,7 @@ std::string FirstLineOf(const std::filesystem::path& file) {
   return line;
 }
 
-/// Whether a line of the file names the vendor of a HID device, "HID_ID=0003:00002988:00000302".
+/// Returns whether the file names the vendor of a HID device, "HID_ID=0003:00002988:00000302".
 bool IsHidOfVendor(const std::filesystem::path& uevent) {
   std::ifstream in(uevent);
   for (std::string line; std::getline(in, line);) {

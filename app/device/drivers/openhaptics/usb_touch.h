@@ -5,14 +5,15 @@
 
 namespace tandem::driver {
 
-/// A Touch at USB, as the kernel shows it. Devices at Ethernet or FireWire are not seen so.
+/// A Touch at USB, as the kernel reports it. Devices at Ethernet or FireWire are not found in this
+/// way.
 struct UsbTouch {
   bool is_plugged = false;
   std::string refused;  // file of the device that this user may not read and write; empty: none
-  std::string mend;     // the line that gives the right
+  std::string mend;     // command that grants the right
 };
 
-/// Looks for one below `root`; opens nothing.
+/// Looks for a Touch below `root`; opens nothing.
 UsbTouch FindUsbTouch(const std::filesystem::path& root = "/");
 
 }  // namespace tandem::driver

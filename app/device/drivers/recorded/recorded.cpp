@@ -12,7 +12,7 @@ namespace tandem {
 namespace {
 
 constexpr double kMostGap =
-    0.02;  // m from the part to the hand's first place, unless it is meant so
+    0.02;  // m; a larger distance from the part to the hand's first place is reported
 
 struct RecordedHand {
   static constexpr const char* kName = "recorded";

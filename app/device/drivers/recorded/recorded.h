@@ -4,7 +4,7 @@
 
 namespace tandem {
 
-/// A hand that plays what `tandem peer --record` kept.
+/// A hand that plays a recording of `tandem peer --record`.
 extern const TandemDriver kRecordedDriver;
 
 }  // namespace tandem

@@ -7,14 +7,14 @@
 
 namespace tandem {
 
-/// A hand that moves as the one of a recording did, from the user's beginning on, a pose a frame.
-/// At the end it rests where it came to. It feels nothing.
+/// A hand that plays the poses of a recording, one each frame, from the user's beginning on. It
+/// rests in the last pose, and ignores forces.
 class RecordedDevice : public Device {
  public:
-  /// Ten minutes; what follows in a recording is not played.
+  /// Ten minutes; a recording's later frames are not played.
   static constexpr std::size_t kMostFrames = 600'000;
 
-  /// Reads the poses of a recording. Errors: no recording, or one without a frame.
+  /// Reads the poses of a recording. Errors: it is no recording, or it has no frame.
   static Result<std::vector<Anchor>> PosesOf(const std::filesystem::path& recording);
 
   /// `poses`: at least one.

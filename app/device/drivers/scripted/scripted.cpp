@@ -11,7 +11,7 @@
 namespace tandem {
 namespace {
 
-/// A scripted hand of the kind `Hand`; without a file it stands still.
+/// Opens a scripted hand of the kind `Hand`; without a file it stands still.
 template <typename Hand>
 Result<std::unique_ptr<Device>> OpenScripted(const std::string& file, const Pose& X_WB0) {
   HandScript script;

@@ -4,8 +4,8 @@
 
 namespace tandem {
 
-/// Hands that a script moves (engine/haptics/hand_script.h). `scripted` feels and gives way; `none`
-/// is exactly where the script wants it.
+/// Hands that a script moves (engine/haptics/hand_script.h). `scripted` feels forces and yields;
+/// `none` is exactly where the script puts it.
 extern const TandemDriver kScriptedDriver;
 extern const TandemDriver kPassiveDriver;
 

@@ -15,7 +15,7 @@
 namespace tandem::driver {
 namespace {
 
-// a number that no daemon of version 0 takes for a sensitivity: it is none
+// a bit pattern that is not a number, so that no daemon of version 0 takes it for a sensitivity
 constexpr std::int32_t kHello = 0x7faa5501;
 constexpr std::uint32_t kHelloMask = 0xffffff00U;
 constexpr std::int32_t kAnswerMark = 0x7faa0000;
@@ -55,7 +55,7 @@ std::string DaemonLink::Connect(const std::string& socket) {
   address.sun_family = AF_UNIX;
   if (socket.size() >= sizeof address.sun_path) return socket + ": the name is too long";
   std::memcpy(address.sun_path, socket.c_str(), socket.size() + 1);
-  // a daemon whose queue is full would keep connect() waiting
+  // nonblocking: a daemon whose queue is full would keep connect() waiting
   socket_ = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
   if (socket_ < 0 || connect(socket_, reinterpret_cast<sockaddr*>(&address), sizeof address) != 0) {
     const std::string why = std::strerror(errno);  // NOLINT(concurrency-mt-unsafe)
@@ -73,7 +73,7 @@ std::string DaemonLink::Connect(const std::string& socket) {
   }
   agreed_ = true;
   if (version_ > 0) return {};
-  // it took the handshake for a sensitivity
+  // a daemon of version 0 took the handshake for a sensitivity
   const float sensitivity = 1;
   return Send(&sensitivity, sizeof sensitivity) ? "" : gone;
 }
@@ -107,7 +107,7 @@ bool DaemonLink::TakePacket(Packet& packet) {
 
 void DaemonLink::Give(const Packet& packet,
                       const std::function<void(const DaemonEvent&)>& take) const {
-  // an answer to a request that nobody waits for any more is passed over
+  // ignores an answer that came too late for its request
   if (packet[0] < 0 || packet[0] >= kAnswerMark) return;
   DaemonEvent event;
   event.kind = packet[0];

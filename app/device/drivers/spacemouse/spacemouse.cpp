@@ -17,7 +17,7 @@
 namespace tandem::driver {
 namespace {
 
-constexpr int kTurnMs = 50;  // between two looks whether to end
+constexpr int kTurnMs = 50;  // time between two checks whether to end
 constexpr std::chrono::milliseconds kAskEvery{1000};
 constexpr std::chrono::milliseconds kFirstRetry{100};
 constexpr std::chrono::milliseconds kLastRetry{3200};
@@ -119,10 +119,10 @@ class SpaceMouse {
     hand_.Feel(force);
     return TANDEM_OK;
   }
-  static void Stop() noexcept {}  // it has no motors
+  static void Stop() noexcept {}  // no motors
 
  private:
-  /// What the puck says. It is told when it changes alone, so that the last one holds.
+  /// The puck's state. The daemon reports changes alone, so the last state holds.
   struct Push {
     bool there = false;
     std::array<std::int32_t, 6> axes{};
@@ -136,7 +136,7 @@ class SpaceMouse {
     now_ = {};
     return Ask();
   }
-  /// Whether the daemon answers; asks it whether there is a device.
+  /// Asks the daemon whether there is a device. Returns whether the daemon answers.
   bool Ask() {
     asks_ = false;
     const DaemonLink::Devices devices = link_.AskDevices([this](const DaemonEvent& event) {
@@ -164,7 +164,8 @@ class SpaceMouse {
         break;
       }
       case DaemonEvent::kDevice:
-        // the daemon tells no zero motion of a puck that was pulled out, and there may be another
+        // the daemon reports no zero motion of a puck that was pulled out; there may be another
+        // puck
         now_ = {};
         now_.there = event.word[0] == 0;
         asks_ = event.word[0] != 0;
@@ -211,13 +212,13 @@ class SpaceMouse {
   Seqlock<Push> push_;
   driver::Trouble trouble_;
 
-  // the thread's own, and before it starts the main thread's
+  // used by the thread alone; before it starts, by the main thread
   DaemonLink link_;
   Push now_;
-  bool asks_ = false;  // for what devices there are now
+  bool asks_ = false;  // true: ask which devices are there
   std::chrono::steady_clock::time_point asked_{};
 
-  // the loop's
+  // used by the loop alone
   Push newest_;
   std::size_t dominant_ = 0;
   RateHand hand_;
