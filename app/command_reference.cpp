@@ -36,14 +36,14 @@ std::vector<CLI::App*> SubcommandsOf(CLI::App& app) {
   });
 }
 
-/// What --help shows of them.
+/// Returns the options that --help shows.
 std::vector<CLI::Option*> OptionsOf(CLI::App& app, bool positional) {
   return app.get_options([positional](const CLI::Option* option) {
     return !option->get_group().empty() && option->get_positional() == positional;
   });
 }
 
-/// Calls `visit` for a command and all below it; a subcommand that is another program's ends there.
+/// Calls `visit` for a command and all commands below it, except those of other programs.
 void Walk(CLI::App& app, const std::function<void(CLI::App&)>& visit) {
   visit(app);
   for (CLI::App* command : SubcommandsOf(app)) Walk(*command, visit);
@@ -52,7 +52,7 @@ void Walk(CLI::App& app, const std::function<void(CLI::App&)>& visit) {
 // --- manual pages
 // ---------------------------------------------------------------------------------
 
-/// The code point that begins at `at`, which is moved behind it.
+/// Returns the code point that begins at `at`, and moves `at` behind it.
 std::uint32_t NextCodePoint(std::string_view text, std::size_t& at) {
   const auto first = static_cast<unsigned char>(text[at++]);
   if (first < 0xC0U) return first;
@@ -64,7 +64,7 @@ std::uint32_t NextCodePoint(std::string_view text, std::size_t& at) {
   return code;
 }
 
-/// Text as roff prints it unchanged: a "-" is one that can be copied into a shell.
+/// Returns a text as roff that prints it unchanged. A "-" can be copied into a shell.
 std::string Roff(std::string_view text) {
   std::string roff;
   bool line_begins = true;
@@ -94,7 +94,7 @@ std::string Roff(std::string_view text) {
         break;
       case 0x2026:
         roff += "...";
-        break;  // an ellipsis, which terminals may lack
+        break;  // an ellipsis, which some terminals lack
       default:
         if (code < 0x80U) {
           roff += static_cast<char>(code);
@@ -156,7 +156,7 @@ std::string SubcommandEntries(CLI::App& app) {
   return text;
 }
 
-/// The commands below one of the program's, all of them, each with its options.
+/// Returns sections for all commands below a program's subcommand, each with its options.
 std::string SubcommandSections(CLI::App& app) {
   std::string text;
   for (CLI::App* command : SubcommandsOf(app)) {
@@ -220,7 +220,7 @@ std::string Joined(const std::vector<std::string>& words, const std::string& bet
   return CLI::detail::join(words, between);
 }
 
-/// One arm of a case: any of `patterns` does `action`.
+/// Returns a branch of a shell's case: any of `patterns` does `action`.
 std::string Arm(const std::vector<std::string>& patterns, const std::string& action) {
   if (patterns.empty()) return "";
   return "    '" + Joined(patterns, "' | '") + "') " + action + " ;;\n";
@@ -238,7 +238,7 @@ std::vector<ManPage> ManPages(CLI::App& app) {
 
 std::string BashCompletion(CLI::App& app) {
   std::vector<std::string> commands;   // below the program
-  std::vector<std::string> handed_on;  // to other programs
+  std::vector<std::string> handed_on;  // handed on to other programs
   std::string words_of_options;
   std::string words_of_commands;
   Walk(app, [&](CLI::App& command) {
@@ -313,7 +313,7 @@ std::string WriteReference(CLI::App& app, const std::filesystem::path& folder) {
   }
   files.emplace_back(folder / "completions" / app.get_name(), BashCompletion(app));
   for (const auto& [path, text] : files) {
-    std::error_code failed;  // the stream will say so
+    std::error_code failed;  // the stream reports the fault
     std::filesystem::create_directories(path.parent_path(), failed);
     std::ofstream file(path);
     file << text;

@@ -11,18 +11,18 @@ namespace tandem {
 /// Returns how a command is called: "tandem bench frame".
 std::string CalledAs(const CLI::App& command);
 
-/// Returns the words that an option's OneOf (app/option_checks.h) allows; none for an option
-/// without one.
+/// Returns the words that an option's OneOf (app/option_checks.h) allows. An option without a OneOf
+/// has none.
 std::vector<std::string> WordsToChooseFrom(CLI::Option& option);
 
 struct ManPage {
-  std::string name;  // "tandem-peer", of section 1
+  std::string name;  // for example "tandem-peer", in section 1
   std::string text;  // roff with the macros of man(7), in ASCII
 };
 
-/// Makes manual pages from a program's command line, with the words of its --help: one page for the
-/// program and one for each subcommand, which holds that subcommand's own subcommands too. A
-/// subcommand that hands all its words to another program has that program's page.
+/// Makes manual pages from a program's command line, with the words of its --help. The program and
+/// each subcommand have a page, which also describes the subcommands below it. A subcommand that
+/// hands all its words to another program has that program's page.
 std::vector<ManPage> ManPages(CLI::App& app);
 
 /// Makes a completion script for bash: subcommands, options, and the words that an option may have.
@@ -30,9 +30,9 @@ std::vector<ManPage> ManPages(CLI::App& app);
 /// which lies in the same folder.
 std::string BashCompletion(CLI::App& app);
 
-/// Writes FOLDER/man1/NAME.1 for each page and FOLDER/completions/PROGRAM. Returns why that cannot
-/// be, or nothing. ParseOrExplain() calls it for `--write-reference FOLDER`, which the build asks
-/// for and no help names.
+/// Writes FOLDER/man1/NAME.1 for each page and FOLDER/completions/PROGRAM. Returns the fault;
+/// empty: none. ParseOrExplain() calls it for `--write-reference FOLDER`. The build uses this
+/// option; --help does not show it.
 std::string WriteReference(CLI::App& app, const std::filesystem::path& folder);
 
 }  // namespace tandem

@@ -2,8 +2,7 @@
 
 namespace tandem {
 
-/// What a program may conclude from how ours ends; the same for all commands and the viewer
-/// (docs/architecture.md).
+/// The exit codes of all commands and of the viewer (docs/architecture.md).
 enum ExitCode : int {
   kExitOk = 0,
   kExitFailed = 1,

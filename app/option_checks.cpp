@@ -16,9 +16,10 @@ namespace tandem {
 
 namespace {
 
-constexpr std::size_t kLongestValue = 60;  // shown
+constexpr std::size_t kLongestValue = 60;  // characters of a value that are shown
 constexpr std::size_t kLongestLine = 300;
-constexpr const char* kOneOf = "one of";  // OneOf's checks, by which an option's words are found
+constexpr const char* kOneOf = "one of";  // name of OneOf's checks, by which WordsToChooseFrom()
+                                          // finds them
 
 std::string Shown(double value) {
   char text[32];
@@ -52,14 +53,14 @@ CLI::Validator NumberCheck(const std::string& words, double least, double most, 
   return {check, words};
 }
 
-/// The command that was meant, as far as it was understood.
+/// Returns the innermost subcommand that the command line names.
 const CLI::App& Meant(const CLI::App& app) {
   const CLI::App* at = &app;
   while (!at->get_subcommands().empty()) at = at->get_subcommands().front();
   return *at;
 }
 
-/// A word that nothing is known of.
+/// Explains words that the command does not know.
 std::string ExplainUnknown(const CLI::App& command, const std::vector<std::string>& words) {
   const auto option = std::ranges::find_if(words, [](const std::string& word) {
     return word.size() > 1 && word[0] == '-';
@@ -100,7 +101,7 @@ CLI::Validator WholeNumberFrom(std::int64_t least, std::int64_t most) {
     if (!Parse(text, value) || value < least || value > most) {
       return Wanted("a whole number " + words, text);
     }
-    text = std::to_string(value);  // 010 is ten, and to the parser after us eight
+    text = std::to_string(value);  // without leading zeros: CLI11 would read 010 as octal
     return "";
   };
   return {check, words};
@@ -173,7 +174,7 @@ void RefuseEmptyTexts(CLI::App& app) {
 std::string Explain(const CLI::App& app, const CLI::ParseError& error) {
   const CLI::App& command = Meant(app);
   const std::vector<std::string> unknown = app.remaining(true);
-  // the error's name is that of the command here: CLI11 gives it in its place
+  // CLI11 stores the name of this command in the error's name
   const auto code = static_cast<CLI::ExitCodes>(error.get_exit_code());
   const bool extra = code == CLI::ExitCodes::ExtrasError ||
                      (code == CLI::ExitCodes::RequiredError && !unknown.empty());

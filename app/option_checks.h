@@ -9,31 +9,30 @@
 
 namespace tandem {
 
-/// Checks of options: each says in one line what is wanted and what came, as "--seconds: a number
-/// from 0 to 600 is wanted, not 'nan'". No other number gets through, and none that is not written
-/// as a decimal one.
+/// Checks of options. Each refuses a value in one line that says what is wanted and what came:
+/// "--seconds: a number from 0 to 600 is wanted, not 'nan'". A number must be written in decimal.
 CLI::Validator NumberFrom(double least, double most);
-/// `least` itself is refused.
+/// Accepts numbers above `least`, up to `most`.
 CLI::Validator NumberAbove(double least, double most);
 CLI::Validator WholeNumberFrom(std::int64_t least, std::int64_t most);
-/// A number of bytes, or with a unit (8GiB, 500MB; units of 1024); gives it as bytes. At least one
-/// and at most 1024 TiB.
+/// Accepts a number of bytes, or a number with a unit (8GiB, 500MB; units of 1024), and replaces it
+/// by the number of bytes. The range is 1 byte to 1024 TiB.
 CLI::Validator SizeInBytes();
 CLI::Validator OneOf(std::vector<std::string> words);
 
-/// Refuses "" wherever a text is asked for, here and in all subcommands: what a script's unset
-/// variable leaves is no file and no name.
+/// Refuses "" for each option that takes a text, in this command and all subcommands. An unset
+/// variable of a script leaves "", which is neither a file nor a name.
 void RefuseEmptyTexts(CLI::App& app);
 
-/// What is wrong with a command line, in one line, with where to read on: without control
-/// characters and of bounded length whatever was typed.
+/// Explains in one line why a command line is invalid, and names the --help to read. The line has a
+/// bounded length and no control characters, whatever was typed.
 std::string Explain(const CLI::App& app, const CLI::ParseError& error);
 
-/// Parses, and so runs what was asked for. Nothing: all is well; else the exit code to end with,
-/// after help on stdout or one line on stderr.
+/// Parses the command line, which also runs its command. Returns nothing on success. Otherwise it
+/// has printed help on stdout or one line on stderr, and returns the exit code to end with.
 std::optional<int> ParseOrExplain(CLI::App& app, int argc, const char* const* argv);
 
-constexpr double kLongestRun = 604'800;  // s: a week
+constexpr double kLongestRun = 604'800;  // s, a week
 constexpr double kLeastVoxel = 1e-6;     // m
 constexpr double kLargestVoxel = 10;
 constexpr double kLeastScale = 1e-9;

@@ -15,7 +15,7 @@ std::string WhyNotWritable(const std::filesystem::path& file) {
   } else if (std::filesystem::exists(file, not_there)) {
     fault = access(file.c_str(), W_OK) == 0 ? 0 : errno;
   } else {
-    // nothing is made for trial: two programs that ask at once would take one another's away
+    // creates no file as a test: two programs that ask at once would remove each other's file
     const std::filesystem::path folder = file.parent_path();
     fault = access(folder.empty() ? "." : folder.c_str(), W_OK | X_OK) == 0 ? 0 : errno;
   }

@@ -5,8 +5,8 @@
 
 namespace tandem {
 
-/// Why a file that is to be written at a run's end could not be, in one line; empty: it can. Asked
-/// at the start, for then it is early enough. Leaves all files as they are.
+/// Returns in one line why a file cannot be written; empty: it can. A program asks at its start for
+/// a file that it writes at its end. No file is changed.
 std::string WhyNotWritable(const std::filesystem::path& file);
 
 }  // namespace tandem

@@ -7,7 +7,7 @@ namespace tandem {
 
 namespace {
 
-// Nothing of ours sets the environment.
+// Reads a variable of the environment. No part of the program sets the environment.
 std::optional<std::string> Variable(const char* name) {
   const char* value = std::getenv(name);  // NOLINT(concurrency-mt-unsafe)
   return value != nullptr ? std::optional<std::string>(value) : std::nullopt;

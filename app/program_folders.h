@@ -7,28 +7,29 @@
 
 namespace tandem {
 
-/// Returns the folder that this program lies in, where its sister programs are.
+/// Returns the folder of this program's executable, which also holds the other programs.
 std::filesystem::path ProgramFolder();
 
-/// Returns Tandem's folder among those that a person has for a purpose: `tandem` of the folder that
-/// an environment variable names (such as XDG_STATE_HOME), or that lies `below_home`. Empty: there
-/// is no place for it.
+/// Returns Tandem's folder for one kind of a person's files: `tandem` in the folder that the
+/// environment `variable` names (such as XDG_STATE_HOME), else in `below_home` of $HOME. Empty:
+/// neither is set.
 std::filesystem::path PersonsFolder(const char* variable, const std::filesystem::path& below_home);
 
-/// Returns the folder in which programs keep what can be made or fetched again: $TANDEM_CACHE, or
-/// `tandem` of $XDG_CACHE_HOME (~/.cache). Empty: there is none, or $TANDEM_CACHE is empty, which
-/// says that nothing is kept.
+/// Returns the folder of data that programs can make or fetch again: $TANDEM_CACHE, else `tandem`
+/// in $XDG_CACHE_HOME (~/.cache). Empty: nothing is kept, since there is no such folder or
+/// $TANDEM_CACHE is empty.
 std::filesystem::path CacheFolder();
 
-/// Returns how many bytes that may have: $TANDEM_CACHE_LIMIT, such as 512M or 20G. Nothing: it is
-/// not set, or no such number.
+/// Returns the cache's largest size in bytes: $TANDEM_CACHE_LIMIT, such as 512M or 20G. Nothing: it
+/// is not set or invalid.
 std::optional<std::uint64_t> CacheLimit();
 
-/// "512M" as bytes: a whole number, and K, M or G of 1024. Nothing for any other text.
+/// Returns a text such as "512M" as bytes: a whole number, with K, M or G of 1024 or without a
+/// unit. Nothing: the text has another form.
 std::optional<std::uint64_t> BytesOf(const std::string& text);
 
 /// Returns the folder of the scenes that come with this program: `share/tandem/scenes` beside the
-/// `bin` of an installation, wherever that was put or moved; the build tree's `scenes` otherwise.
+/// `bin` of an installation, wherever it lies; else the build tree's `scenes`.
 std::filesystem::path SceneFolder();
 
 }  // namespace tandem

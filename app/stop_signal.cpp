@@ -43,7 +43,7 @@ StopNews& News() {
 
 struct ForcedEnds {
   std::mutex mutex;
-  std::list<std::pair<const AtForcedEnd*, std::function<void()>>> acts;  // the newest first
+  std::list<std::pair<const AtForcedEnd*, std::function<void()>>> acts;  // acts, the newest first
 };
 // never destroyed: the thread of the end outlives main()
 ForcedEnds& Acts() {
@@ -61,7 +61,7 @@ void OnStopSignal(int signal) {
   errno = before;
 }
 
-/// Waits for a signal; false: the time is over. Below 0: without end.
+/// Waits for a signal up to `ns`, or without end where `ns` is below 0. Returns whether it came.
 bool SignalWithin(std::int64_t ns) {
   pollfd wait{signal_came, POLLIN, 0};
   const timespec time{ns / 1'000'000'000, ns % 1'000'000'000};
@@ -70,7 +70,7 @@ bool SignalWithin(std::int64_t ns) {
   return read(signal_came, &count, sizeof count) == sizeof count;
 }
 
-/// Gives the program its time; returns when that is over.
+/// Gives the program time to end by itself. Returns when this time is over.
 void AwaitItsOwnEnd() {
   const std::int64_t asked_ns = MonotonicNowNs();
   newest_step_ns.store(asked_ns);
@@ -89,7 +89,7 @@ void AwaitItsOwnEnd() {
 }
 
 [[noreturn]] void EndByForce() {
-  // kept: what it is about must not go while it is done
+  // never unlocked: what an act uses must not be destroyed while the act runs
   ForcedEnds& ends = Acts();
   ends.mutex.lock();
   for (const auto& [whose, act] : ends.acts) act();
@@ -129,7 +129,7 @@ void HandleSignals() {
   std::call_once(once, [] {
     signal_came = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
     StartThread();
-    // a handler rather than SIG_IGN, which the programs that we start would inherit
+    // a handler rather than SIG_IGN, which child processes would inherit
     std::signal(SIGPIPE, [](int) {});
     for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
       if (std::signal(signal, OnStopSignal) == SIG_IGN) std::signal(signal, SIG_IGN);
@@ -140,7 +140,7 @@ void HandleSignals() {
 const std::atomic<bool>& StopOnSignals() {
   HandleSignals();
   ends_by_itself.store(true);
-  // a shell ignores SIGINT for what it starts in the background
+  // overrides a shell, which ignores SIGINT for programs in the background
   for (const int signal : {SIGINT, SIGTERM}) std::signal(signal, OnStopSignal);
   return stop_asked;
 }

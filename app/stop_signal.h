@@ -8,33 +8,35 @@
 
 namespace tandem {
 
-/// Takes over SIGINT, SIGTERM and SIGHUP, for a program that must end whatever it is doing: a thread
-/// that does nothing else waits for them. A program that has not called StopOnSignals() ends at once;
-/// another has kEndingPatience to end by itself, again after each StillEnding(), but never longer than
-/// kLongestEnding in all. Then it is ended: what stands in AtForcedEnd is done, and the signal has its
-/// ordinary effect. A second signal does not wait. A signal that was ignored at the start stays so,
-/// but SIGINT and SIGTERM after StopOnSignals().
+/// Handles SIGINT, SIGTERM and SIGHUP in a thread of its own, so that the program ends whatever its
+/// other threads do. Without StopOnSignals() the signal ends the program at once. With it the
+/// program has kEndingPatience to end by itself, again after each StillEnding(), and kLongestEnding
+/// in all. A second signal ends this time.
 ///
-/// A reader of ours that goes away ends nothing: SIGPIPE has no effect. Once, first thing in main().
+/// When the time is over, the thread runs the acts of AtForcedEnd, and the signal has its ordinary
+/// effect. A signal that was ignored at the start stays ignored, except SIGINT and SIGTERM after
+/// StopOnSignals(). SIGPIPE has no effect, so a reader that goes away does not end the program.
+///
+/// Called once, at the beginning of main().
 void HandleSignals();
 
-// a sanitizer makes the end slower, too
+// longer with a sanitizer, which slows the end too
 inline constexpr std::chrono::milliseconds kEndingPatience{kIsSanitized ? 6000 : 600};
 inline constexpr std::chrono::milliseconds kLongestEnding{kIsSanitized ? 30'000 : 3000};
 
-/// Says that this program ends by itself on a signal, which sets the flag that is returned. Calls
-/// HandleSignals() where nobody has.
+/// Declares that this program ends by itself on a signal. Returns the flag that the signal sets.
+/// Calls HandleSignals() first.
 const std::atomic<bool>& StopOnSignals();
 
-/// Waits for a signal, so long at the most. Returns whether one has come. After StopOnSignals().
+/// Waits up to `time` for a signal. Returns whether a signal has come. Needs StopOnSignals().
 bool StopAskedWithin(std::chrono::nanoseconds time);
 
-/// One more step of the end is done, and the next may take as long.
+/// Tells the thread of signals that a step of the end is done; the next may take kEndingPatience.
 void StillEnding() noexcept;
 
-/// While it lives, `act` is done before a signal ends the program by force: the newest first. It may
-/// be called while any other thread is anywhere, and must not wait for one: zero force, a goodbye,
-/// the removal of files.
+/// Has `act` run before a signal ends the program by force, as long as this object lives. The
+/// newest act runs first. An act runs while other threads are at any point, and must not wait for
+/// them. Acts set zero force, say goodbye, or remove files.
 class AtForcedEnd {
  public:
   explicit AtForcedEnd(std::function<void()> act);

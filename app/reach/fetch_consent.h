@@ -7,14 +7,14 @@
 
 namespace tandem {
 
-/// Asks a person who can only press one button whether a scene's files are to be fetched. The first
-/// press is a yes to small files. Of larger ones it gets to know the size, and a second press is a
-/// yes to that scene of that size or less. Used by one thread at a time.
+/// Decides for a person with one button whether a scene's files are fetched. The first press
+/// consents to small files. A larger scene is refused with its size, and a second press consents to
+/// that scene up to that size. Used by one thread at a time.
 class FetchConsent {
  public:
   static constexpr std::uint64_t kSmallBytes = 20'000'000;
 
-  /// As SessionSceneOptions::refuses.
+  /// Returns why the scene may not be fetched yet, as SessionSceneOptions::refuses.
   std::string Refuses(std::uint64_t content_hash, const SceneOffered& offered) {
     if (offered.bytes <= kSmallBytes) return {};
     if (content_hash == told_hash_ && offered.bytes <= told_bytes_) return {};

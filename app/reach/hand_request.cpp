@@ -20,7 +20,7 @@ std::vector<std::string> PeerWords(const HandRequest& request) {
     words.emplace_back(option);
     words.push_back(value);
   };
-  // a session that nobody is told of stays on this machine
+  // a session without a name of its own stays on this machine
   add("--interface", own && request.interface.empty() ? "lo" : request.interface);
   std::string peers;
   for (const std::string& peer : request.peers) peers += (peers.empty() ? "" : ",") + peer;

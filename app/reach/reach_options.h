@@ -10,30 +10,30 @@
 
 namespace tandem {
 
-/// How a session is reached: the options that all commands which join one have in common.
+/// The options that say how to reach a session, common to all commands that join one.
 struct ReachOptions {
   std::uint32_t domain = 42;
   std::string interface;
   std::vector<std::string> peers;  // HOST or HOST:PORT
   std::string external_address;
   std::uint16_t port = 0;
-  std::string secure;  // folder of keys; empty: plain
+  std::string secure;  // folder of keys; empty: a plain session
 };
 
-/// Adds --session: the name of one, not too long.
+/// Adds --session, and checks that the name is not too long.
 CLI::Option* AddSessionOption(CLI::App& command, std::string& session, const std::string& what);
 
 /// Adds --interface, --domain, --peers, --external-address, --port and --secure.
 void AddReachOptions(CLI::App& command, ReachOptions& options);
 
-/// Puts them into what a transport is made with.
+/// Copies the options into those of a transport.
 void ApplyReach(const ReachOptions& options, DdsOptions& dds);
 
-/// Who one is: in a plain session a new random id, in a secured one the keys' id and name (into
-/// `name`). Errors: the folder is no member's, or another role's.
+/// Returns the id to join with: a random id in a plain session, the keys' id in a secured one,
+/// whose name it writes into `name`. Errors: the folder is not a member's, or is for another role.
 Result<PeerId> Identify(const ReachOptions& options, Role role, std::string& name);
 
-/// Whether others can listen, in a line for a person.
+/// Returns a line for a person that says whether others can listen.
 std::string SecurityOf(const ReachOptions& options, const std::string& session);
 
 }  // namespace tandem

@@ -16,8 +16,9 @@ namespace fs = std::filesystem;
 
 constexpr const char* kFoldersList = "scene_folders";
 constexpr std::size_t kMostRemembered = 8;    // folders
-constexpr std::size_t kMostFiles = 500;       // of a folder
-constexpr std::uintmax_t kLargest = 1 << 22;  // bytes of a scene file; others hold other things
+constexpr std::size_t kMostFiles = 500;       // files of a folder
+constexpr std::uintmax_t kLargest = 1 << 22;  // bytes of a scene file; larger files hold other
+                                              // things
 
 void AddOnce(std::vector<fs::path>& folders, const fs::path& folder) {
   std::error_code unknown;
@@ -107,7 +108,7 @@ void RememberSceneFolder(const fs::path& scene) {
   std::error_code failed;
   const fs::path folder = fs::absolute(scene, failed).lexically_normal().parent_path();
   std::error_code unknown;
-  if (failed || fs::equivalent(folder, SceneFolder(), unknown)) return;  // always looked in
+  if (failed || fs::equivalent(folder, SceneFolder(), unknown)) return;  // always searched
   PutFirst(kFoldersList, folder, kMostRemembered);
 }
 

@@ -26,17 +26,17 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// after the first manifest, for those of others
+// wait after the first manifest, for those of other peers
 constexpr std::int64_t kSettleNs = 400 * kMs;
-// for the first one: on another network peers take a second or two to be discovered, members of a
-// secured session on a busy machine more
+// wait for the first manifest: on another network the discovery of peers takes a second or two, for
+// members of a secured session on a busy machine longer
 constexpr std::int64_t kListenNs = 15'000 * kMs;
 constexpr std::int64_t kSayQuietNs = 4000 * kMs;
 constexpr std::int64_t kLookNs = 50 * kMs;
 constexpr std::int64_t kIdleNs = 200 * kMs;
-constexpr std::uint64_t kMostFetchedBytes = std::uint64_t{10} << 30U;  // of all scenes
+constexpr std::uint64_t kMostFetchedBytes = std::uint64_t{10} << 30U;  // total over all scenes
 
-/// The scene that most here go by; nothing: nobody has said any.
+/// Returns the scene that most peers use; nothing: no peer has announced one.
 std::optional<SceneManifest> HearScene(const EarlyInbox& inbox,
                                        const SessionSceneOptions& options) {
   const std::int64_t joined_ns = MonotonicNowNs();
@@ -78,8 +78,8 @@ std::optional<fs::path> Find(const SceneManifest& scene, const SessionSceneOptio
 
 }  // namespace
 
-/// The fetching side, which begins when it is known what to fetch. Used by the transport's thread
-/// and by the one that decides.
+/// The receiving side, which begins when the scene to fetch is known. Used by the transport's
+/// thread and by the thread that calls Fetch().
 class SceneFetcher::Party final : public FileParty {
  public:
   bool serves() const override { return false; }
@@ -122,7 +122,7 @@ class SceneFetcher::Party final : public FileParty {
 
 namespace {
 
-/// One scene on its way, from the peers' offers to its place in the store.
+/// Brings one scene from the peers' offers to its place in the store.
 template <typename Party>
 class Arrival {
  public:
@@ -131,7 +131,7 @@ class Arrival {
       : party_(party), scene_(scene), options_(options), store_(store) {
     party_.Start(scene.content_hash, options.most_bytes);
   }
-  // no piece comes any more before the files are closed
+  // no piece arrives after this, before the files are closed
   ~Arrival() { party_.End(); }
   Arrival(const Arrival&) = delete;
   Arrival& operator=(const Arrival&) = delete;
@@ -173,7 +173,7 @@ class Arrival {
     options_.progress(held, of);
   }
 
-  /// Asks the person, and makes the files. Something: it is over.
+  /// Asks the person, and creates the files. Returns a result if that ended the fetch.
   std::optional<SessionScene> Begin() {
     const auto [list, digest, from] = party_.With([](SceneFetch& fetch) {
       return std::tuple(fetch.list(), fetch.digest(), fetch.source());
@@ -197,7 +197,7 @@ class Arrival {
       if (!std::exchange(told, true)) options_.say(opened.error().what + ": waiting for it");
       MachineClock().SleepUntil(MonotonicNowNs() + 4 * kLookNs);
       if (Stopped()) return SessionScene{};
-      // it may have come meanwhile
+      // another process may have fetched it meanwhile
       const fs::path whole = store_.SceneFileOf(scene_.content_hash);
       std::error_code unknown;
       if (!fs::exists(whole, unknown)) continue;
@@ -214,7 +214,8 @@ class Arrival {
     return std::nullopt;
   }
 
-  /// Puts what has come into its place, if it is the session's scene. Something: it is over.
+  /// Puts the fetched files into their place if they are the session's scene. Returns a result if
+  /// that ended the fetch.
   std::optional<SessionScene> Finish() {
     const std::string fault = FaultOf();
     if (!fault.empty()) {
@@ -235,7 +236,7 @@ class Arrival {
     return Found(*file);
   }
 
-  /// Why what has come is not the session's scene; empty: it is.
+  /// Returns why the fetched files are not the session's scene; empty: they are.
   std::string FaultOf() {
     const Result<fs::path> file = files_->WriteScene();
     if (!file) return file.error().what;

@@ -13,7 +13,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Empty: there is no place for it.
+/// Returns the file of a list; empty: there is no place for it.
 fs::path StateFile(const std::string& list) {
   const fs::path folder = PersonsFolder("XDG_STATE_HOME", ".local/state");
   return folder.empty() ? folder : folder / list;
@@ -42,7 +42,7 @@ void PutFirst(const std::string& list, const fs::path& path, std::size_t most) {
   std::error_code failed;
   fs::create_directories(file.parent_path(), failed);
   if (failed) return;
-  // whole or not at all, whoever else does the same
+  // replaces the file as a whole, whichever other process writes it at the same time
   const fs::path written = file.string() + "." + std::to_string(getpid());
   std::ofstream stream(written);
   for (const fs::path& one : paths) stream << one.string() << '\n';
