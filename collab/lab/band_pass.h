@@ -6,8 +6,9 @@
 
 namespace tandem {
 
-/// Lets pass what swings between two frequencies: a high-pass and a low-pass of second order, each
-/// after Butterworth, by the bilinear transform; each axis by itself. A sample a frame of 1 ms.
+/// Passes the motion between two frequencies, each axis by itself. A Butterworth high-pass and a
+/// Butterworth low-pass of second order stand in series, made by the bilinear transform. One sample
+/// is one frame of 1 ms.
 class BandPass {
  public:
   BandPass(double from_hz, double to_hz);

@@ -10,17 +10,17 @@ namespace tandem {
 
 namespace {
 
-constexpr double kStep = 1.25;    // of the search for what grows
-constexpr double kNear = 1.005;   // of the two ends at which it stops
-constexpr double kLeast = 0.125;  // of the predicted boundary
+constexpr double kStep = 1.25;    // factor between steps of the search for growth
+constexpr double kNear = 1.005;   // ratio of the two ends at which the bisection stops
+constexpr double kLeast = 0.125;  // lowest stiffness tried, as a share of the predicted boundary
 
-/// Long enough to tell growth of a few thousandths a second from slow decay: at 1 s with light
-/// hands a tenth beyond the boundary grows no faster.
+/// Returns a run long enough to tell growth of a few thousandths a second from slow decay. At a
+/// delay of 1 s with light hands, motion a tenth beyond the boundary grows no faster.
 double SecondsFor(const LabCase& test) {
   return std::max(60.0, 300.0 * test.delay_s);
 }
 
-/// The boundary of the user who bears least.
+/// Returns the coupling of the user with the lowest boundary.
 std::optional<LumpedCoupling> WeakestOf(const LabCase& test, const Inertia& body) {
   std::optional<LumpedCoupling> weakest;
   double least = std::numeric_limits<double>::infinity();
@@ -62,7 +62,7 @@ BoundaryPoint FindBoundary(LabCase test, const LabScene& scene, double most) {
     const CaseResult result = RunCase(test, scene);
     ++point.runs;
     if (result.fault && !point.fault) point.fault = result.fault;
-    // what has grown into a limit grows no more, and is faster than any knock made it
+    // motion that has grown into a limit grows no more, and is faster than any knock made it
     return result.metrics.blew_up || result.metrics.growth > 0 || result.metrics.tail_rms > 1;
   };
   double dies = 1;

@@ -33,7 +33,7 @@ constexpr std::array<std::pair<std::string_view, double CouplingLimits::*>, 7> k
      {"constant_link_damping", &CouplingLimits::constant_link_damping}}};
 
 constexpr int kMostUsers = 8;
-constexpr std::size_t kMostSteps = 10'000;  // of a schedule
+constexpr std::size_t kMostSteps = 10'000;  // in a schedule
 constexpr double kLongestHand = 3600;       // s
 constexpr double kLeastHandMass = 1e-6;     // kg
 constexpr double kMostHandMass = 1e4;       // kg
@@ -54,7 +54,7 @@ double Within(const JsonNode& node, std::string_view key, double least, double m
   return value;
 }
 
-/// A hand file, beside the case's.
+/// Reads a hand file in the case's folder.
 LabHand ReadHandFile(const JsonNode& node, const std::filesystem::path& folder) {
   node.AllowKeys({"file"});
   const std::filesystem::path file = node["file"].Text("a hand file");
@@ -179,7 +179,7 @@ std::vector<LabNetwork::Step> ReadSchedule(const JsonNode& node, double delay_s)
   return schedule;
 }
 
-/// Each way of a trace to its own way of the network.
+/// Gives each way of the network its way of the trace.
 void TakeTrace(const TraceChoice& traced, LabNetwork& network) {
   network.traced = traced;
   network.there.trace = traced.there;
@@ -249,7 +249,7 @@ LabCase ReadCase(const JsonNode& root, const std::filesystem::path& folder) {
   if (root.Has("law")) test.law = ReadLaw(root["law"]);
   test.delay_s = Within(root, "delay_s", 0, kLongestDelay, test.delay_s);
   if (root.Has("network")) test.network = ReadNetwork(root["network"], test.delay_s, folder);
-  // a trace has delays enough
+  // a trace has its own delays
   if (test.network.traced.there != nullptr && !root.Has("delay_s")) test.delay_s = 0;
   if (root.Has("publish_hz")) {
     test.publish_hz = Within(root, "publish_hz", 10, 1000, test.publish_hz);

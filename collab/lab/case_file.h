@@ -8,12 +8,12 @@
 namespace tandem {
 
 /// Reads a case of the lab (docs/stability.md): a JSON object in which every key has a default and
-/// an unknown one is a fault. Errors name the file, the place in it and what was expected there.
+/// an unknown key is a fault. Errors name the file, the place in it and what was expected there.
 ///
-/// Hands turn as their travel says once the case is fitted to a body: see FittedTo().
+/// The hands get their rotational impedance only from FittedTo(), which knows the body.
 Result<LabCase> LoadCase(const std::filesystem::path& file);
-/// The same of a text; `name` stands for the file in what is said of it, and hand files and traces
-/// are those in `folder`.
+/// Reads a case from a text. `name` stands for the file in errors, and `folder` holds its hand
+/// files and traces.
 Result<LabCase> ParseCase(const std::string& text, const std::string& name,
                           const std::filesystem::path& folder = {});
 

@@ -13,7 +13,7 @@ namespace {
 constexpr double kFirmest = 1e4;        // N/m
 constexpr double kMovingSpring = 300;   // N/m
 constexpr double kHoldingSpring = 400;  // N/m
-const Vec3 kOffCentre(0.05, 0.02, 0);   // m, of the scene off_centre
+const Vec3 kOffCentre(0.05, 0.02, 0);   // m, in the scene off_centre
 
 const LabHand& HandOf(const LabCase& test, std::size_t user) {
   return test.hands[std::min(user, test.hands.size() - 1)];
@@ -84,7 +84,7 @@ LabCase FittedTo(const Inertia& body, LabCase test) {
     if (!hand.script) hand.impedance = Turning(hand.impedance, body);
   }
   if (test.law.boundary_ratio <= 0) return test;
-  // of what the links would be without schedule or exchange: the equation knows of neither
+  // the share is of the boundary without schedule and exchange, which the equation does not know
   LabCase plain = test;
   plain.network.schedule.clear();
   plain.law.exchange_forces = false;
@@ -108,8 +108,8 @@ HandScript ScriptOf(const LabCase& test, std::size_t user) {
     script.X_BD.p = hand.grasp_B.value_or(of_scene);
     Script(test, user, script);
   }
-  // a link pulls the way's delay after its loop is closed: all do half a second before the first
-  // input at 1 s
+  // a link begins to pull one delay after its loop is closed: all links do half a second before the
+  // first input at 1 s
   const double later = std::max(0.0, LongestDelay(test) - 0.5);
   for (Push& push : script.pushes) push.t += later;
   for (Waypoint& waypoint : script.waypoints) waypoint.t += waypoint.t > 0 ? later : 0.0;
@@ -133,7 +133,7 @@ LinkConditions ConditionsOf(const LabCase& test, std::size_t from, std::size_t t
   LinkConditions conditions = from < to ? test.network.there : test.network.back;
   const double share = from < to ? 1.0 - test.network.skew : 1.0 + test.network.skew;
   conditions.delay_ms += 1e3 * share * delay_s;
-  // streams of one receiver are told apart by the sender; those of two by their seeds
+  // the sender tells apart streams to one receiver; the seed tells apart the receivers
   conditions.seed = 1000 * test.seed + to;
   // both ways of a trace begin at one place of it
   conditions.trace_start_s = test.network.traced.StartFor(test.seed);

@@ -16,15 +16,15 @@ namespace tandem {
 namespace {
 
 constexpr int kLongestOpening = 8000;  // frames until all loops are closed
-constexpr int kDigestFrames = 10;      // from one state in the digest to the next
-constexpr int kMostLengths = 4;        // of a run that decays and is not at rest, in test.Lasts()
+constexpr int kDigestFrames = 10;      // between two states in the digest
+constexpr int kMostLengths = 4;        // for a run that decays and is not at rest, in test.Lasts()
 constexpr double kSamplesInReserve = 64;
 constexpr double kDelayInReserve = 0.1;  // s
 
-/// Samples that may be under way to one user.
+/// Returns how many samples may be under way to one user.
 std::size_t MostWaiting(const LabCase& test) {
   const double others = static_cast<double>(test.users - 1);
-  const double copies = 1.3;  // room for what is doubled and for bursts
+  const double copies = 1.3;  // room for duplicates and bursts
   return static_cast<std::size_t>(kSamplesInReserve + copies * others * test.publish_hz *
                                                           (LongestDelay(test) + kDelayInReserve));
 }
@@ -52,12 +52,12 @@ std::unique_ptr<PeerNode> UserOf(const LabCase& test, const LabScene& scene,
   return std::make_unique<PeerNode>(scene.model, std::move(device), 1, options);
 }
 
-/// A case while it runs.
+/// A running case.
 class Run {
  public:
   Run(const LabCase& test, const LabScene& scene, const std::shared_ptr<const CouplingLaw>& law)
       : test_(test), session_(test.seed), frames_(test.users) {
-    // senders that keep the same beat would show one phase of it only
+    // senders with equal phases would show that one phase only
     std::mt19937_64 random(test.seed);
     for (std::size_t user = 0; user < test.users; ++user) {
       session_.Add(UserOf(test, scene, law, user), IdOf(user));
@@ -68,7 +68,7 @@ class Run {
     }
   }
 
-  /// One frame of everybody; gives what it shows.
+  /// Steps all users by one frame and returns what they show.
   std::span<const UserFrame> Step() {
     session_.Step();
     for (std::size_t user = 0; user < frames_.size(); ++user) {
@@ -87,7 +87,7 @@ class Run {
     return true;
   }
 
-  /// What the schedule says for the coming frame.
+  /// Applies the schedule's steps that are due in the coming frame.
   void Obey(double t_s) {
     while (next_step_ < test_.network.schedule.size() &&
            test_.network.schedule[next_step_].at_s <= t_s) {
@@ -101,8 +101,8 @@ class Run {
     }
   }
 
-  /// Whether samples that were under way were dropped for want of room: that is no network of the
-  /// case's.
+  /// Returns whether an inbox dropped samples for lack of room, which the case's network does not
+  /// do.
   bool Overflowed() {
     for (std::size_t user = 0; user < frames_.size(); ++user) {
       if (session_.node(user).inbox().overflows() > 0) return true;

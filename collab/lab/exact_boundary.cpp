@@ -13,14 +13,14 @@ using Complex = std::complex<double>;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-/// All alike, and differences.
+/// Returns lambda of the common motion and of the differences.
 std::array<double, 2> ModesOf(const LumpedCoupling& model) {
   return {1.0, -1.0 / static_cast<double>(std::max<std::size_t>(model.users, 2) - 1)};
 }
 
-/// The larger squared frequency at which a root of the mode can cross the axis, then the smaller;
-/// nothing where there is none. At u = w^2: |m s^2 + b s + kh + K + Bc s|^2 = lambda^2 |K + Bc
-/// s|^2.
+/// Returns the larger squared frequency at which a root of the mode can cross the axis, then the
+/// smaller; not positive where there is none. At u = w^2: |m s^2 + b s + kh + K + Bc s|^2 =
+/// lambda^2 |K + Bc s|^2.
 std::array<double, 2> CrossingSquares(const LumpedCoupling& model, double lambda) {
   const double k = model.stiffness + model.hand_stiffness;
   const double b = model.damping + model.relative_damping;
@@ -34,13 +34,14 @@ std::array<double, 2> CrossingSquares(const LumpedCoupling& model, double lambda
   return {(-linear + root) / (2.0 * square), (-linear - root) / (2.0 * square)};
 }
 
-/// Pairs of roots to the right of the axis, of those that came by crossing it.
+/// Returns the pairs of roots right of the axis that came there by crossing it.
 int CrossedPairs(const LumpedCoupling& model, double lambda) {
   const std::array<double, 2> squares = CrossingSquares(model, lambda);
   int pairs = 0;
   for (std::size_t i = 0; i < squares.size(); ++i) {
     if (squares[i] <= 1e-12) continue;
-    // where lambda e^(-j w tau) = (Z + K + Bc s)/(K + Bc s); then once more each turn
+    // a root crosses where lambda e^(-j w tau) = (Z + K + Bc s)/(K + Bc s), then once more each
+    // turn
     const double w = std::sqrt(squares[i]);
     const Complex s(0, w);
     const Complex link = model.stiffness + model.relative_damping * s;
@@ -50,12 +51,13 @@ int CrossedPairs(const LumpedCoupling& model, double lambda) {
     const double turned = w * model.delay_s - turn;
     if (turned < 0) continue;
     const int crossings = 1 + static_cast<int>(turned / (2.0 * M_PI));
-    pairs += i == 0 ? crossings : -crossings;  // to the right at the larger, back at the smaller
+    pairs += i == 0 ? crossings : -crossings;  // to the right at the larger frequency, back at the
+                                               // smaller
   }
   return pairs;
 }
 
-/// w of w tan(w tau/2) = b/m: the left side grows from 0 to infinity over (0, pi/tau).
+/// Returns the w of w tan(w tau/2) = b/m. The left side grows from 0 to infinity over (0, pi/tau).
 double CrossingFrequency(double delay_s, double damping, double mass) {
   double low = 0;
   double high = M_PI / delay_s;
@@ -66,8 +68,9 @@ double CrossingFrequency(double delay_s, double damping, double mass) {
   return 0.5 * (low + high);
 }
 
-/// The least x in (low, high] for which `holds` is false, known to be true at `low`; by steps of 1
-/// %, then by bisection. Infinite when it holds to `high`, and where a bound is no number.
+/// Returns the least x in (low, high] for which `holds` is false. It must be true at `low`. The
+/// search takes steps of 1 %, then bisects. Infinite when it holds to `high`, and where a bound is
+/// not a number.
 template <class Holds>
 double LeastFailing(double low, double high, const Holds& holds) {
   double good = low;
@@ -89,7 +92,7 @@ double LeastFailing(double low, double high, const Holds& holds) {
 
 bool IsStable(const LumpedCoupling& model) noexcept {
   for (const double lambda : ModesOf(model)) {
-    // without delay; all alike, the link does nothing then
+    // without delay; the link does nothing in the common motion then
     const double damping = model.damping + (1.0 - lambda) * model.relative_damping;
     if (damping < 0 || (damping == 0 && lambda < 0)) return false;
     if (CrossedPairs(model, lambda) > 0) return false;
@@ -165,9 +168,10 @@ double AnyDelayStiffness(double damping, double mass, double relative_damping) {
 }
 
 double PassiveInjection(double relative_damping_ratio) {
-  // the link gives at w tau = angle, to what moves alike and against: r (1 +- cos) -+ sin / angle
+  // energy that the link gives at w tau = angle, to common motion and to differences: r (1 +- cos)
+  // -+ sin / angle
   constexpr int kSteps = 200'000;
-  constexpr double kLargest = 40.0;  // beyond, sin / angle is nothing beside it
+  constexpr double kLargest = 40.0;  // beyond it sin / angle is negligible
   double least = 0;
   for (int i = 1; i <= kSteps; ++i) {
     const double angle = kLargest * i / kSteps;

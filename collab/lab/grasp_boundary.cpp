@@ -15,7 +15,7 @@ using Complex = std::complex<double>;
 using CMat6 = Eigen::Matrix<Complex, 6, 6>;
 
 constexpr double kBesideTheAxis = 1e-7;  // 1/s
-constexpr double kLeastStep = 1e-9;      // of a frequency
+constexpr double kLeastStep = 1e-9;      // relative to the frequency
 
 Mat3 Cross(const Vec3& p) {
   Mat3 cross;
@@ -23,7 +23,7 @@ Mat3 Cross(const Vec3& p) {
   return cross;
 }
 
-/// A coupling without its lateness: every copy stands still.
+/// Returns the motion of a user whose partners' copies stand still.
 Eigen::Matrix<double, 12, 12> StandingCopies(const GraspCoupling& model, const GraspedBody& user) {
   const Mat6 inverse = user.mass.inverse();
   const Mat6 springs = user.stiffness + model.stiffness * Mat6::Identity();
@@ -33,9 +33,9 @@ Eigen::Matrix<double, 12, 12> StandingCopies(const GraspCoupling& model, const G
   return motion;
 }
 
-/// The characteristic function over that of standing copies, prod det A_i, and where the latter is
-/// nothing. As no mode of standing copies grows, the quotient turns about nothing as often as there
-/// are roots of the former to the right of a line that none of the latter is to the right of.
+/// The characteristic function divided by that of standing copies, prod det A_i, with the zeros of
+/// the latter as poles. No mode of standing copies grows. So for a line left of which all poles
+/// lie, the quotient turns about 0 as often as the characteristic function has roots to the right.
 class Quotient {
  public:
   explicit Quotient(const GraspCoupling& model) : model_(model) {
@@ -50,8 +50,8 @@ class Quotient {
     }
   }
 
-  /// Matrices whose determinants' product is the quotient at s: A_i^-1 (A_i + c) of each user, and
-  /// 1 - c sum_i (A_i + c)^-1.
+  /// Fills in the matrices whose determinants' product is the quotient at s: A_i^-1 (A_i + c) for
+  /// each user, and 1 - c sum_i (A_i + c)^-1.
   void FactorsAt(Complex s, std::vector<CMat6>& factors) const {
     const double links = std::max(1.0, static_cast<double>(model_.users.size()) - 1.0);
     const Complex own = model_.stiffness + model_.relative_damping * s;
@@ -69,7 +69,7 @@ class Quotient {
     factors.push_back(rest);
   }
 
-  /// Roots of standing copies to the right of that line.
+  /// Returns the number of roots of standing copies to the right of that line.
   int PolesRightOf(double real_part) const {
     int count = 0;
     for (const Complex& pole : poles_) {
@@ -78,8 +78,8 @@ class Quotient {
     return count;
   }
 
-  /// How far one may go along the line from s: the quotient changes with the distance from its
-  /// poles and from the roots at nothing, and once in a delay as far as what is late matters.
+  /// Returns a safe step along the line from s. The quotient changes with the distance from its
+  /// poles and from the roots at 0. Its late terms also turn it once in each delay.
   double Step(Complex s) const {
     double step = kNearness * std::max(std::abs(s), kBesideTheAxis);
     for (const Complex& pole : poles_) step = std::min(step, kNearness * std::abs(s - pole));
@@ -89,7 +89,7 @@ class Quotient {
     return std::min(step, kTurnOfDelay / (model_.delay_s * std::min(1.0, late) + 1e-9));
   }
 
-  /// A frequency beyond which the late terms matter no more (rad/s).
+  /// Returns a frequency beyond which the late terms are negligible (rad/s).
   double Highest(double real_part) const {
     double highest = 1;
     const double late = std::exp(std::max(0.0, -real_part * model_.delay_s));
@@ -105,16 +105,16 @@ class Quotient {
 
  private:
   static constexpr double kTurnOfDelay = 0.5;  // rad
-  static constexpr double kNearness = 0.5;     // of the distance to the nearest pole
+  static constexpr double kNearness = 0.5;     // share of the distance to the nearest pole
 
   const GraspCoupling& model_;
   double least_mass_ = std::numeric_limits<double>::infinity();
   std::vector<Complex> poles_;
 };
 
-/// By how much the determinant of `to` is turned from that of `from`, rad, whole turns included;
-/// nothing where the two are too far apart to tell. Of a matrix so near the identity, as of all on
-/// the straight way there, no pivot leaves the right half plane.
+/// Returns the angle from the determinant of `from` to that of `to`, rad, whole turns included.
+/// Returns nothing where the two are too far apart to tell. Their ratio is so near the identity
+/// that on the straight way to it no pivot leaves the right half plane.
 std::optional<double> TurnBetween(const CMat6& from, const CMat6& to) {
   constexpr double kTellable = 0.5;
   CMat6 ratio = to * from.inverse();
@@ -141,7 +141,7 @@ std::optional<double> TurnOf(const std::vector<CMat6>& from, const std::vector<C
   return turn;
 }
 
-/// Dimensions of a common motion that no hand's spring holds: as many roots are at nothing.
+/// Returns the dimensions of a common motion that no hand's spring holds; as many roots are at 0.
 int FreeDimensions(const GraspCoupling& model) {
   Mat6 springs = Mat6::Zero();
   for (const GraspedBody& user : model.users) springs += user.stiffness;
@@ -153,7 +153,7 @@ int FreeDimensions(const GraspCoupling& model) {
 
 GraspedBody Grasp(const Inertia& body, const HandImpedance& hand, const Vec3& grasp_B,
                   double ground_damping) {
-  // x = (p, S theta), S = (I/m)^(1/2); the hand's place moves by p + theta x grasp
+  // x = (p, S theta), S = (I/m)^(1/2); the grasp point moves by p + theta x grasp
   const Eigen::SelfAdjointEigenSolver<Mat3> solver(body.I_B / body.mass);
   const Mat3 per_turn = solver.operatorInverseSqrt();
   Eigen::Matrix<double, 3, 6> place;
@@ -194,7 +194,8 @@ int RootsRightOf(const GraspCoupling& model, double real_part) {
     last = step;
     std::swap(here, next);
   }
-  // the other half of the line mirrors this one; up the line it turns backwards for each root
+  // the other half of the line mirrors this one; up the line the quotient turns backwards once for
+  // each root
   return quotient.PolesRightOf(real_part) - static_cast<int>(std::lround(turned / M_PI));
 }
 
@@ -208,7 +209,7 @@ std::optional<double> SlowestDecay(const GraspCoupling& model) {
   const auto all_faster = [&](double decay) {
     return RootsRightOf(model, -decay) <= at_nothing;
   };
-  constexpr double kFastest = 1.0;  // 1/s: no run is shorter for more
+  constexpr double kFastest = 1.0;  // 1/s: faster modes shorten no run
   double slow = 1e-4;
   double fast = kFastest;
   if (all_faster(fast)) return fast;

@@ -9,14 +9,14 @@
 
 namespace tandem {
 
-/// 16 hexadecimal digits.
+/// Writes the value as 16 hexadecimal digits.
 inline std::string ToHex(std::uint64_t value) {
   std::array<char, 20> text{};
   std::snprintf(text.data(), text.size(), "%016llx", static_cast<unsigned long long>(value));
   return text.data();
 }
 
-/// What they stand for; nothing if they are something else.
+/// Returns the value of 16 hexadecimal digits, or nothing for any other text.
 inline std::optional<std::uint64_t> OfHex(const std::string& text) {
   std::uint64_t value = 0;
   const char* const end = text.data() + text.size();

@@ -13,13 +13,13 @@ namespace {
 constexpr int kBinFrames = 50;
 constexpr double kBin = kBinFrames * kFrame;
 constexpr double kTooFar = 0.5;         // m
-constexpr double kSettled = 2e-3;       // m from where they end
+constexpr double kSettled = 2e-3;       // m from the last distance
 constexpr double kStill = 1e-4;         // m/s
 constexpr double kCalm = 2e-3;          // m/s
-constexpr double kLeastSquare = 1e-24;  // m^2/s^2, of what is at rest
+constexpr double kLeastSquare = 1e-24;  // m^2/s^2, for instances at rest
 constexpr int kLeastWindows = 5;
 
-/// A twist's size as a speed: v.v + w.(I/m)w.
+/// Returns a twist's square as a speed: v.v + w.(I/m)w.
 double SquareOf(const Vec3& v, const Vec3& w_B, const Inertia& body) {
   return v.squaredNorm() + w_B.dot(body.I_B * w_B) / body.mass;
 }
@@ -70,7 +70,7 @@ Verdict Judge(const Metrics& metrics) {
   if (metrics.windows < kLeastWindows) return Verdict::kUndecided;
   if (metrics.growth > 0 && metrics.tail_rms > kStill) return Verdict::kUnstable;
   if (!(metrics.tail_rms > kCalm)) return Verdict::kStable;
-  // what swings on at its limits has a growth of nearly zero, of either sign
+  // a motion held up by its limits has a growth of nearly zero, of either sign
   const double measured_s = 2.0 / 3.0 * kFrame * static_cast<double>(metrics.frames);
   return metrics.growth * measured_s < -M_LN2 ? Verdict::kUndecided : Verdict::kUnstable;
 }
@@ -225,7 +225,7 @@ void Meter::FindGrowth(Metrics& out) const {
 }
 
 double Meter::SettleTime(double last_apart) const {
-  // the last bin that is not within bounds ends the time
+  // the last bin that is not within bounds ends the settling time
   for (std::size_t i = bins_.size(); i > 0; --i) {
     const Bin& bin = bins_[i - 1];
     const bool near = bin.farthest < last_apart + kSettled && bin.nearest > last_apart - kSettled;

@@ -9,14 +9,14 @@
 
 namespace tandem {
 
-/// A figure of Metrics under its name: what is written, read, compared and hashed goes through this
-/// table, so that none is forgotten in one of them.
+/// A figure of Metrics and its name. The code that writes, reads, compares and hashes figures uses
+/// this table, so that none is forgotten.
 struct MetricField {
   std::string_view name;
   std::variant<double Metrics::*, bool Metrics::*, int Metrics::*, std::int64_t Metrics::*> member;
 };
 
-/// All of them, in the order of the struct.
+/// Returns all fields in the order of the struct.
 std::span<const MetricField> MetricFields();
 
 }  // namespace tandem

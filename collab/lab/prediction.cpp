@@ -11,7 +11,7 @@ namespace tandem {
 namespace {
 
 constexpr double kHalfFrame = 0.5e-3;   // s
-constexpr double kFirmestLooked = 1e5;  // N/m, that is looked at
+constexpr double kFirmestLooked = 1e5;  // N/m, upper end of the search
 constexpr double kLeastDamping = 1e-3;  // N s/m
 
 bool IsFree(const LabCase& test) {
@@ -32,23 +32,23 @@ bool AllHoldAlikeAtTheCentre(const LabCase& test) {
   return true;
 }
 
-// both ways alike: only their sum matters
+// the mean of both ways; only their sum matters
 template <class Value>
 double OfBothWays(const LabNetwork& network, Value value) {
   return 0.5 * (value(network.there) + value(network.back));
 }
 
-/// What loss makes of the gaps between the samples that arrive over one way.
+/// The gaps between the samples that arrive over one way with loss.
 struct Gaps {
   double mean_s = 0;
   double mean_square_s2 = 0;
-  double longest_s = 0;  // to be expected within two seconds
+  double longest_s = 0;  // longest gap to be expected within two seconds
 };
 
 Gaps GapsOf(const LinkConditions& way, double publish_hz) {
   const double sample_s = 1.0 / publish_hz;
   const bool bursts = way.burst_enter > 0;
-  const double length = 1.0 / std::max(1e-6, way.burst_leave);  // samples, in the mean
+  const double length = 1.0 / std::max(1e-6, way.burst_leave);  // mean, in samples
   const double in_bursts =
       bursts ? way.burst_enter / std::max(1e-9, way.burst_enter + way.burst_leave) : 0.0;
   const double arriving = std::max(1e-3, (1.0 - way.loss) * (1.0 - in_bursts * way.burst_loss));
@@ -65,13 +65,13 @@ Gaps GapsOf(const LinkConditions& way, double publish_hz) {
   return gaps;
 }
 
-// by how much what a receiver holds is older than samples of the trace's rate without delay, s
+// returns the age of a receiver's data beyond that of samples at the trace's rate without delay, s
 double TracedAge(const LinkTrace* trace) {
   if (trace == nullptr) return 0;
   return std::max(0.0, 1e-3 * trace->facts().mean_age_ms - 0.5 / trace->rate_hz());
 }
 
-// by how much the oldest is older than the mean, s
+// returns the age of the oldest data beyond the mean age, s
 double TracedPeak(const LinkTrace* trace) {
   if (trace == nullptr) return 0;
   return 1e-3 * (trace->facts().peak_age_ms - trace->facts().mean_age_ms);
@@ -83,7 +83,7 @@ double MeanDelay(const LabCase& test) {
          });
 }
 
-// what the law is told: the worst of the last seconds
+// returns the loop age that the law uses: the worst of the last seconds
 double PeakLoopAge(const LabCase& test) {
   const double more_s = OfBothWays(test.network, [&test](const LinkConditions& way) {
     return 0.5e-3 * way.jitter_ms + TracedPeak(way.trace) + GapsOf(way, test.publish_hz).longest_s;
@@ -98,7 +98,7 @@ const char* NameOf(Prediction::Covers covers) {
 }
 
 double MeanAge(const LabCase& test) {
-  // a sample is as old as the gap that it has to fill is long, half of that in the mean over time
+  // the data are on average half as old as the gap in which they are held is long
   const double held_s = OfBothWays(test.network, [&test](const LinkConditions& way) {
     const Gaps gaps = GapsOf(way, test.publish_hz);
     return 0.5 * gaps.mean_square_s2 / gaps.mean_s;

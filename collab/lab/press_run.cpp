@@ -19,14 +19,14 @@ constexpr std::size_t kJudgedFrames = 3000;
 constexpr std::size_t kStroke = 1000;   // frames from one knock to the next
 constexpr int kLongestMeeting = 20000;  // frames
 
-/// `from`: when, s.
+/// Returns a move by `by` that begins at `from`, s.
 std::vector<Waypoint> Shift(double from, double by, double seconds) {
   return {{0, Vec3::Zero(), Quat::Identity()},
           {from, Vec3::Zero(), Quat::Identity()},
           {from + seconds, Vec3(by, 0, 0), Quat::Identity()}};
 }
 
-/// To and fro, from 30 mm back to 10 mm beyond where the other's face is.
+/// Returns a way to and fro, from 30 mm back to 10 mm beyond the face of the other body.
 std::vector<Waypoint> Knocks(double from, double seconds) {
   std::vector<Waypoint> way{{0, Vec3::Zero(), Quat::Identity()},
                             {from, Vec3::Zero(), Quat::Identity()}};
@@ -37,7 +37,7 @@ std::vector<Waypoint> Knocks(double from, double seconds) {
   return way;
 }
 
-/// When hands set out, s from their start: the loops are closed by then.
+/// Returns when the hands begin to move, s from their start; the loops are closed by then.
 double StartOf(const PressCase& test) {
   return 0.5 + 3e-3 * (test.conditions.delay_ms + test.conditions.jitter_ms);
 }
@@ -82,7 +82,7 @@ std::unique_ptr<PeerNode> NodeOf(const PressCase& test,
   return std::make_unique<PeerNode>(model, std::move(device), 42, options);
 }
 
-/// Of one user, frame by frame.
+/// One user's motion, frame by frame.
 struct Course {
   std::vector<double> x;      // m
   std::vector<double> speed;  // m/s
@@ -90,7 +90,7 @@ struct Course {
   std::vector<bool> touches;
 };
 
-/// Root mean square over the judged frames.
+/// Returns the root mean square over the judged frames.
 template <typename Value>
 double SpreadOf(std::size_t end, Value value) {
   double sum = 0;

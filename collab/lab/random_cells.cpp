@@ -23,11 +23,11 @@ constexpr std::array<std::string_view, 7> kDrawnMotions{"still", "kick",  "move"
 constexpr std::array<int, 10> kUserCounts{2, 2, 2, 2, 3, 3, 4, 5, 6, 8};
 constexpr double kMostOffset = 0.1;         // m
 constexpr double kLongestDrawnDelay = 1.2;  // s, one way
-constexpr double kMostLost = 0.5;           // share of all samples, by bursts
+constexpr double kMostLost = 0.5;           // share of all samples, lost in bursts
 constexpr double kMostJitter_ms = 60;
-constexpr double kMostLoss = 0.2;  // share, beside bursts
+constexpr double kMostLoss = 0.2;  // share, lost outside bursts
 
-/// Draws by the bits of the generator alone: the library's distributions differ between libraries.
+/// Draws from the generator's bits alone, because distributions differ between standard libraries.
 class Draw {
  public:
   explicit Draw(std::uint64_t seed) : random_(seed) {}
@@ -35,7 +35,7 @@ class Draw {
   double Share() { return static_cast<double>(random_() >> 11U) * 0x1p-53; }
   bool Chance(double share) { return Share() < share; }
   double Even(double least, double most) { return least + (most - least) * Share(); }
-  /// Evenly by its logarithm.
+  /// Draws evenly by the logarithm.
   double Scale(double least, double most) { return least * std::pow(most / least, Share()); }
   template <class Array>
   auto OneOf(const Array& values) {
@@ -46,7 +46,7 @@ class Draw {
   std::mt19937_64 random_;
 };
 
-/// Four figures: a case is for people to read, too.
+/// Rounds to four figures, so that people can read a case.
 double Rounded(double value) {
   if (value == 0) return 0;
   const double unit = std::pow(10.0, std::floor(std::log10(std::abs(value))) - 3.0);
@@ -74,7 +74,7 @@ Json Network(Draw& draw) {
   if (draw.Chance(0.6)) network["jitter_ms"] = Rounded(draw.Even(0, kMostJitter_ms));
   if (draw.Chance(0.3)) network["loss"] = Rounded(draw.Even(0, kMostLoss));
   if (draw.Chance(0.6)) {
-    const double lost = draw.Even(0.02, kMostLost);  // of all samples
+    const double lost = draw.Even(0.02, kMostLost);  // share of all samples
     const double loss = draw.Even(std::max(0.6, lost), 1);
     const double within = lost / loss;  // share of all samples that are in a burst
     const double leave = 1.0 / draw.Scale(2, 40);

@@ -14,11 +14,11 @@ namespace tandem {
 namespace {
 
 constexpr double kLongest = 300;    // s
-constexpr double kModeTimes = 10;   // a motion of 5 m/s falls to 0.2 mm/s
-constexpr double kAtRest = 0.2;     // of the tail allowed: then no more is to be seen
-constexpr std::size_t kWorst = 20;  // that are told of
+constexpr double kModeTimes = 10;   // time constants; a motion of 5 m/s falls to 0.2 mm/s
+constexpr double kAtRest = 0.2;     // share of the tail allowed, at which a run may end
+constexpr std::size_t kWorst = 20;  // number of failing cases that the summary names
 
-/// What the slowest mode needs, s.
+/// Returns the time that the slowest mode needs, s.
 double TimeFor(const LabCase& test, const LabScene& scene) {
   const std::optional<GraspCoupling> coupling = GraspCouplingOf(test, scene.inertia());
   const std::optional<double> decay = coupling ? SlowestDecay(*coupling) : std::nullopt;

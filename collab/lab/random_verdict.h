@@ -9,20 +9,22 @@
 
 namespace tandem {
 
-/// What the default law must hold to in any drawn case.
-inline constexpr double kMostRandomEnergy = 1e-3;  // J, that the links give
-inline constexpr double kMostRandomTail = 0.5e-3;  // m/s, RMS over all users of the last tenth
+/// Bounds that the default law must keep in any drawn case.
+inline constexpr double kMostRandomEnergy = 1e-3;  // J, energy that the links give
+inline constexpr double kMostRandomTail = 0.5e-3;  // m/s, RMS over all users in the last tenth
 
-/// Runs a drawn case until it is at rest, but no longer than its slowest mode needs to die out: ten
-/// of that mode's times after the last input, at least max(12 s, 40 delays) and at most five
-/// minutes. In contact the modes of free space count.
+/// Runs a drawn case until it is at rest, but no longer than its slowest mode needs to decay. That
+/// is ten times the mode's time constant after the last input, at most five minutes. The time is
+/// rounded up to whole lengths of the case: max(12 s, 40 delays). In contact the modes of free
+/// space count.
 CellOutcome RunRandomCase(const LabCase& test, const LabScene& scene);
 
-/// Tail RMS of the case with its links cut, m/s: hands and contact alone. Where it is no less than
-/// with the links, these do not drive the motion.
+/// Returns the tail RMS of the case with links without stiffness and damping, m/s. Hands and
+/// contact alone make this motion. Where it is no less than with the links, the links do not drive
+/// the motion.
 double TailWithoutLinks(const LabCase& test, const LabScene& scene);
 
-/// A case that was run, and what it does not hold to.
+/// A case that was run, and the bounds that it breaks.
 struct RandomRecord {
   std::uint64_t seed = 0;
   std::string case_json;
@@ -40,11 +42,11 @@ struct RandomSummary {
   double max_tail_rms_mm_s = 0;
   double simulated_s = 0;
   double cpu_s = 0;
-  std::string digest;               // of all cells in the order of their seeds
-  std::vector<RandomRecord> worst;  // those that fail, the most reasons and the largest tail first
+  std::string digest;               // hash of all cells in the order of their seeds
+  std::vector<RandomRecord> worst;  // failing cases, the most reasons and the largest tail first
 };
 
-/// Collects drawn cases, in whatever order they come.
+/// Collects drawn cases in any order.
 class RandomJudge {
  public:
   explicit RandomJudge(std::uint64_t first) : first_(first) {}

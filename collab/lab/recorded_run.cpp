@@ -16,7 +16,7 @@ namespace {
 
 constexpr std::int64_t kFrameNs = 1'000'000;
 
-/// One user's recording, frame by frame.
+/// One user's recording, replayed frame by frame.
 class User {
  public:
   static Result<User> Open(const std::filesystem::path& file, const LabScene& scene) {
@@ -30,14 +30,14 @@ class User {
     return user;
   }
 
-  /// Of the next frame; nothing: there is none.
+  /// Returns the time of the next frame; nothing: there is none.
   std::optional<std::int64_t> next_ns() const {
     return next_ ? std::optional(next_->now_ns) : std::nullopt;
   }
   const UserFrame& frame() const noexcept { return frame_; }
   bool started() const { return replay_->node().peer().started_ns().has_value(); }
 
-  /// Does all frames that begin before `end_ns`.
+  /// Runs all frames that begin before `end_ns`.
   std::optional<Error> RunUntil(std::int64_t end_ns) {
     while (next_ && next_->now_ns < end_ns) {
       if (replay_->Run(*next_) != next_->state_hash) {

@@ -24,7 +24,7 @@ using OrderedJson = nlohmann::ordered_json;
 
 constexpr std::size_t kLongestLine = 1 << 20;  // bytes
 
-// a number, or null where there is none
+// returns the number, or NaN for null
 double NumberOrNone(const JsonNode& node) {
   constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
   return node.Compact() == "null" ? kNone : node.Number();
@@ -74,7 +74,8 @@ Verdict VerdictOf(const JsonNode& node) {
   return Verdict::kUndecided;
 }
 
-/// Results of before it was said cover one axis of free motion, or passivity: motion is nearer.
+/// Returns the coverage of a prediction. Results without it cover one axis of free motion or
+/// passivity: motion is the nearer.
 Prediction::Covers CoverageOf(const JsonNode& predicted) {
   if (!predicted.Has("covers")) return Prediction::Covers::kMotion;
   const std::string word = predicted["covers"].Text();
@@ -150,7 +151,7 @@ std::string LineOf(const CellRecord& record) {
   const CellOutcome& outcome = record.outcome;
   OrderedJson predicted;
   if (outcome.predicted) {
-    // a boundary that is nowhere is null
+    // an infinite boundary is written as null
     predicted = {{"stable", outcome.predicted->is_stable()},
                  {"stiffness", outcome.predicted->stiffness},
                  {"critical", outcome.predicted->critical},
@@ -182,7 +183,7 @@ Result<Results> ReadResults(const std::filesystem::path& file) {
   Results results;
   std::string line;
   for (std::size_t number = 1; lines.Next(line); ++number) {
-    if (!lines.ended()) break;  // no line's end: it was not written whole
+    if (!lines.ended()) break;  // the last line has no end: it is incomplete
     const std::string place = file.string() + ": line " + std::to_string(number);
     const Result<JsonFile> json = JsonFile::Parse(line, place);
     if (!json) return json.error();
@@ -258,10 +259,10 @@ Result<ResultsLog> ResultsLog::Open(const std::filesystem::path& file,
   log.file_ = file;
   log.results_.header = header;
   std::error_code ignored;
-  // without a whole first line nothing is lost
+  // a file without a complete first line holds no results
   const bool begun = std::filesystem::exists(file, ignored) && [&file] {
     Result<RegularFile> opened = RegularFile::Open(file);
-    if (!opened) return true;  // ReadResults() says why
+    if (!opened) return true;  // ReadResults() gives the error
     LineReader lines(*std::move(opened), kLongestLine);
     std::string line;
     return lines.too_long() || (lines.Next(line) && lines.ended());
@@ -281,7 +282,7 @@ Result<ResultsLog> ResultsLog::Open(const std::filesystem::path& file,
     }
     log.results_ = *std::move(before);
   }
-  // a torn line goes, and the command is today's
+  // drop an incomplete line, and store the command of this run
   log.results_.header = header;
   if (std::optional<Error> failed = WriteResults(file, log.results_)) return *failed;
   log.out_.open(file, std::ios::binary | std::ios::app);

@@ -28,9 +28,9 @@ constexpr std::array<std::string_view, 13> kAxes{
     "scene", "users",          "hands",         "delay_s", "network", "publish_hz", "law",
     "ratio", "boundary_ratio", "stiffness_N_m", "motion",  "seconds", "seed"};
 
-constexpr std::size_t kMostValues = 10'000;  // of an axis; each is tried alone
+constexpr std::size_t kMostValues = 10'000;  // for one axis; each is tried alone
 
-// 1.0 and 1 are one number, and one key
+// makes 1.0 and 1 the same number, and so the same key
 Json Plain(Json value) {
   constexpr double kExact = 9e15;
   if (value.is_number_float()) {
@@ -57,7 +57,7 @@ Json DefaultCase() {
           {"seconds", 0}};
 }
 
-// a value of an axis into the case
+// puts a value of an axis into the case
 void Put(std::string_view axis, const Json& value, Json& out) {
   Json& law = out["law"];
   if (axis == "law" && value.is_object()) {
@@ -80,14 +80,14 @@ void AddText(const std::string& text, Hash64& hash) {
   hash.AddBytes(text.data(), text.size());
 }
 
-// what a frame of a user asks beside one in free space, as measured
+// returns the measured cost of a user's frame, relative to one in free space
 double SceneCost(const std::string& scene) {
   if (scene == "free" || scene == "off_centre") return 1;
   if (scene == "wall") return 3;
   return 25;
 }
 
-/// Whether the case's network has delays of its own, in a trace.
+/// Returns whether a trace gives the case's network its own delays.
 bool HasTrace(const Json& test) {
   const Json& network = test["network"];
   if (network.is_object()) return network.contains("trace") || network.contains("model");
@@ -108,13 +108,13 @@ struct Axis {
   std::vector<Json> values;
 };
 
-/// Expands one block after the other.
+/// Expands the blocks in order.
 class Expansion {
  public:
   Expansion(const JsonFile& file, std::string name, const CaseCheck& check, Sweep& sweep)
       : file_(file), name_(std::move(name)), check_(check), sweep_(sweep) {}
 
-  /// What is wrong with the cells; what is wrong with the file, the file says.
+  /// Returns what is wrong with the cells; the file keeps its own faults.
   std::optional<Error> Go() {
     const std::vector<JsonNode> blocks = file_.root()["blocks"].Items();
     for (std::size_t b = 0; b < blocks.size(); ++b) {
@@ -128,7 +128,7 @@ class Expansion {
   }
 
  private:
-  // each value is tried alone, so that a fault has its place
+  // tries each value alone, so that a fault names its place
   std::optional<Error> Read(const JsonNode& block, const std::string& place, Axis& axis) const {
     const JsonNode node = block[axis.name];
     const bool many = node.IsArray();
@@ -141,7 +141,7 @@ class Expansion {
     for (std::size_t i = 0; i < items.size(); ++i) {
       axis.values.push_back(Plain(Json::parse(items[i].Compact())));
       Json alone = DefaultCase();
-      // the law `constant` takes every axis; a law's limits are its own
+      // the law `constant` takes every axis; a law is tried under its own name
       if (axis.name != "law") alone["law"]["name"] = "constant";
       Put(axis.name, axis.values.back(), alone);
       std::string here = place;

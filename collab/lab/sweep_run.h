@@ -12,7 +12,7 @@
 
 namespace tandem {
 
-/// A cell that was run.
+/// The outcome of a cell that was run.
 struct CellOutcome {
   CaseResult result;
   std::optional<Prediction> predicted;
@@ -23,9 +23,9 @@ struct CellOutcome {
 using CellRunner = std::function<CellOutcome(const SweepCell&)>;
 using CellSink = std::function<void(const SweepCell&, const CellOutcome&)>;
 
-/// Runs the cells on so many threads, the costly ones first, so that none of them is left over for
-/// the end. `done` is called once for each, in whatever order, by one thread at a time. How many
-/// threads there are does not bear on what comes out.
+/// Runs the cells on `jobs` threads, the costliest first, so that no long cell remains at the end.
+/// Calls `done` once for each cell, in any order, by one thread at a time. The number of threads
+/// does not change the outcomes.
 void RunCells(std::span<const SweepCell> cells, unsigned jobs, const CellRunner& run,
               const CellSink& done);
 

@@ -15,7 +15,7 @@ namespace {
 constexpr double kMostEnergy_mJ = 1;
 constexpr double kMostTail_mm_s = 2;
 
-// what is no number is the worst there is
+// treats infinities and NaN as the worst value
 double Worse(double worst, double value) {
   return std::isfinite(value) ? std::max(worst, value) : std::numeric_limits<double>::infinity();
 }
@@ -38,7 +38,7 @@ class Count {
     summary_.simulated_s += result.simulated_s;
     summary_.cpu_s += record.outcome.cpu_s;
     summary_.wall_s += record.outcome.wall_s;
-    // what a row counts, and the cell by which it then fails
+    // count what a row counts; a wrong cell fails by that row
     bool fails = false;
     const auto count = [&fails](bool wrong, std::size_t& number) {
       number += wrong ? 1U : 0U;

@@ -8,7 +8,7 @@
 
 namespace tandem {
 
-/// A claim about the cells, and whether it holds.
+/// A claim about the cells and whether it holds.
 struct SweepRow {
   std::string name;
   std::string bar;
@@ -16,38 +16,38 @@ struct SweepRow {
   bool pass = false;
 };
 
-/// What a sweep comes to. A default-law cell has the default law as it is: its own name, limits and
-/// ratio 1. A control is a cell that its author holds to be unstable.
+/// The summary of a sweep. A default-law cell has the unchanged default law: its own name, limits
+/// and ratio 1. A control is a cell that its author expects to be unstable.
 struct SweepSummary {
-  std::size_t cells = 0;  // that were run
+  std::size_t cells = 0;  // number of cells that were run
   std::string digest;
   std::size_t predicted_stable = 0;
   std::size_t predicted_stable_measured_unstable = 0;
   std::size_t predicted_stable_undecided = 0;
-  std::size_t undecided = 0;  // of all cells
+  std::size_t undecided = 0;  // among all cells
   std::size_t default_law_cells = 0;
-  std::size_t default_law_unstable = 0;  // or undecided
-  double max_energy_mJ = 0;              // of default-law cells, as all figures of the kind
+  std::size_t default_law_unstable = 0;  // unstable, undecided or not run
+  double max_energy_mJ = 0;              // default-law cells only, as the next figure
   double max_tail_rms_mm_s = 0;
   std::size_t positive_controls = 0;
   std::size_t positive_controls_caught = 0;
   double simulated_s = 0;
   double cpu_s = 0;
-  double wall_s = 0;           // of all cells, one after the other
-  double free_pair_speed = 0;  // simulated s a second of processor time, two users in free space;
+  double wall_s = 0;           // sum over all cells, as if run one after the other
+  double free_pair_speed = 0;  // simulated s per second of processor time, two users in free space;
                                // 0: no such cells
-  std::vector<std::size_t> failing;  // cells that a row fails by
-  std::vector<SweepRow> rows;        // only those that there are cells for
+  std::vector<std::size_t> failing;  // cells that make a row fail
+  std::vector<SweepRow> rows;        // rows for which there are cells
 
   bool pass() const;
 };
 
 SweepSummary Summarize(const Results& results);
 
-/// Whether it is a default-law cell.
+/// Returns whether it is a default-law cell.
 bool IsOfDefaultLaw(const CellRecord& record);
 
-/// One JSON object, indented.
+/// Returns one indented JSON object.
 std::string JsonOf(const SweepSummary& summary, double wall_s, unsigned jobs);
 
 }  // namespace tandem
