@@ -23,14 +23,14 @@ namespace {
 
 // RTPS 2.5, sections 9.4 and 9.6; the parameters by their names there
 constexpr std::size_t kRtpsHeader = 20;
-constexpr std::size_t kProgramAt = 8;  // of the program that sends
+constexpr std::size_t kProgramAt = 8;  // id of the sending program
 constexpr std::uint8_t kPad = 0x01;
 constexpr std::uint8_t kInfoTimestamp = 0x09;
 constexpr std::uint8_t kData = 0x15;
 constexpr std::uint8_t kDataFragment = 0x16;
 constexpr std::uint8_t kLittleEndian = 0x01;
 constexpr std::uint8_t kInlineQos = 0x02;
-constexpr std::uint32_t kToInlineQos = 16;  // from the field that says so
+constexpr std::uint32_t kToInlineQos = 16;  // counted from the field itself
 constexpr std::uint32_t kSpdpWriter = 0x000100C2;
 constexpr std::uint32_t kSecureSpdpWriter = 0xFF0101C2;
 constexpr std::uint32_t kSedpTopics = 0x000002C2;
@@ -46,13 +46,13 @@ constexpr std::uint16_t kIdentityToken = 0x1001;
 constexpr std::uint16_t kParametersLittle = 0x0003;
 constexpr std::uint16_t kParametersBig = 0x0002;
 
-// announcers of the participant, of its writers and of its readers
+// writers that announce the participant, its writers and its readers
 constexpr std::uint32_t kAnnouncers = 0x15;
 
 constexpr const char* kGroup = "239.255.0.1";
-constexpr int kMostPackets = 256;  // at once
+constexpr int kMostPackets = 256;  // read in one call
 
-/// Takes numbers off the front of bytes; after the end all are zero, and it is not good any more.
+/// Takes numbers from the front of bytes. After the end all are zero, and good() is false.
 class ByteCursor {
  public:
   ByteCursor(std::span<const std::uint8_t> bytes, bool little) : bytes_(bytes), little_(little) {}
@@ -84,7 +84,8 @@ class ByteCursor {
   bool good_ = true;
 };
 
-/// Calls use(parameter, value) for each of a list; false where its end is missing.
+/// Calls use(parameter, value) for each parameter of a list. Returns false where the list's end is
+/// missing.
 template <typename Use>
 bool ForEachParameter(ByteCursor& list, Use use) {
   while (list.good()) {
@@ -110,7 +111,7 @@ std::optional<AnnouncedSession> ReadParticipant(std::span<const std::uint8_t> da
         secured = secured || parameter == kIdentityToken;
         if (parameter != kDomainTag) return;
         ByteCursor text(value, little);
-        const std::uint32_t size = text.Take(4);  // with the zero at its end
+        const std::uint32_t size = text.Take(4);  // includes the final zero
         const std::span<const std::uint8_t> bytes = text.Bytes(size);
         if (bytes.empty()) return;
         name = SessionOfTag(std::string(bytes.begin(), bytes.end() - 1));
@@ -119,7 +120,7 @@ std::optional<AnnouncedSession> ReadParticipant(std::span<const std::uint8_t> da
   return AnnouncedSession{*name, secured};
 }
 
-/// A UDP socket that nothing else needs to wait for.
+/// A non-blocking UDP socket.
 class ListeningSocket {
  public:
   ListeningSocket() : descriptor_(socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0)) {}
@@ -142,7 +143,7 @@ class ListeningSocket {
   int descriptor_;
 };
 
-/// Joins the group on the interface of that name, or on all there are.
+/// Joins the group on the interface of that name, or on all interfaces.
 void JoinGroup(int descriptor, const std::string& interface) {
   ifaddrs* list = nullptr;
   if (getifaddrs(&list) != 0) return;
@@ -157,7 +158,7 @@ void JoinGroup(int descriptor, const std::string& interface) {
   freeifaddrs(list);
 }
 
-/// Of this process's own participants of a domain: they are not others.
+/// Returns this process's own participants in a domain.
 std::set<ProgramId> OwnPrograms(std::uint32_t domain) {
   std::set<ProgramId> own;
   std::array<dds_entity_t, 16> participants{};
@@ -186,7 +187,7 @@ class AnnouncedSessions final : public SessionsNearby {
       }
       return;
     }
-    // without multicast each announces itself at every port that a program may have
+    // without multicast each program announces itself at every port that a program may have
     for (std::uint32_t i = 0; i <= kLastProgramIndex; ++i) {
       if (unicast_.Bind(htonl(INADDR_ANY), DiscoveryPort(domain_, i))) return;
     }
@@ -265,15 +266,15 @@ std::optional<std::string> SessionOfTag(const std::string& tag) {
 
 namespace {
 
-/// One submessage of data: who wrote it, by the last four bytes of its id, and what.
+/// A DATA submessage: its writer, by the last four bytes of its id, and its body.
 struct DataFound {
   std::uint32_t writer = 0;
-  bool whole = false;                  // no piece, and laid out as everybody lays it out
-  bool goodbye = false;                // says the end of what it is about
-  std::span<const std::uint8_t> body;  // of a whole one
+  bool whole = false;                  // not a fragment, and in the usual layout
+  bool goodbye = false;                // ends the instance that it is about
+  std::span<const std::uint8_t> body;  // only if whole
 };
 
-/// Reads what stands between the writer's id and the body, and the body.
+/// Reads the fields between the writer's id and the body, and the body.
 void ReadBody(ByteCursor data, bool inline_qos, DataFound& found) {
   data.Bytes(8);  // sequence number
   int statuses = 0;
@@ -291,9 +292,9 @@ void ReadBody(ByteCursor data, bool inline_qos, DataFound& found) {
   found.body = data.rest();
 }
 
-/// Calls use(data) for each submessage of data in a packet, until that returns true; false where
-/// the packet is none of DDS's or none of them did. It goes through a packet as Cyclone does, and
-/// ends where Cyclone does.
+/// Calls use(data) for each DATA submessage of a packet, until that returns true. Returns false
+/// where the packet is not RTPS or no call returned true. It goes through a packet as Cyclone does,
+/// and ends where Cyclone does.
 template <typename Use>
 bool AnyData(std::span<const std::uint8_t> packet, Use use) {
   if (packet.size() < kRtpsHeader || std::memcmp(packet.data(), "RTPS", 4) != 0) return false;
@@ -303,7 +304,7 @@ bool AnyData(std::span<const std::uint8_t> packet, Use use) {
     const std::uint8_t flags = rest[1];
     const bool little = (flags & kLittleEndian) != 0;
     std::size_t size = ByteCursor(rest.subspan(2), little).Take(2);
-    // the last one may leave its size out; these two may be empty
+    // the last submessage may leave its size out; these two kinds may be empty
     if (size == 0 && kind != kPad && kind != kInfoTimestamp) size = rest.size() - 4;
     if (size > rest.size() - 4) return false;
     const std::span<const std::uint8_t> body = rest.subspan(4, size);
@@ -323,8 +324,8 @@ bool AnyData(std::span<const std::uint8_t> packet, Use use) {
   return false;
 }
 
-/// Reads an announcement of the program that `program` identifies. Returns whether it is sound; how
-/// long the program is to be remembered goes to `lease_s`.
+/// Reads an announcement of the program that `program` identifies. Returns whether it is sound.
+/// Raises `lease_s` to the time for which the program is to be remembered.
 bool IsSound(const DataFound& data, std::span<const std::uint8_t> program, double& lease_s) {
   if (!data.whole) return false;
   ByteCursor head(data.body, false);

@@ -34,7 +34,7 @@ constexpr std::array<NameOfAttack, static_cast<std::size_t>(Attack::kCount)> kNa
      {Attack::kNames, "names"},
      {Attack::kPackets, "packets"}}};
 
-/// A program with writers in its own partition, and no reader.
+/// A program with writers in its own partition and no reader.
 class Flooder {
  public:
   explicit Flooder(const DdsOptions& options) : peer_(options.peer) {}
@@ -113,8 +113,8 @@ class Bytes {
   std::string bytes_;
 };
 
-/// How a program of the session announces itself (RTPS 2.5, section 8.5.3.2): every field that
-/// Cyclone needs to take it for one.
+/// Returns a forged announcement of a program of the session (RTPS 2.5, section 8.5.3.2). It has
+/// every field without which Cyclone would not take it for one.
 std::string ForgedAnnouncement(std::uint64_t program, const std::string& tag) {
   const Bytes id = Bytes().Number(program, 8).Number(0x01020304, 4);
   const Bytes guid = Bytes().Text(id.get()).Number(0xC1010000, 4);
@@ -146,7 +146,7 @@ std::string ForgedAnnouncement(std::uint64_t program, const std::string& tag) {
       .get();
 }
 
-/// Says when a flood is to end and when it is to wait.
+/// Paces a flood by its plan.
 class FloodPace {
  public:
   explicit FloodPace(const FloodPlan& plan) : plan_(plan), begin_ns_(MonotonicNow_ns()) {}
@@ -170,7 +170,7 @@ class FloodPace {
   const std::int64_t begin_ns_;
 };
 
-/// A socket to a port of the loopback. The kernel tells it whether anybody listens there.
+/// A socket to a port on loopback. The kernel tells it whether a program listens there.
 class PortSocket {
  public:
   explicit PortSocket(std::uint32_t port)
@@ -187,12 +187,12 @@ class PortSocket {
 
   bool HasListener() const {
     const char nothing = 0;
-    for (int i = 0; i < 2; ++i) {  // the refusal of the first comes with the second
+    for (int i = 0; i < 2; ++i) {  // the refusal of the first message comes with the second
       if (send(descriptor_, &nothing, 1, 0) < 0) return false;
     }
     return true;
   }
-  /// Returns how many of the messages went out.
+  /// Returns how many messages went out.
   std::uint64_t Send(std::span<mmsghdr> messages) const {
     const int sent =
         sendmmsg(descriptor_, messages.data(), static_cast<unsigned>(messages.size()), 0);
@@ -203,7 +203,7 @@ class PortSocket {
   int descriptor_;
 };
 
-/// Announcements of ever new programs, many of them for one call of the kernel.
+/// Announcements of new programs, many of them for one call of the kernel.
 class ForgedBatch {
  public:
   static constexpr std::size_t kSize = 32;
@@ -221,7 +221,7 @@ class ForgedBatch {
       messages_[i].msg_hdr.msg_iovlen = 1;
     }
   }
-  /// The messages announce `count` programs from `first` on.
+  /// Returns messages that announce `count` programs from `first` on.
   std::span<mmsghdr> Of(std::uint64_t first, std::size_t count) {
     for (std::size_t i = 0; i < count; ++i) {
       const std::uint64_t program = first + i;
@@ -233,7 +233,7 @@ class ForgedBatch {
   }
 
  private:
-  std::vector<std::size_t> places_;  // of the program's number in a packet
+  std::vector<std::size_t> places_;  // places of the program's number in a packet
   std::array<std::string, kSize> packets_;
   std::array<iovec, kSize> pieces_{};
   std::array<mmsghdr, kSize> messages_{};

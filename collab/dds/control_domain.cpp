@@ -23,7 +23,7 @@ namespace fs = std::filesystem;
 struct TopicFacts {
   const dds_topic_descriptor_t* type;
   const char* name;
-  const char* partition;  // of whoever says it
+  const char* partition;  // partition of the writers
   bool reliable;
   bool kept;
 };
@@ -98,7 +98,7 @@ Result<ControlDomain> EnterControlDomain(const std::string& name, std::uint32_t 
 }
 
 Result<fs::path> ControlFolder() {
-  // nothing of ours sets the environment
+  // no code of ours sets the environment
   const char* runtime = std::getenv("XDG_RUNTIME_DIR");  // NOLINT(concurrency-mt-unsafe)
   const fs::path folder = runtime != nullptr && *runtime == '/'
                               ? fs::path(runtime) / "tandem"
@@ -122,15 +122,15 @@ WriterLimits LimitsOf(ControlTopic topic) {
   constexpr int kOneHost = 1;
   // a controller answers every host that comes, and has another id in each session that it joins
   constexpr int kOfAController = 4096;
-  // one, and for a moment the one before it
+  // one writer, and for a moment the one before it
   constexpr int kWritersOfOne = 4;
   switch (topic) {
     case ControlTopic::kRequest:
-      // a host that asks again at each answer makes some thousands a second, and none may be lost: an
-      // emergency stop is a request, too
+      // a host that asks again at each answer makes some thousands a second, and none may be lost:
+      // an emergency stop is a request, too
       return {.per_second = 50'000, .at_once = 50'000, .keys = kOneHost, .of_one = kWritersOfOne};
     case ControlTopic::kGoal:
-      // 1 kHz at the most, and half a second of it at once
+      // 1 kHz at most, and half a second of it at once
       return {.per_second = 4000, .at_once = 2000, .keys = kOneHost, .of_one = kWritersOfOne};
     case ControlTopic::kScene:
       return {.per_second = 10, .at_once = 100, .keys = kOfAController, .of_one = kWritersOfOne};
@@ -147,8 +147,8 @@ dds_entity_t ControlReader(dds_entity_t participant, ControlTopic topic, OnRefus
   const dds_entity_t made = TopicOf(participant, facts);
   if (made < 0) return made;
   Qos qos = QosOf(facts);
-  // of goals and snapshots what waits is the newest of each sender; of goals also those before it,
-  // since a goodbye is the last of them
+  // the reader keeps the newest snapshot of each controller; of a host's goals it keeps several,
+  // because a goodbye is the last of them
   if (topic == ControlTopic::kGoal) dds_qset_history(qos.get(), DDS_HISTORY_KEEP_LAST, 8);
   return CreateGatedReader(participant, made, qos.get(), nullptr, LimitsOf(topic),
                            std::move(on_refused));

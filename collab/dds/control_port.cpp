@@ -20,8 +20,8 @@ namespace tandem {
 
 namespace {
 
-/// The name of a controller that runs: a locked file, which the kernel unlocks at its end, however
-/// that comes. With it go the keys that it has made for its hosts, and its scenes.
+/// The name of a running controller: a locked file, which the kernel unlocks when the process ends
+/// for any reason. Its keys for hosts and its scenes are removed with it.
 class NameLock {
  public:
   NameLock(NameLock&& other) noexcept
@@ -32,7 +32,8 @@ class NameLock {
     std::error_code ignored;
     std::filesystem::remove_all(keys(), ignored);
     std::filesystem::remove_all(scenes(), ignored);
-    std::filesystem::remove(path_, ignored);  // while it is locked: nobody takes it meanwhile
+    std::filesystem::remove(path_, ignored);  // while it is locked, so that nobody takes it
+                                              // meanwhile
     close(file_);
   }
 
@@ -45,7 +46,7 @@ class NameLock {
         return Error{"a controller '" + name + "' runs already on this machine: --control with " +
                      "another name, or attach to that one"};
       }
-      // its owner may have removed it between the two
+      // its owner may have removed the file between open and lock
       struct stat ours {};
       struct stat there {};
       if (fstat(lock.file_, &ours) == 0 && stat(path.c_str(), &there) == 0 &&
@@ -55,11 +56,11 @@ class NameLock {
       close(std::exchange(lock.file_, -1));
     }
   }
-  /// Removes what controllers left behind that were killed.
+  /// Removes what killed controllers left behind.
   static void Sweep(const std::filesystem::path& folder) {
     std::error_code ignored;
     for (const auto& entry : std::filesystem::directory_iterator(folder, ignored)) {
-      // to have the lock is to own what is there; it goes with the lock
+      // whoever has the lock owns the files of its controller; they are removed with the lock
       if (entry.path().extension() == ".lock") static_cast<void>(Take(entry.path(), ""));
     }
   }
@@ -78,7 +79,7 @@ class NameLock {
   std::filesystem::path path_;
 };
 
-/// Calls use(sample) for all with data that wait in a reader.
+/// Calls use(sample) for all waiting samples of a reader that have data.
 template <typename Wire, typename Use>
 void TakeValid(dds_entity_t reader, Use use) {
   constexpr std::size_t kBatch = 32;

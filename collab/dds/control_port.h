@@ -9,31 +9,32 @@
 
 namespace tandem {
 
-/// The controller's door: the topics of idl/tandem_control.idl in a DDS domain of its own, on
-/// loopback. What comes in goes to a ControlServer, what that says goes out. Used by one thread,
-/// but for Wake().
+/// The controller's end of the command interface: the topics of idl/tandem_control.idl in a
+/// separate DDS domain on loopback. It hands incoming samples to a ControlServer and sends the
+/// server's answers. One thread uses it, except Wake() and refused().
 class ControlPort {
  public:
   struct Options {
-    std::string name;  // of the controller
+    std::string name;  // name of the controller
     std::uint32_t domain = 43;
-    bool secured = false;  // makes keys for this controller and its hosts, and speaks with no
-                           // program that has not read them
+    bool secured = false;  // makes keys for this controller and its hosts, and refuses programs
+                           // without them
   };
 
-  /// Errors: no such name, a controller of that name runs, no port is free, keys cannot be made.
+  /// Errors: the name is invalid, a controller of that name runs, no port is free, or keys cannot
+  /// be made.
   static Result<std::unique_ptr<ControlPort>> Open(const Options& options);
   virtual ~ControlPort() = default;
 
-  /// Until something has come, or so long.
+  /// Waits until a sample comes or Wake() is called, at most so long.
   virtual void Wait(std::int64_t at_most_ns) = 0;
   virtual void Wake() = 0;
-  /// Hands on what has come.
+  /// Hands incoming samples to the server.
   virtual void Take(ControlServer& server, std::int64_t now_ns) = 0;
   virtual void Say(const HostAnswer& answer) = 0;
   virtual void Say(const ControlScene& scene, bool loading) = 0;
   virtual void Say(const ControllerSnapshot& snapshot) = 0;
-  /// Counts the samples of hosts that the gates have refused. Any thread calls it.
+  /// Counts the samples of hosts that the gates have refused. Any thread may call it.
   virtual std::uint64_t refused() const noexcept = 0;
 };
 

@@ -14,7 +14,8 @@
 namespace tandem {
 namespace {
 
-// Calls use(sample, info) for all that waits in a reader; a sample without data has only its key.
+// Calls use(sample, info) for all waiting samples of a reader; a sample without data has only its
+// key.
 template <typename Wire, typename Use>
 void TakeAll(dds_entity_t reader, Use use) {
   constexpr std::size_t kBatch = 16;
@@ -45,12 +46,13 @@ std::vector<dds_instance_handle_t> MatchedWriters(dds_entity_t reader) {
   return writers;
 }
 
-// A crashed peer's keys are used again before anybody has noticed: that is no twin. One that is
-// told of has been heard beside the other for so long.
+// A crashed peer's keys are used again before anybody has noticed: that is no twin. A twin is
+// reported only after both have been heard for this time.
 constexpr std::int64_t kTwinNs = 1'500'000'000;
-// Manifests of writers that may not speak for their authors yet.
+// Bounds the manifests whose writers may not speak for their authors yet.
 constexpr std::size_t kMostWaitingScenes = 2 * kMaxPeers;
-// Writers whose facts are kept; of invented ones all are looked up anew.
+// Bounds the writers whose facts are kept. Beyond it all facts are looked up again, which happens
+// when writers are invented.
 constexpr std::size_t kMostFacts = 1024;
 
 }  // namespace
@@ -88,7 +90,7 @@ void ControlThread::Run() {
     dds_waitset_wait(waitset.get(), nullptr, 0, DDS_INFINITY);
     bool raised = false;
     if (dds_read_guardcondition(stop_, &raised) == DDS_RETCODE_OK && raised) return;
-    // lowered before looking, so that a writer that comes meanwhile raises it again
+    // lowered before the look-up, so that a writer that comes meanwhile raises it again
     const bool changed =
         dds_take_guardcondition(sources_.on_match, &raised) == DDS_RETCODE_OK && raised;
     TakePresence<tandem_PeerInfo>(sources_.peer_info);
@@ -100,7 +102,7 @@ void ControlThread::Run() {
     if (changed) EndPresence();
     if (std::exchange(seats_changed_, false) || changed) {
       refresh_owners_(seats_);
-      EndScenes();  // an impostor's, before its author's is taken
+      EndScenes();  // an impostor's scene, before its author's is taken
     }
     TakeScenes();
     if (changed) EndScenes();
@@ -147,7 +149,7 @@ void ControlThread::TakePresence(dds_entity_t reader) {
 
 void ControlThread::Hear(PeerInfo& info, dds_entity_t reader, dds_instance_handle_t writer) {
   const WriterFacts facts = Facts(reader, writer);
-  if (facts.participant == 0) return;  // what is left of one that is gone
+  if (facts.participant == 0) return;  // a remainder of a writer that is gone
   if (facts.owner.peer != info.peer) {
     if (facts.owner.peer != self_) inbox_.OnDropped(facts.owner.peer, Drop::kImpostor);
     return;
@@ -169,7 +171,7 @@ void ControlThread::Hear(PeerInfo& info, dds_entity_t reader, dds_instance_handl
     return;
   }
   if (known != here_.end() && known->second.writer != writer) {
-    // what it says is lost; it says it again when the other's writer is gone
+    // its sample is lost; it sends again when the other's writer is gone
     if (known->second.twin_ns == 0) known->second.twin_ns = MonotonicNow_ns();
     return;
   }
@@ -179,7 +181,7 @@ void ControlThread::Hear(PeerInfo& info, dds_entity_t reader, dds_instance_handl
     return;
   }
   if (known == here_.end()) {
-    if (sources_.quiet->Has(writer)) return;  // said before it fell silent
+    if (sources_.quiet->Has(writer)) return;  // sent before it fell silent
     here_[info.peer] = {reader, writer, 0};
     seats_[info.peer] = facts.participant;
     seats_changed_ = true;
@@ -209,7 +211,7 @@ void ControlThread::EndPresence() {
     seats_changed_ = true;
     inbox_.OnPeerLost(peer);
   }
-  // handles are not used again in a process's life, so facts of those gone are of no use
+  // handles are not used again in a process's life, so facts of gone writers are useless
   if (facts_.size() > kMostFacts / 2) facts_.clear();
 }
 

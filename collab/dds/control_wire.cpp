@@ -47,7 +47,7 @@ bool IsSoundVector(const double (&v)[3]) {
   });
 }
 
-/// A sequence of the wire that lies in a vector.
+/// Lets a sequence of the wire use a vector's memory.
 template <typename Sequence, typename T>
 void LendList(std::vector<T>& room, Sequence& sequence) {
   sequence._maximum = sequence._length = static_cast<std::uint32_t>(room.size());
@@ -267,7 +267,7 @@ void ToWire(const ControllerSnapshot& snapshot, std::uint64_t controller,
     SetPose(body.X_WB, room.bodies[i].X_WB);
     SetPose(body.X_W, room.bodies[i].X_W);
     room.bodies[i].in_hand = body.in_hand;
-    // written, never changed, by DDS
+    // DDS reads it and never changes it
     auto& holders = const_cast<std::vector<std::uint64_t>&>(body.holders);
     LendList(holders, room.bodies[i].holders);
   }
@@ -296,7 +296,7 @@ void ToWire(const ControllerSnapshot& snapshot, std::uint64_t controller,
     SetWords(peer.refused, told.refused);
     peer.delay = told.delay_s;
     peer.link_force = told.link_force_N;
-    peer.held = {};  // the bodies' holders say it
+    peer.held = {};  // the bodies' holders have it
   }
   LendList(room.bodies, wire.bodies);
   LendList(room.instances, wire.instances);

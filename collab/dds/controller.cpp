@@ -21,16 +21,16 @@
 #include "collab/dds/control_wire.h"
 #include "collab/dds/fast_reader.h"
 
-// The host's end of the command interface. Two threads: the host's, and one of ours that receives
-// and shows that the process lives.
+// The host's end of the command interface. It has two threads: the host's, and one of ours that
+// receives and shows that the process lives.
 
 namespace tandem {
 
 namespace {
 
 constexpr std::int64_t kBeatNs = 50'000'000;
-constexpr std::chrono::milliseconds kKeysStep{10};  // between two looks for keys
-constexpr std::int64_t kGoneNs = 500'000'000;     // without a snapshot
+constexpr std::chrono::milliseconds kKeysStep{10};  // between two searches for keys
+constexpr std::int64_t kGoneNs = 500'000'000;       // time without a snapshot
 constexpr std::int64_t kLeastGoalNs = 1'000'000;  // between two goals
 constexpr std::size_t kMostWaiting = 32;          // requests without an answer, so that none is lost
 
@@ -48,14 +48,15 @@ class Controller::Link {
   Link& operator=(const Link&) = delete;
 
   bool Open();
-  /// Waits for a tenth of a second at the most until the controller has been heard.
+  /// Waits for at most a tenth of a second until the controller has been heard.
   bool Meet();
-  /// Returns a request with the next number and this host's name, to be filled.
+  /// Returns a request with the next number and this host's name, to be filled in.
   tandem_control_Request NextRequest();
   /// Repeats a first request, by which the controller knows this host's name, until it is answered
-  /// or that time has come. While a controller is flooded it may drop what an unknown host sends.
+  /// or that time has come. While a controller is flooded it may drop the samples of an unknown
+  /// host.
   void Introduce(std::int64_t until_ns);
-  /// What is wrong with the one that was heard.
+  /// Returns what is wrong with the version of the controller that was heard.
   std::optional<Error> VersionFault() const;
 
   bool attached() const {
@@ -77,7 +78,7 @@ class Controller::Link {
   }
 
  private:
-  /// A copy of a sample that owns its lists, as FromWire reads it.
+  /// A copy of a sample that owns its lists, in the form that FromWire reads.
   struct SceneCopy {
     tandem_control_Scene wire{};
     std::vector<tandem_control_SceneBody> bodies;
@@ -107,23 +108,23 @@ class Controller::Link {
   dds_entity_t wake_ = 0;
   dds_entity_t waitset_ = 0;
 
-  // the host's thread
+  // used by the host's thread
   std::uint64_t next_number_ = 1;
-  std::map<std::uint64_t, OnAnswer> waiting_;  // for an answer, by number
+  std::map<std::uint64_t, OnAnswer> waiting_;  // callbacks of unanswered requests, by number
   std::function<void(const ControllerSnapshot&)> on_snapshot_;
   ControllerSnapshot snapshot_;
   std::int64_t gone_since_ns_ = 0;
 
-  // both threads
+  // used by both threads
   mutable std::mutex mutex_;
   std::condition_variable something_;
   bool stopping_ = false;
-  HostGoal goal_;  // the newest
-  bool goal_waits_ = false;  // is to be sent as soon as there is time
+  HostGoal goal_;            // newest goal
+  bool goal_waits_ = false;  // it is to be sent as soon as there is time
   std::int64_t last_goal_ns_ = 0;
-  std::uint64_t controller_ = 0;  // that was heard
-  bool replaced_ = false;         // by another one of its name
-  double rate_hz_ = 60;           // of snapshots, that this host has asked for
+  std::uint64_t controller_ = 0;  // id of the controller that was heard
+  bool replaced_ = false;         // another controller has taken its name
+  double rate_hz_ = 60;           // rate of snapshots that this host has asked for
   std::int64_t next_snapshot_ns_ = 0;
   SceneCopy scene_;
   std::uint32_t other_version_ = 0;
@@ -166,7 +167,7 @@ Controller::Link::~Link() {
   if (thread_.joinable()) {
     dds_set_guardcondition(wake_, true);
     thread_.join();
-    // best effort, and the last word: said three times
+    // a goodbye is the last goal and best effort, so it is sent three times
     for (int times = 0; times < 3; ++times) Beat(true);
   }
   domain_.participant.Delete();
@@ -226,7 +227,7 @@ void Controller::Link::Beat(bool goodbye) {
     const std::lock_guard lock(mutex_);
     goal = goal_;
   }
-  // said again, for one may be lost; what has been heard already counts no second time
+  // goals are repeated because one may be lost; a goal that was heard already does not count again
   if (goodbye) goal.kind = HostGoal::Kind::kGoodbye;
   ToWire(goal, wire);
   wire.host = id_;
@@ -286,7 +287,7 @@ void Controller::Link::Receive() {
   take(snapshots_, [&](const void* sample) {
     heard_ns_ = MonotonicNow_ns();
     const auto& wire = *static_cast<const tandem_control_Snapshot*>(sample);
-    // they come as often as the host wants them that wants the most
+    // they come at the highest rate that any host has asked for
     if (heard_ns_ < next_snapshot_ns_ && wire.scene_number == newest_.scene_number) return;
     const auto period_ns = static_cast<std::int64_t>(1e9 / rate_hz_);
     next_snapshot_ns_ = std::max(next_snapshot_ns_ + period_ns, heard_ns_ - period_ns / 2);
@@ -334,7 +335,7 @@ void Controller::Link::Mean(HostGoal::Kind kind, const Pose& X_WG, const Vec3& l
     const std::lock_guard lock(mutex_);
     goal_ = {
         .kind = kind, .seq = goal_.seq + 1, .X_WG = X_WG, .linear = linear, .angular = angular};
-    // more than the hand takes: the newest follows when there is time for it
+    // more goals than the hand takes: the newest follows when there is time for it
     const std::int64_t now_ns = MonotonicNow_ns();
     if (now_ns - last_goal_ns_ < kLeastGoalNs) {
       if (!std::exchange(goal_waits_, true)) dds_set_guardcondition(wake_, true);
@@ -349,7 +350,7 @@ void Controller::Link::Mean(HostGoal::Kind kind, const Pose& X_WG, const Vec3& l
 }
 
 void Controller::Link::AnswerForTheGone() {
-  // a controller that is busy for long shows its snapshots all the same
+  // a controller that is busy for long still sends snapshots
   const std::int64_t now_ns = MonotonicNow_ns();
   bool replaced = false;
   {
@@ -390,7 +391,7 @@ bool Controller::Link::Poll() {
 
 namespace {
 
-/// The keys that a controller of that name has made for its hosts, and which ones these are.
+/// The keys that a controller of that name has made for its hosts, and a line that identifies them.
 struct HostKeys {
   std::filesystem::path folder;  // empty: it has made none
   std::string which;
@@ -418,7 +419,7 @@ Result<Controller> Controller::Attach(const std::string& name, const Options& op
       MonotonicNow_ns() + static_cast<std::int64_t>(1e9 * options.timeout_s);
   for (;;) {
     const HostKeys keys = FindHostKeys(folder);
-    // any user of the machine may speak plainly under that name
+    // without keys any user of the machine may speak under that name
     if (options.secured && keys.folder.empty()) {
       if (MonotonicNow_ns() > until_ns) {
         return Error{"no controller '" + name + "' with keys on this machine: 'tandem peer " +
@@ -460,7 +461,7 @@ void Controller::Send(const ControlRequest& request, OnAnswer on_answer) {
 }
 
 Answer Controller::Ask(const ControlRequest& request, double timeout_s) {
-  // kept alive by the callback: an answer may come after the time is up
+  // the callback keeps it alive: an answer may come after the time is up
   const auto answered = std::make_shared<std::optional<Answer>>();
   link_->Send(request, [answered](const Answer& answer) {
     *answered = answer;

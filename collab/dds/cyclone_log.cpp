@@ -14,9 +14,9 @@
 namespace tandem {
 namespace {
 
-constexpr int kLinesPerSecond = 3;  // and one that counts the rest
+constexpr int kLinesPerSecond = 3;  // and one line that counts the rest
 
-// A piece of Cyclone's words, and ours. The first that fits counts.
+// A part of Cyclone's message, and its meaning. The first that matches counts.
 constexpr std::array<std::pair<const char*, const char*>, 12> kMeanings{{
     {"Certificate not valid", "somebody with keys of another session was refused"},
     {"PKCS7", "somebody's permissions, or our own, are not signed by the session's authority"},
@@ -34,7 +34,7 @@ constexpr std::array<std::pair<const char*, const char*>, 12> kMeanings{{
 constexpr std::size_t kMaxKept = 100;
 constexpr std::size_t kLongestMessage = 400;  // bytes
 
-// Cyclone calls it from any of its threads, the receive thread too: nothing here waits.
+// Cyclone calls it from any of its threads, also the receive thread, so nothing here waits.
 class CycloneLog {
  public:
   void Add(std::string line) {
@@ -81,7 +81,7 @@ class CycloneLog {
   long dropped_ = 0;
 };
 
-// Never destroyed: Cyclone's threads may outlive main().
+// Never destroyed, because Cyclone's threads may outlive main().
 CycloneLog& Log() {
   static auto& log = *new CycloneLog;
   return log;
@@ -90,7 +90,7 @@ CycloneLog& Log() {
 void OnCycloneMessage(void* /*unused*/, const dds_log_data_t* data) {
   std::string_view message = data->message;
   while (message.ends_with('\n') || message.ends_with(' ')) message.remove_suffix(1);
-  // it may have a name in it that a stranger chose
+  // the message may contain a name that a stranger chose
   if (!message.empty()) Log().Add(PlainLine(message, kLongestMessage));
 }
 
@@ -110,7 +110,7 @@ void SayOfDds(const std::string& line) {
 }
 
 void TakeOverCycloneLog() {
-  StandardError();  // its thread is made here, not by one of Cyclone's
+  StandardError();  // makes its thread here, not on one of Cyclone's
   dds_set_log_sink(&OnCycloneMessage, nullptr);
 }
 

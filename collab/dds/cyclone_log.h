@@ -4,27 +4,27 @@
 
 namespace tandem {
 
-/// From here on Cyclone's messages go to stderr one line each, at most four a second, and the rest
-/// are counted: hostile packets make it write thousands. Once a process; again does nothing. Before
-/// the domain is made.
+/// Sends Cyclone's messages to stderr, one line each, at most four a second; further messages are
+/// counted. Hostile packets make Cyclone write thousands. Call it before the domain is made; a
+/// second call in a process changes nothing.
 void TakeOverCycloneLog();
 
-/// A line about DDS for a person. Does not wait for stderr.
+/// Writes a line about DDS for a person. Does not wait for stderr.
 void SayOfDds(const std::string& line);
 
-/// One of Cyclone's messages with what it means for a person before it.
+/// Returns one of Cyclone's messages, with its meaning for a person before it.
 std::string InPlainWords(const std::string& message);
 
-/// While it lives, Cyclone's messages are kept back, so that a failure can be told in one line of
-/// ours. One at a time.
+/// Keeps Cyclone's messages back while it lives, so that one line of Tandem's can report a failure.
+/// One at a time.
 class CycloneLogCapture {
  public:
   CycloneLogCapture();
-  ~CycloneLogCapture();  // says what was kept back, unless Take() was called
+  ~CycloneLogCapture();  // writes the messages that were kept back, unless Take() was called
   CycloneLogCapture(const CycloneLogCapture&) = delete;
   CycloneLogCapture& operator=(const CycloneLogCapture&) = delete;
 
-  /// The newest message, empty when there was none.
+  /// Returns the newest message, empty when there was none.
   std::string Take();
 };
 

@@ -16,8 +16,8 @@ namespace {
 
 std::atomic<bool> has_small_stacks{false};
 
-// These read what others send. A description of a type may be nested some thousand times, and
-// Cyclone reads it by a function that calls itself.
+// Returns whether that thread reads received data. A type's description may be nested some thousand
+// times, and Cyclone reads it recursively.
 bool ReadsWhatOthersSend(std::string_view name) noexcept {
   return name.starts_with("dq.") || name.starts_with("recv");
 }
@@ -31,7 +31,7 @@ void GiveCycloneSmallStacks() noexcept {
 }  // namespace tandem
 
 extern "C" {
-// Cyclone finds these before its own.
+// Cyclone finds these functions before its own.
 dds_return_t ddsrt_thread_create(ddsrt_thread_t* thread, const char* name,
                                  const ddsrt_threadattr_t* attributes,
                                  ddsrt_thread_routine_t routine, void* argument) {

@@ -1,17 +1,17 @@
 #pragma once
 
-// Cyclone's threads in this process have stacks of our choice, and wait by the clock that nobody
-// sets. Cyclone 0.10 waits until a time of the wall clock: when that was set back by a day, its
-// thread "tev" slept a day longer, unless something woke it. Meanwhile this program was announced
-// to nobody, and did not find out who had fallen silent.
+// Gives Cyclone's threads in this process stacks of a chosen size, and makes them wait by the
+// monotonic clock. Cyclone 0.10 waits until a time of the wall clock. If that clock is set back by
+// a day, its thread "tev" sleeps a day longer unless something wakes it. Meanwhile Cyclone does not
+// announce this program and does not notice silent peers.
 
 namespace tandem {
 
-/// Gives each thread that Cyclone makes from here on, but those that read what others send, a stack
-/// of kCycloneStackBytes. A peer locks its memory, so that a stack of ordinary size counts with all
-/// of its 8 MB, and Cyclone makes one thread more when the first member of a secured session comes.
-/// Cyclone's configuration takes a stack's size for some of its threads only. Any thread calls
-/// this; it holds for all domains of the process.
+/// Gives each thread that Cyclone makes after this call a stack of kCycloneStackBytes. Threads that
+/// read received data keep their ordinary stack. A peer locks its memory, so an ordinary stack
+/// costs its full 8 MB. Cyclone makes one thread more when the first member of a secured session
+/// comes. Cyclone's configuration takes a stack size for some of its threads only. Any thread may
+/// call this; it holds for all domains of the process.
 void GiveCycloneSmallStacks() noexcept;
 
 inline constexpr unsigned kCycloneStackBytes = 1024 * 1024;

@@ -8,7 +8,7 @@
 
 namespace tandem {
 
-/// Owns a DDS entity and with it all that was made under it.
+/// Owns a DDS entity and all entities made under it.
 class Entity {
  public:
   Entity() = default;
@@ -27,7 +27,7 @@ class Entity {
   dds_entity_t get() const { return handle_; }
 
  private:
-  dds_entity_t handle_ = 0;  // negative: the code of why there is none
+  dds_entity_t handle_ = 0;  // negative: the error code of why there is no entity
 };
 
 struct QosDeleter {

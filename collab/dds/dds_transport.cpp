@@ -20,7 +20,7 @@
 namespace tandem {
 namespace {
 
-// How long a goodbye waits for those who hear it to say so.
+// Time for which a goodbye waits for its readers' acknowledgements.
 constexpr dds_duration_t kGoodbyeWait = DDS_MSECS(100);
 // Samples of presence that may wait for the control thread.
 constexpr int kPresenceDepth = 16;
@@ -47,7 +47,7 @@ struct Writers {
   dds_entity_t linked = 0;
   dds_entity_t view = 0;
   dds_entity_t event = 0;
-  dds_entity_t presence = 0;  // of peer_info, or a viewer's of viewer_info
+  dds_entity_t presence = 0;  // for peer_info, or a viewer's for viewer_info
   dds_entity_t scene = 0;
 };
 
@@ -77,7 +77,7 @@ class DdsTransport final : public Transport {
         views_(inbox, HandView, options, on_match_) {}
   ~DdsTransport() override { Close(); }
 
-  /// Makes what is below the participant; what went wrong, or nothing.
+  /// Makes all entities below the participant. Returns the first failure, or nothing.
   std::optional<Error> Open() {
     Note(participant_.get(), "the participant");
     OpenTopics();
@@ -106,8 +106,7 @@ class DdsTransport final : public Transport {
     return std::nullopt;
   }
 
-  // States are numbered anew, over all bodies and both topics: what the others miss is then what
-  // was lost on the way.
+  // Numbers states anew, over all bodies and both topics, so that a gap means a loss on the way.
   void Publish(const ObjectState& state) override {
     ObjectState numbered = state;
     numbered.seq = ++states_sent_;
@@ -123,7 +122,7 @@ class DdsTransport final : public Transport {
     PublishFast<tandem_ViewFrame>(writers_.view, frame);
   }
   void Publish(const PeerInfo& info) override {
-    if (said_goodbye_.load()) return;  // ended by force, while this thread has not seen it yet
+    if (said_goodbye_.load()) return;  // the program ends by force, unseen by this thread yet
     PeerInfo said = info;
     said.incarnation = incarnation_;
     SayPresence(said);
@@ -141,8 +140,8 @@ class DdsTransport final : public Transport {
     SayGoodbye();
     Close();
   }
-  // By a sample, not by disposing: any writer of the topic can dispose of any instance. Nothing
-  // that other threads of this program have in hand is touched.
+  // Says goodbye by a sample, not by disposing, because any writer of the topic can dispose of any
+  // instance. It touches nothing that other threads of this program use.
   void SayGoodbye() override {
     if (said_goodbye_.exchange(true)) return;
     if (options_.role == Role::kViewer) {
@@ -152,7 +151,7 @@ class DdsTransport final : public Transport {
       const auto last = GoodbyeOf<tandem_PeerInfo>(options_.peer, incarnation_);
       dds_write(writers_.presence, &last);
     }
-    // of a writer that has gone both say so and do nothing
+    // if the writer is gone, both calls return an error and do nothing
     dds_wait_for_acks(writers_.presence, kGoodbyeWait);
   }
   std::string KeysEnd() const override { return EndOfKeys(keys_); }
@@ -179,7 +178,7 @@ class DdsTransport final : public Transport {
     if (!sent) unsent_.fetch_add(1, std::memory_order_relaxed);
   }
 
-  // Keeps the first failure; hands the entity on.
+  // Keeps the first failure and returns the entity.
   dds_entity_t Note(dds_entity_t entity, const char* what) {
     if (entity < 0 && !failed_.has_value()) {
       failed_ = Error{std::string("cannot make ") + what + ": " + dds_strretcode(entity)};
@@ -195,7 +194,7 @@ class DdsTransport final : public Transport {
     topics_.peer_info = open(tandem_PeerInfo_desc, "peer_info");
     topics_.viewer_info = open(tandem_ViewerInfo_desc, "viewer_info");
     topics_.scene = open(tandem_SceneManifest_desc, "scene");
-    // a viewer's permissions do not let it have the others
+    // a viewer's permissions do not cover the other topics
     if (options_.role == Role::kViewer) return;
     topics_.state = open(tandem_ObjectState_desc, "state/1");
     topics_.linked = open(tandem_LinkedState_desc, "link/2");
@@ -221,7 +220,7 @@ class DdsTransport final : public Transport {
     writers_.scene = open(topics_.scene, Purpose::kSubject, ScenePartition(options_.peer));
   }
 
-  // An instance that is not registered is made and dropped again at each write.
+  // DDS would make an unregistered instance and drop it again at each write.
   void RegisterObjects() {
     if (options_.role == Role::kViewer || failed_.has_value()) return;
     const auto add = [this](dds_entity_t writer, const auto& key) {
@@ -268,7 +267,7 @@ class DdsTransport final : public Transport {
     const Listener listener = quiet_.MakeListener(on_match_);
     const auto open_presence = [&](dds_entity_t topic, const char* partition) {
       const Qos qos = MakeQos(Purpose::kPresence, partition);
-      // whoever writes to another's instance must not push out what that one says
+      // a stranger's samples in a peer's instance must not push out the peer's own
       dds_qset_history(qos.get(), DDS_HISTORY_KEEP_LAST, kPresenceDepth);
       return open_gated(topic, Purpose::kPresence, qos, listener.get());
     };
@@ -277,7 +276,7 @@ class DdsTransport final : public Transport {
     scene_reader_ = open(topics_.scene, Purpose::kSubject, kEveryScene);
   }
 
-  // The control thread's; what it cannot keep is said once.
+  // Runs on the control thread. It reports the first time that a writer has no place.
   void RefreshOwners(const Seats& seats) {
     const std::size_t unheard = std::max(
         {states_.RefreshOwners(seats), linked_.RefreshOwners(seats), views_.RefreshOwners(seats)});
@@ -287,7 +286,7 @@ class DdsTransport final : public Transport {
              " that came last are not heard (--secure keeps strangers out)");
   }
 
-  // The control thread goes first: it uses the readers.
+  // Stops the threads first, because they use the readers.
   void Close() {
     if (participant_.get() > 0) Report();
     files_.reset();
@@ -304,12 +303,12 @@ class DdsTransport final : public Transport {
   }
 
   const DdsOptions options_;
-  const MemberKeys keys_;  // of a secured session
+  const MemberKeys keys_;  // in a secured session
   const std::uint64_t incarnation_ = NewIncarnation();
   Inbox& inbox_;
   std::optional<Error> failed_;
   std::atomic<std::uint64_t> unsent_ = 0;
-  // the sender thread's
+  // used by the sender thread
   std::uint32_t states_sent_ = 0;
   LinkedState sending_;
   std::atomic<bool> said_goodbye_ = false;
@@ -327,8 +326,8 @@ class DdsTransport final : public Transport {
   dds_entity_t viewer_info_reader_ = 0;
   dds_entity_t scene_reader_ = 0;
   dds_entity_t event_reader_ = 0;
-  InfoRoom info_room_;            // of the peer_info being sent
-  bool told_of_unheard_ = false;  // the control thread's
+  InfoRoom info_room_;            // lists of the peer_info being sent
+  bool told_of_unheard_ = false;  // used by the control thread
   std::optional<ControlThread> control_;
   std::unique_ptr<FileThread> files_;
 };

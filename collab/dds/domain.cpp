@@ -28,8 +28,8 @@ bool ddsi_typeid_is_hash(const ddsi_typeid* type);
 const ddsi_typeid* ddsi_typeinfo_minimal_typeid(const ddsi_typeinfo* info);
 const ddsi_typeid* ddsi_typeinfo_complete_typeid(const ddsi_typeinfo* info);
 
-// Cyclone's own, which finds this one before its own: an announced writer whose type is of a kind
-// that there is not makes 0.10.2 end the program, and anybody can announce one.
+// Replaces Cyclone's function, because Cyclone finds this one before its own. An announced writer
+// whose type is of an unknown kind makes 0.10.2 end the program, and anybody can announce one.
 bool ddsi_typeinfo_valid(const ddsi_typeinfo* info) {
   static const auto cyclones =
       reinterpret_cast<decltype(&ddsi_typeinfo_valid)>(dlsym(RTLD_NEXT, "ddsi_typeinfo_valid"));
@@ -42,15 +42,15 @@ namespace tandem {
 namespace {
 
 constexpr const char* kLoopback = "lo";
-// Bytes. A controller's snapshot has 0.25 MB at the most, all else is smaller (idl).
+// Bytes. A controller's snapshot has at most 0.25 MB, all else is smaller (idl).
 constexpr int kLargestSample = 512 * 1024;
 
-bool IsPlain(char c) {  // in any locale
+bool IsPlain(char c) {  // independent of the locale
   return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '.' ||
          c == '_' || c == '-';
 }
 
-// Why `name` is no interface to use, or nothing.
+// Returns why `name` is not an interface to use, or nothing.
 std::optional<Error> CheckInterface(const std::string& name) {
   ifaddrs* list = nullptr;
   if (getifaddrs(&list) != 0) return Error{"cannot list the network interfaces"};
@@ -78,7 +78,7 @@ bool IsIpv4(const std::string& text) {
   return inet_pton(AF_INET, text.c_str(), &address) == 1;
 }
 
-// Why a host is not to be found, or nothing.
+// Returns why no address of a host is found, or nothing.
 std::optional<Error> CheckHost(const std::string& host) {
   addrinfo hints{};
   hints.ai_family = AF_INET;
@@ -92,7 +92,7 @@ std::optional<Error> CheckHost(const std::string& host) {
 
 bool PortIsFree(std::uint16_t port) {
   const int probe = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
-  if (probe < 0) return true;  // Cyclone will say
+  if (probe < 0) return true;  // Cyclone will report it
   sockaddr_in address{};
   address.sin_family = AF_INET;
   address.sin_port = htons(port);
@@ -101,7 +101,7 @@ bool PortIsFree(std::uint16_t port) {
   return free;
 }
 
-// What keeps an own port from use, or nothing.
+// Returns why an own port cannot be used, or nothing.
 std::optional<Error> CheckPort(std::uint16_t port) {
   if (port == 0) return std::nullopt;
   for (const std::uint32_t one : {std::uint32_t{port}, std::uint32_t{port} + 1}) {
@@ -126,8 +126,8 @@ std::string PeersXml(const DdsOptions& options, bool loopback) {
   if (loopback && options.peers.empty()) xml += "<Peer address=\"127.0.0.1\"/>";
   for (const std::string& text : options.peers) {
     const Result<PeerAddress> peer = ParsePeerAddress(text);
-    if (!peer) continue;  // CheckOptions has said so
-    // with a port of one's own the others are taken to have the same
+    if (!peer) continue;  // CheckOptions has reported it
+    // with a port of our own, the others are taken to have the same
     const std::uint16_t port = peer->port != 0 ? peer->port : options.port;
     xml += "<Peer address=\"" + EscapedMarkup(peer->host);
     if (port != 0) xml.append(":").append(std::to_string(port));
@@ -203,7 +203,7 @@ std::string DomainXml(const DdsOptions& options, bool real_time_receive) {
   if (!options.external_address.empty()) {
     xml += "<ExternalNetworkAddress>" + options.external_address + "</ExternalNetworkAddress>";
   }
-  // fragments of IP packets do not get through many routers
+  // many routers drop fragments of IP packets
   if (!options.peers.empty() || options.port != 0 || !options.external_address.empty()) {
     xml += "<MaxMessageSize>1400 B</MaxMessageSize><FragmentSize>1300 B</FragmentSize>";
   }
@@ -215,24 +215,24 @@ std::string DomainXml(const DdsOptions& options, bool real_time_receive) {
            std::to_string(kLastProgramIndex) + "</MaxAutoParticipantIndex>";
   }
   xml += "<LeaseDuration>2 s</LeaseDuration>";
-  // After a cut longer than that all are discovered anew, by their next announcement: Cyclone's own
-  // come every 1.6 s, and those who are back are to be known within a second. Not more often than
-  // kLivelinessLeaseNs: one is a sign of life, also of who has given us up and says no more.
-  // Loopback is never cut, and would have each sent to every port.
+  // after a cut longer than the lease, all programs are discovered again by their next
+  // announcement. Cyclone's own come every 1.6 s, but peers that are back are to be known within a
+  // second. They must not come more often than kLivelinessLeaseNs, because an announcement is a
+  // sign of life, also of a peer that has given us up. Loopback is never cut, and would have each
+  // announcement sent to every port
   if (!loopback) xml += "<SPDPInterval>650 ms</SPDPInterval>";
   if (!multicast) xml += PeersXml(options, loopback);
-  // so long a writer that ends waits for readers that have not acknowledged all. One that was
-  // killed never does, and after a second, which is Cyclone's own, the program has been ended by
-  // force
+  // a writer that ends waits so long for readers that have not acknowledged all. A killed reader
+  // never does, and after one second, Cyclone's default, the program has been ended by force
   xml += "</Discovery><Internal><WriterLingerDuration>300 ms</WriterLingerDuration>";
-  // a socket keeps what comes while the receive thread does not get to run: of seven peers at 1 kHz
-  // some 0.2 s; where the kernel allows less, it is less
+  // a socket keeps the packets that come while the receive thread does not run. With seven peers at
+  // 1 kHz that is some 0.2 s, or less where the kernel allows less
   xml += std::string("<MultipleReceiveThreads>") +
          (HasTheSocketToItself(options) ? "true" : "false") +
          "</MultipleReceiveThreads><SocketReceiveBufferSize max=\"" +
          std::to_string(kSocketBuffer) + " B\"/>";
-  // a sample that waits for one before it keeps the whole receive buffer that it came to; pieces of a
-  // sample are kept until it is whole
+  // a sample that waits for an earlier one keeps the whole receive buffer that it came in; pieces
+  // of a sample are kept until it is whole
   xml += "<MaxSampleSize>" + std::to_string(kLargestSample) +
          " B</MaxSampleSize><DefragReliableMaxSamples>4</DefragReliableMaxSamples></Internal>";
   xml += "<Sizing><ReceiveBufferSize>256 KiB</ReceiveBufferSize></Sizing>";
@@ -245,7 +245,7 @@ std::string DomainXml(const DdsOptions& options, bool real_time_receive) {
 
 Result<Entity> CreateDomain(const DdsOptions& options) {
   if (std::optional<Error> error = CheckOptions(options)) return *error;
-  // nothing of ours sets the environment
+  // no code of ours sets the environment
   if (const char* uri = std::getenv("CYCLONEDDS_URI");  // NOLINT(concurrency-mt-unsafe)
       uri != nullptr && *uri != '\0') {
     SayOfDds("CYCLONEDDS_URI is set; a session brings its own DDS configuration, so it is ignored");

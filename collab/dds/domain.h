@@ -9,28 +9,29 @@
 
 namespace tandem {
 
-/// The Cyclone configuration of a session: its discovery tag, leases, interface, receive thread.
+/// Returns the Cyclone configuration of a session: discovery tag, leases, interface, receive
+/// thread.
 std::string DomainXml(const DdsOptions& options, bool real_time_receive);
 
-/// The session's name where others of the same domain cannot take it for theirs: "tandem/NAME",
-/// whatever is not a letter, digit, '.', '_' or '-' as %XX. XML and Cyclone's own ${} leave it as
-/// it is.
+/// Returns the session's name in a form that no other use of the domain has: "tandem/NAME", with
+/// %XX for all but letters, digits, '.', '_' and '-'. Neither XML nor Cyclone's ${} changes this
+/// form.
 std::string DiscoveryTag(const std::string& session);
 
-/// The last of the places, counted from 0, that the programs of a machine take in a domain.
+/// The last of the places, counted from 0, that a machine's programs take in a domain.
 inline constexpr std::uint32_t kLastProgramIndex = 60;
 
-/// The UDP port that a program listens at for discovery, the `index`-th of its machine in a domain;
-/// the next one is for data.
+/// Returns the UDP port at which a program listens for discovery, the `index`-th program of its
+/// machine in a domain. The next port is for data.
 constexpr std::uint32_t DiscoveryPort(std::uint32_t domain, std::uint32_t index) {
   return 7400 + 250 * domain + 10 + 2 * index;
 }
 
-/// Why these options cannot work, in words; nothing: they can.
+/// Returns why these options cannot work, in words, or nothing if they can.
 std::optional<Error> CheckOptions(const DdsOptions& options);
 
-/// Makes the domain from the options alone; CYCLONEDDS_URI in the environment is not heeded, and
-/// that is said. A process takes part in a domain once at a time.
+/// Makes the domain from the options alone. It ignores CYCLONEDDS_URI in the environment and says
+/// so. A process takes part in a domain once at a time.
 Result<Entity> CreateDomain(const DdsOptions& options);
 
 }  // namespace tandem

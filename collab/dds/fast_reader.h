@@ -15,19 +15,21 @@
 
 namespace tandem {
 
-/// This machine's monotonic clock.
+/// Returns the time of this machine's monotonic clock.
 std::int64_t MonotonicNow_ns();
 
-/// Reads a topic of motion: takes each sample on the receive thread as it comes, refuses what is more
-/// than its writer may send, unsound, or by another than its peer's partition, telling the inbox why,
-/// passes over what comes from oneself, and hands the rest to the inbox. Takes no lock that others
-/// hold for long, allocates nothing, says nothing.
+/// Reads a topic of motion. It takes each sample on the receive thread as it comes, passes over
+/// samples of its own peer, and hands sound ones to the inbox. It refuses a sample that exceeds its
+/// writer's limits, is unsound, or comes through a partition that is not its peer's. The inbox gets
+/// the reason. The reader takes no lock that others hold for long, allocates nothing and logs
+/// nothing.
+/// nothing.
 template <typename Wire, typename Message>
 class FastReader {
  public:
   using Deliver = void (*)(Inbox& inbox, const Message&, std::int64_t arrival_ns);
 
-  /// Passes over what comes from the options' peer. `on_match` is a guard condition, raised
+  /// Passes over samples of the options' peer. `on_match` is a guard condition that is raised
   /// whenever writers come or go: call RefreshOwners() then.
   FastReader(Inbox& inbox, Deliver deliver, const DdsOptions& options, dds_entity_t on_match)
       : inbox_(inbox),
@@ -39,7 +41,7 @@ class FastReader {
     for (std::size_t i = 0; i < kBatch; ++i) pointers_[i] = &samples_[i];
   }
 
-  /// Negative: Cyclone's code of what went wrong.
+  /// Makes the reader. Negative: Cyclone's error code.
   dds_entity_t Open(dds_entity_t participant, dds_entity_t topic, const Qos& qos) {
     const Listener listener(dds_create_listener(this));
     dds_lset_data_available(listener.get(), [](dds_entity_t reader, void* context) {
@@ -59,7 +61,7 @@ class FastReader {
     return reader_;
   }
 
-  /// Gives how many writers are not heard since there are too many.
+  /// Returns how many writers find no place in the table; their samples are not heard.
   std::size_t RefreshOwners(const Seats& seats) {
     return reader_ > 0 ? owners_.Refresh(reader_, seats) : 0;
   }
@@ -82,7 +84,7 @@ class FastReader {
   void Hand(const Wire& wire, dds_instance_handle_t writer, std::int64_t arrival_ns) noexcept {
     if (wire.peer == self_) return;
     const PeerId owner = owners_.Find(writer);
-    if (owner == 0) return;  // matched so lately that the table does not say whose yet
+    if (owner == 0) return;  // matched so lately that the table does not know its owner yet
     std::optional<Drop> fault;
     if (owner == WriterOwners::kNobody) {
       fault = Drop::kNoOwner;
@@ -107,7 +109,7 @@ class FastReader {
   dds_entity_t reader_ = 0;
   WriterOwners owners_;
 
-  // of the receive thread, which is in one listener of a reader at a time
+  // used by the receive thread, which is in one listener of a reader at a time
   std::array<Wire, kBatch> samples_{};
   std::array<void*, kBatch> pointers_{};
   std::array<dds_sample_info_t, kBatch> infos_{};

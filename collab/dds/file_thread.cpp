@@ -16,11 +16,11 @@ namespace tandem {
 
 namespace {
 
-// A peer's memory is locked, so that a thread counts with its whole stack.
+// A peer's memory is locked, so a thread costs its whole stack.
 constexpr std::size_t kStackBytes = 512U << 10U;
 constexpr int kLowPriority = 15;  // nice
 constexpr std::size_t kMostKnownFacts = 1024;
-// Samples that wait in a reader, of each writer.
+// Samples of each writer that may wait in a reader.
 constexpr int kAskDepth = 8;
 constexpr int kPieceDepth = 48;
 
@@ -38,7 +38,7 @@ FileThread::FileThread(const Options& options, FileParty& party, Inbox& inbox)
 std::unique_ptr<FileThread> FileThread::Start(const Options& options, FileParty& party,
                                               Inbox& inbox) {
   std::unique_ptr<FileThread> files(new FileThread(options, party, inbox));
-  // one that wants nothing yet opens them later
+  // a party that wants nothing yet opens its topics later
   if (party.wants() && !files->Open()) return nullptr;
   pthread_attr_t attributes;
   pthread_attr_init(&attributes);
@@ -93,7 +93,7 @@ bool FileThread::Open() {
     piece_writer_ = Writer(pieces);
     const bool opened =
         piece_writer_ > 0 && Reader(Topic(tandem_FileAsk_desc, "file/ask"), kEveryPeer) > 0;
-    // a viewer may say no file/*: its keys are older than that
+    // a viewer may not publish file/*: its keys are older than that topic
     Reader(Topic(tandem_FileAsk_desc, "review/file_ask"), kEveryViewer);
     return opened;
   }
@@ -104,7 +104,7 @@ bool FileThread::Open() {
 
 void FileThread::Close() {
   open_ = false;
-  for (const dds_entity_t reader : readers_) dds_delete(reader);  // with what it is waited for by
+  for (const dds_entity_t reader : readers_) dds_delete(reader);  // and its read conditions
   for (const dds_entity_t writer : {ask_writer_, piece_writer_}) {
     if (writer > 0) dds_delete(writer);
   }

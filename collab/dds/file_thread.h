@@ -17,9 +17,9 @@
 namespace tandem {
 
 /// Gives a FileParty the topics file/ask and file/piece of a session while it wants them, on a
-/// thread of its own; of who serves below the priority of all others. A writer's samples count as
-/// its peer's only if they come by that peer's partition. What is more than a sound program asks
-/// for is not heard (WriterGate).
+/// separate thread. The thread of a serving party runs at a low priority. A writer's samples count
+/// as its peer's only if they come by that peer's partition. A WriterGate refuses more than a sound
+/// program sends.
 class FileThread {
  public:
   struct Options {
@@ -28,9 +28,10 @@ class FileThread {
     Role role = Role::kActive;
   };
 
-  /// Null: the thread or the topics cannot be had, for keys do not allow them or DDS has no more.
+  /// Returns null if the thread or the topics cannot be made, because keys do not allow them or DDS
+  /// has no more room.
   static std::unique_ptr<FileThread> Start(const Options& options, FileParty& party, Inbox& inbox);
-  /// Stops.
+  /// Stops the thread.
   ~FileThread();
   FileThread(const FileThread&) = delete;
   FileThread& operator=(const FileThread&) = delete;

@@ -56,7 +56,7 @@ void ToWire(const FilePiece& piece, tandem_FilePiece& wire) noexcept {
   wire.compressed = piece.compressed;
   const auto size = static_cast<std::uint32_t>(std::min(piece.bytes.size(), kPieceBytes));
   wire.bytes._length = wire.bytes._maximum = size;
-  // Cyclone reads what it sends
+  // Cyclone only reads a sample that it sends
   wire.bytes._buffer =
       reinterpret_cast<std::uint8_t*>(const_cast<char*>(piece.bytes.data()));  // NOLINT
 }

@@ -13,7 +13,8 @@
 #include "collab/dds/fast_reader.h"
 
 extern "C" {
-// Cyclone's own cache of a reader; the library exports it, its headers do not name it.
+// Cyclone's own cache of a reader. The library exports this function, but its headers do not
+// declare it.
 dds_rhc* dds_rhc_default_new(dds_reader* reader, const ddsi_sertype* type);
 }
 
@@ -30,12 +31,12 @@ std::uint64_t NumberOf(const ddsi_guid_prefix_t& prefix) {
   return mixed != 0 ? mixed : 1;
 }
 
-/// A reader's cache that asks the gate first and leaves the rest to Cyclone's. Cyclone calls its
-/// functions through the table of their addresses, owns it, and frees it last of all.
+/// A reader's cache that asks the gate first and leaves the rest to Cyclone's cache. Cyclone calls
+/// its functions through a table, owns it, and frees it last of all.
 struct GatedCache {
-  dds_rhc base{};  // the first member: Cyclone's pointer to it is the pointer to this
+  dds_rhc base{};  // first member: Cyclone's pointer to it is the pointer to this
   dds_rhc* inner = nullptr;
-  std::mutex mutex;  // of the gate: data come by one thread, ends of writers by another
+  std::mutex mutex;  // guards the gate: one thread brings data, another the ends of writers
   WriterGate gate;
   OnRefused on_refused;
 
@@ -56,7 +57,7 @@ struct GatedCache {
     }
     if (!refused) return dds_rhc_store(self.inner, writer, sample, instance);
     self.on_refused(writer->iid, *refused);
-    return true;  // it has come: nobody waits for room, and none is sent again
+    return true;  // counts as received: Cyclone does not wait for room, nor ask for it again
   }
   static void WriterGone(ddsi_rhc* cache, const ddsi_writer_info* writer) {
     GatedCache& self = Of(cache);
@@ -109,7 +110,7 @@ struct GatedCache {
   static std::uint32_t LockSamples(dds_rhc* cache) {
     return dds_rhc_lock_samples(Of(cache).inner);
   }
-  // the first call of all: only now there is a reader to make Cyclone's cache for
+  // the first call of all: without a reader there is no cache of Cyclone's to make
   static dds_return_t Associate(dds_rhc* cache, dds_reader* reader, const ddsi_sertype* type,
                                 ddsi_tkmap* instances) {
     GatedCache& self = Of(cache);
@@ -142,7 +143,7 @@ dds_entity_t CreateGatedReader(dds_entity_t participant, dds_entity_t topic, con
   cache->base.common.ops = &kGatedCache;
   const dds_entity_t reader =
       dds_create_reader_rhc(participant, topic, qos, listener, &cache->base);
-  if (reader > 0) static_cast<void>(cache.release());  // the reader's now
+  if (reader > 0) static_cast<void>(cache.release());  // the reader owns it
   return reader;
 }
 

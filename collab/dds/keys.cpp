@@ -29,7 +29,8 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t kMaxName = 64;
 constexpr std::uintmax_t kLargestMemberFile = 1 << 18;  // bytes
-constexpr const char* kAudienceMark = "audience.txt";  // in a session's folder: it is an audience's
+constexpr const char* kAudienceMark = "audience.txt";   // file in the folder of an audience's
+                                                        // session
 constexpr std::array kMemberFiles{"identity_ca.pem", "permissions_ca.pem", "governance.p7s",
                                   "identity.pem",    "identity.key",       "permissions.p7s",
                                   "member.txt"};
@@ -41,7 +42,7 @@ Result<bool> CopyInto(const fs::path& from, const fs::path& to) {
   return true;
 }
 
-// 64 random bits; the certificate binds them to the member.
+// Returns 64 random bits; the certificate binds them to the member.
 PeerId NewPeerId() {
   std::random_device random;
   PeerId id = 0;
@@ -61,8 +62,9 @@ Result<bool> MakeAuthority(const std::string& name, const Authority& out, int da
   return done;
 }
 
-// Why the two are one, or nothing. Nor may one of them have issued the other: then every
-// certificate of a member leads to both, and a member could sign permissions for itself.
+// Returns why the two authorities are not separate, or true. Neither may have issued the other.
+// Otherwise every certificate of a member leads to both, and a member could sign permissions for
+// itself.
 Result<bool> AreTwo(const fs::path& identity_ca, const fs::path& permissions_ca) {
   const Result<std::string> first = PublicKeyOf(identity_ca);
   if (!first) return Error{identity_ca.string() + ": " + first.error().what};
@@ -96,7 +98,7 @@ Result<bool> TakeOrMake(const Authority& given, const std::string& name, const A
   return copied ? CopyInto(given.key, own.key) : copied;
 }
 
-// "2026-11-22 19:04:15Z" after a word that says which; 0: it is not there.
+// Returns the date "2026-11-22 19:04:15Z" that follows `word`; 0: there is none.
 std::time_t DateIn(const std::string& text, const std::string& word) {
   const std::size_t at = text.find(word);
   std::tm utc{};
@@ -115,13 +117,13 @@ std::string DayAndTime(std::time_t time) {
   return text.data();
 }
 
-// When keys are valid.
+// The times between which keys are valid.
 struct KeyTimes {
   std::time_t from = 0;
   std::time_t until = 0;
 };
 
-// When all of these certificates are valid.
+// Returns when all of these certificates are valid.
 Result<KeyTimes> SharedTimes(const std::vector<fs::path>& certificates) {
   KeyTimes shared{0, std::numeric_limits<std::time_t>::max()};
   for (const fs::path& certificate : certificates) {
@@ -134,8 +136,8 @@ Result<KeyTimes> SharedTimes(const std::vector<fs::path>& certificates) {
   return shared;
 }
 
-// `given`: somebody else's request (PEM), whose subject counts for nothing; empty: a new key is
-// made.
+// Makes a member's certificate. `given` is another person's request (PEM), whose subject does not
+// count; empty: a new key is made.
 Result<bool> MakeIdentity(const Authority& authority, const std::string& name, PeerId peer,
                           const fs::path& out, std::time_t until, const std::string& given) {
   std::string subject = "/";
@@ -153,7 +155,7 @@ Result<bool> MakeIdentity(const Authority& authority, const std::string& name, P
   return done;
 }
 
-// One who is `part` in a session: "peer", "viewer" or "relay".
+// A new member and its unfinished folder.
 struct NewMember {
   PeerId peer = 0;
   UnfinishedFolder folder;
@@ -161,8 +163,8 @@ struct NewMember {
 
 using PermissionsFunction = std::function<std::string(PeerId, std::time_t from, std::time_t until)>;
 
-// Fills a folder for one. Its keys end with the session's authorities at the latest. `request`: as
-// of MakeIdentity().
+// Fills the folder of a member that is `part` in the session: "peer", "viewer" or "relay". Its keys
+// end with the session's authorities at the latest. `request` is as for MakeIdentity().
 Result<NewMember> FillFolder(const fs::path& session, const std::string& name,
                              const std::string& part, const fs::path& folder, int days,
                              const PermissionsFunction& permissions_of,
@@ -189,7 +191,7 @@ Result<NewMember> FillFolder(const fs::path& session, const std::string& name,
   const fs::path& out = made->path();
   const PeerId peer = NewPeerId();
   if (done) done = MakeIdentity(identity, name, peer, out, until, request);
-  if (done) {  // a day back: clocks differ
+  if (done) {  // a day back, because clocks differ
     done = SignDocument(permissions_of(peer, now - kDaySeconds, until), permissions,
                         out / "permissions.p7s");
   }
@@ -202,11 +204,11 @@ Result<NewMember> FillFolder(const fs::path& session, const std::string& name,
     done = WriteText(out / "member.txt", name + " " + std::string(id.data()) + " " + part + " " +
                                              std::to_string(kProtocol) + "\n");
   }
-  // who is to be kept out already
+  // members that are revoked already
   for (const char* list : {"revoked.p7s", "identity.crl"}) {
     if (done && fs::exists(session / list)) done = CopyInto(session / list, out / list);
   }
-  // before the keys are anybody's
+  // in the list before anybody has the keys
   if (done) done = AddToMembers(session, name, peer, part);
   if (!done) return done.error();
   return NewMember{peer, *std::move(made)};
@@ -222,7 +224,7 @@ Result<PeerId> MakeKeys(const fs::path& session, const std::string& name, const 
   return member->peer;
 }
 
-// Where nobody takes part.
+// Returns an error where a peer's keys are asked for in an audience's session.
 std::optional<Error> IsAudience(const fs::path& session, Role role) {
   if (role != Role::kActive || !fs::exists(session / kAudienceMark)) return std::nullopt;
   return Error{session.string() +
@@ -242,7 +244,7 @@ bool IsMemberName(const std::string& name) {
 Result<bool> MakeSessionKeys(const fs::path& folder, const Authority& identity,
                              const Authority& permissions, int days, SessionKind kind) {
   const OwnerOnly owner_only;
-  // before anything is made
+  // check before anything is made
   if (!identity.certificate.empty() && !permissions.certificate.empty()) {
     const Result<bool> two = AreTwo(identity.certificate, permissions.certificate);
     if (!two) return two;
@@ -279,7 +281,7 @@ Result<std::map<std::string, std::string>> SignMember(const fs::path& session,
   const OwnerOnly owner_only;
   if (const std::optional<Error> audience = IsAudience(session, role)) return *audience;
   if (request.empty()) return Error{"the request for a certificate is empty"};
-  // never committed: its files go to whoever has the key
+  // never committed: its files go to the person who has the key
   const Result<NewMember> member = FillFolder(
       session, name, role == Role::kViewer ? "viewer" : "peer", session / "invited", days,
       [&](PeerId peer, std::time_t from, std::time_t until) {
@@ -331,7 +333,7 @@ namespace {
 
 constexpr std::time_t kWeek = 7 * kDaySeconds;
 
-// Tells whether nobody else can read the private key or put another in its place.
+// Returns an error if another user can read the private key or replace it.
 Result<bool> IsPrivate(const fs::path& folder) {
   const fs::path key = folder / "identity.key";
   struct stat status {};
@@ -365,7 +367,7 @@ Result<bool> IsValidNow(MemberKeys& keys, std::time_t now) {
   return true;
 }
 
-// The words of member.txt.
+// Reads member.txt.
 Result<MemberKeys> ReadMember(const fs::path& folder) {
   MemberKeys keys;
   keys.folder = fs::absolute(folder);

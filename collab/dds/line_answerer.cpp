@@ -76,7 +76,7 @@ void LineAnswerer::Answer(const LineAsk& ask, const Address& from, std::int64_t 
     answer.token = TokenOf(from, ask.head.nonce, ask.terms);
   } else {
     if (ask.token != TokenOf(from, ask.head.nonce, ask.terms)) return;
-    if (stream == nullptr) {  // else the answer was lost
+    if (stream == nullptr) {  // else the first answer was lost
       Stream& begun = streams_.emplace_back();
       begun.to = from;
       begun.nonce = ask.head.nonce;
@@ -95,7 +95,7 @@ void LineAnswerer::TakeSample(const LineSample& sample, std::int64_t arrival_ns,
   if (sample.seq >= stream.arrivals_ns.size()) return;
   std::int64_t& place = stream.arrivals_ns[sample.seq];
   stream.sample_heard_ns = arrival_ns;
-  if (place != LineRecord::kNever) return;  // it came twice
+  if (place != LineRecord::kNever) return;  // it has come before
   place = arrival_ns - sample.sent_ns;
   if (place == LineRecord::kNever) place = 0;
   ++stream.heard;
@@ -106,7 +106,7 @@ void LineAnswerer::TakeSample(const LineSample& sample, std::int64_t arrival_ns,
 
 void LineAnswerer::GiveArrivals(const LineArrivals& fetch, Stream& stream, const Send& send) {
   const auto all = static_cast<std::uint32_t>(stream.arrivals_ns.size());
-  // each may be asked for several times, as packets are lost
+  // each packet may be asked for several times, because packets are lost
   if (fetch.first >= all || ++stream.fetches > 16 * (all / kArrivalsInPacket + 1)) return;
   LineArrivals answer;
   answer.head = fetch.head;
@@ -125,7 +125,7 @@ bool LineAnswerer::Take(std::span<const std::byte> packet, const Address& from,
   if (!head) return false;
   if (head->word == LineWord::kAsk || head->word == LineWord::kStart) {
     const std::optional<LineAsk> ask = MessageIn<LineAsk>(packet);
-    // what is shorter than the answers might be answered with more than it is
+    // an ask that is shorter than the answers might get more bytes back than it has
     if (ask && packet.size() >= kLineAskBytes && may_answer()) {
       Answer(*ask, from, arrival_ns, send);
     }
@@ -152,7 +152,7 @@ void LineAnswerer::SendDue(std::int64_t now_ns, const Send& send) {
   for (Stream& stream : streams_) {
     for (std::uint32_t i = 0; i < kMostCatchUp && stream.DueNs() <= now_ns; ++i) {
       if (!stream.MaySend(now_ns)) {
-        stream.sent = stream.terms.samples;  // for good: the asker has gone, or hears too little
+        stream.sent = stream.terms.samples;  // for good: the asker has gone, or receives too little
         break;
       }
       LineSample sample;

@@ -9,9 +9,9 @@
 
 namespace tandem {
 
-/// What `tandem doctor --trace` and an answerer say to one another, as UDP packets on the port of
-/// probes. Numbers stand as this machine has them: both ends are little-endian, as are all that
-/// Tandem is built for.
+/// The messages between `tandem doctor --trace` and an answerer, as UDP packets on the port of
+/// probes. Numbers have this machine's byte order: both ends are little-endian, as is every machine
+/// that Tandem is built for.
 ///
 ///   asker                          answerer
 ///   kAsk  (terms)             ->
@@ -23,8 +23,8 @@ namespace tandem {
 ///                             <-   kArrivals: when the asker's samples arrived
 ///   kDone                     ->
 ///
-/// No packet of the answerer is larger than the asker's that it answers, but for samples, which are
-/// as large as the asker's own; it sends samples only while the asker's keep coming.
+/// A packet of the answerer is never larger than the asker's packet that it answers. Samples are as
+/// large as the asker's own; the answerer sends them only while the asker's keep coming.
 enum class LineWord : std::uint32_t {
   kAsk = 1,
   kOffer,
@@ -38,15 +38,16 @@ enum class LineWord : std::uint32_t {
 };
 
 inline constexpr std::uint32_t kLineVersion = 1;
-inline constexpr std::size_t kLineAskBytes = 256;  // of kAsk, kStart: none of the answers has more
-inline constexpr std::size_t kLineFetchBytes = 1200;  // of kFetch, kArrivals
+inline constexpr std::size_t kLineAskBytes = 256;  // size of kAsk and kStart; no answer to them is
+                                                   // larger
+inline constexpr std::size_t kLineFetchBytes = 1200;  // size of kFetch and kArrivals
 inline constexpr std::size_t kArrivalsInPacket = 128;
 
-/// What is agreed on.
+/// The agreed stream.
 struct LineTerms {
   std::uint32_t rate_hz = 1000;
-  std::uint32_t samples = 10'000;  // of each end
-  std::uint32_t bytes = 300;       // of a sample's packet, UDP payload
+  std::uint32_t samples = 10'000;  // number for each end
+  std::uint32_t bytes = 300;       // size of a sample's packet, UDP payload
 
   friend bool operator==(const LineTerms&, const LineTerms&) = default;
 };
@@ -59,7 +60,7 @@ struct LineHead {
   std::array<char, 8> mark{'t', 'd', '-', 'l', 'i', 'n', 'e', '1'};
   std::uint32_t version = kLineVersion;
   LineWord word = LineWord::kAsk;
-  std::uint64_t nonce = 0;  // the asker's, of this record
+  std::uint64_t nonce = 0;  // the asker's number of this record
 };
 struct LineAsk {  // kAsk, kOffer, kStart, kBegun, kRefuse, kDone
   LineHead head;
@@ -70,16 +71,16 @@ struct LineAsk {  // kAsk, kOffer, kStart, kBegun, kRefuse, kDone
 struct LineSample {
   LineHead head;
   std::uint32_t seq = 0;
-  std::uint32_t heard = 0;   // the other end's samples that have arrived, of all
-  std::int64_t sent_ns = 0;  // the sender's clock
-  std::int64_t echo_ns = 0;  // the newest sent_ns of the other that the sender holds; 0: none
-  std::int64_t held_ns = 0;  // how long it has held that
+  std::uint32_t heard = 0;   // number of all samples of the other end that have arrived
+  std::int64_t sent_ns = 0;  // time of sending by the sender's clock
+  std::int64_t echo_ns = 0;  // newest sent_ns of the other end that has arrived; 0: none
+  std::int64_t held_ns = 0;  // time since that one arrived
 };
 struct LineArrivals {  // kFetch: `first` alone
   LineHead head;
   std::uint32_t first = 0;
   std::uint32_t count = 0;
-  std::array<std::int64_t, kArrivalsInPacket> ns{};  // arrival minus sending, LineRecord::kNever
+  std::array<std::int64_t, kArrivalsInPacket> ns{};  // arrival minus sending, or LineRecord::kNever
 };
 static_assert(sizeof(LineHead) == 24 && sizeof(LineAsk) == 56 && sizeof(LineSample) == 56);
 static_assert(sizeof(LineAsk) <= kLineAskBytes && sizeof(LineArrivals) <= kLineFetchBytes);
@@ -95,7 +96,7 @@ inline bool Permitted(const LineTerms& terms) {
          terms.bytes <= kMostLineBytes;
 }
 
-/// The packet as a message; nothing: it is too short.
+/// Reads the packet as a message; nothing: it is too short.
 template <typename Message>
 std::optional<Message> MessageIn(std::span<const std::byte> packet) {
   if (packet.size() < sizeof(Message)) return std::nullopt;
@@ -104,13 +105,14 @@ std::optional<Message> MessageIn(std::span<const std::byte> packet) {
   return message;
 }
 
-/// The head of a packet of this protocol, of whatever version; nothing: it is another's.
+/// Returns the head of a packet of this protocol, of any version; nothing: it is of another
+/// protocol.
 inline std::optional<LineHead> LineHeadIn(std::span<const std::byte> packet) {
   const std::optional<LineHead> head = MessageIn<LineHead>(packet);
   return head && head->mark == LineHead{}.mark ? head : std::nullopt;
 }
 
-/// A message as the first bytes of a packet of that size.
+/// Returns a packet of that size that begins with the message; the rest is zero.
 template <typename Message>
 std::span<const std::byte> PacketOf(const Message& message, std::size_t bytes,
                                     std::span<std::byte> room) {

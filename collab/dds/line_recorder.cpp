@@ -26,7 +26,7 @@ namespace {
 constexpr int kRecorderPriority = 30;
 constexpr int kTries = 5;
 constexpr std::int64_t kAnswerWithinNs = 1'500'000'000;
-constexpr std::int64_t kStragglersNs = 2'500'000'000;  // after the last sending
+constexpr std::int64_t kStragglersNs = 2'500'000'000;  // after the last sample was sent
 constexpr std::int64_t kFetchAgainNs = 1'000'000'000;
 constexpr std::int64_t kFetchEveryNs = 2'000'000;
 constexpr int kFetchRounds = 20;
@@ -83,7 +83,7 @@ class Recorder {
     return std::nullopt;
   }
 
-  /// What both ends agree on before anything is sent at a rate.
+  /// Agrees with the other end before any samples are sent.
   std::optional<Error> Agree() {
     LineAsk ask;
     ask.head.nonce = nonce_;
@@ -109,7 +109,7 @@ class Recorder {
       TakeAll();
       while (sent < terms_.samples && due_ns() <= MonotonicNowNs()) SendSample(sent++);
     }
-    // what of ours is still under way may be as late as the latest so far, and later
+    // own samples still under way may be as late as the latest so far, and later
     const std::int64_t sent_ns = MonotonicNowNs();
     const std::int64_t end_ns = sent_ns + kStragglersNs;
     const auto all_here = [&] {
@@ -123,7 +123,7 @@ class Recorder {
     }
   }
 
-  /// When our samples arrived there.
+  /// Fetches the times at which our samples arrived there.
   std::optional<Error> Fetch() {
     const std::size_t packets = (terms_.samples + kArrivalsInPacket - 1) / kArrivalsInPacket;
     fetched_.assign(packets, false);
@@ -244,9 +244,9 @@ class Recorder {
   std::uint64_t nonce_ = 0;
   int socket_ = -1;
   std::array<std::byte, 2048> packet_{};
-  std::uint32_t heard_ = 0;  // samples of the other end
+  std::uint32_t heard_ = 0;  // number of the other end's samples
   std::vector<bool> fetched_;
-  std::size_t left_ = terms_.samples;  // own samples whose arrival is not known yet
+  std::size_t left_ = terms_.samples;  // number of own samples whose arrival is not known yet
   RecordedLine line_;
 };
 
@@ -258,7 +258,7 @@ Result<RecordedLine> RecordLine(const std::string& host, std::uint16_t port, con
   Recorder recorder(terms, stop);
   if (const auto failed = recorder.Open(host, port)) return *failed;
   if (const auto failed = recorder.Agree()) return *failed;
-  // a thread of its own: real-time only for as long as it records
+  // on a separate thread, so that only the recording is real-time
   std::thread([&recorder] {
     recorder.Record();
   }).join();

@@ -11,20 +11,20 @@
 
 namespace tandem {
 
-/// A line as both of its ends saw it for a while.
+/// A line as both of its ends recorded it for a while.
 struct RecordedLine {
   std::string address;
   LineRecord record;
-  /// Of each sample that came back, ns: now minus the newest own sending that the other end held,
-  /// and how long it had held that. The difference is a round trip.
+  /// For each sample that came back, ns: its arrival minus the newest own sending that the other
+  /// end had, and how long the other end had held that. The difference is a round trip.
   std::vector<std::int64_t> loop_age_ns;
   std::vector<std::int64_t> held_ns;
-  std::uint64_t twice = 0;  // samples of the other end that came more than once
+  std::uint64_t twice = 0;  // number of the other end's samples that came more than once
 };
 
-/// Agrees with a LineAnswerer at `host` on that stream and records it: takes terms.samples /
-/// terms.rate_hz seconds, and up to some seconds before and after. Errors: why there is no record,
-/// and what to do; `stop` was set.
+/// Agrees with a LineAnswerer at `host` on that stream and records it. This takes terms.samples /
+/// terms.rate_hz seconds, and up to some seconds before and after. Errors say why there is no
+/// record and what to do; an error also comes when `stop` is set.
 Result<RecordedLine> RecordLine(const std::string& host, std::uint16_t port, const LineTerms& terms,
                                 const std::atomic<bool>& stop);
 

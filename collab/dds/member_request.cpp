@@ -15,8 +15,8 @@ namespace fs = std::filesystem;
 
 constexpr std::uintmax_t kLargestRequest = 4096;  // bytes
 constexpr std::size_t kLargestFile = 1 << 18;
-// A public key of the curve P-256, as a text (PEM) has it: the algorithm, the curve and the mark of
-// a whole point take exactly these letters, the point follows.
+// The beginning of every public key of the curve P-256 as a text (PEM). The algorithm, the curve
+// and the mark of a whole point take exactly these letters; the point follows.
 constexpr const char* kP256 = "-----BEGIN PUBLIC KEY-----\nMFkwEwYHKoZIzj0CAQYIKoZIzj0DAQcDQgAE";
 
 Error NoRequest(const fs::path& request, const std::string& what) {
@@ -24,7 +24,8 @@ Error NoRequest(const fs::path& request, const std::string& what) {
                ": 'tandem join' or 'tandem keys request' makes one"};
 }
 
-// The files that a session's owner gives, and those it gives where somebody has been revoked.
+// Returns whether a session's owner gives a file of that name: one of a member's folder or a
+// revocation list.
 bool MayBeGiven(const std::string& name) {
   static const std::set<std::string> names{
       "identity_ca.pem", "permissions_ca.pem", "governance.p7s", "identity.pem",
@@ -54,7 +55,7 @@ Result<bool> FitsKey(const fs::path& folder) {
 Result<std::string> MakeMemberRequest(const fs::path& key) {
   const OwnerOnly owner_only;
   const fs::path request = key.string() + ".csr";
-  // its subject counts for nothing
+  // its subject does not count
   if (const Result<bool> made = MakeRequest("/O=Tandem/CN=request", key, request); !made) {
     return made.error();
   }

@@ -31,7 +31,8 @@ Result<std::string> Openssl(std::vector<std::string> arguments) {
   for (std::string& word : arguments) argv.push_back(word.data());
   argv.push_back(nullptr);
 
-  // no settings, engines or libraries of whoever calls: where the keys are made, only the system's
+  // the caller's settings, engines and libraries do not apply where keys are made, only the
+  // system's
   std::string path = "PATH=/usr/bin:/bin";
   std::string language = "LC_ALL=C";
   const std::array<char*, 3> environment{path.data(), language.data(), nullptr};
@@ -40,7 +41,7 @@ Result<std::string> Openssl(std::vector<std::string> arguments) {
   const pid_t child = fork();
   if (child < 0) return Error{std::string("openssl cannot be started: ") + std::strerror(errno)};
   if (child == 0) {
-    // only what is safe between fork and exec
+    // only calls that are safe between fork and exec
     const int nothing = open("/dev/null", O_RDONLY | O_CLOEXEC);
     dup2(nothing, STDIN_FILENO);
     dup2(out[1], STDOUT_FILENO);

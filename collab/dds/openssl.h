@@ -8,11 +8,11 @@
 
 namespace tandem {
 
-/// Runs `openssl` with these arguments and gives what it printed, or its last words as the error.
-/// For making and comparing keys before a session; secrets pass through files only.
+/// Runs `openssl` with these arguments and returns its output, or its last line as the error. It
+/// makes and compares keys before a session; secrets pass through files only.
 Result<std::string> Openssl(std::vector<std::string> arguments);
 
-/// The public key of a certificate (PEM), to be compared.
+/// Returns the public key of a certificate (PEM), for comparison.
 Result<std::string> PublicKeyOf(const std::filesystem::path& certificate);
 
 }  // namespace tandem

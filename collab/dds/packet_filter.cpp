@@ -17,7 +17,8 @@ namespace tandem {
 namespace {
 
 constexpr std::size_t kHeaderBytes = 20;
-constexpr std::size_t kIdAt = 8;  // of the program, after the protocol's mark, version and vendor
+constexpr std::size_t kIdAt = 8;  // place of the program's id, after the protocol's mark, version
+                                  // and vendor
 constexpr std::size_t kIdBytes = 12;
 constexpr std::int64_t kSenderSecondNs = 1'000'000'000;
 
@@ -103,7 +104,7 @@ PacketFilter::Sender* PacketFilter::SenderOf(std::span<const std::uint8_t> id,
   const int own = SendersOf(address, now_ns);
   if (own >= kOfAddress) return nullptr;
   if (place == nullptr) {
-    int most = own + 1;  // so that the new one does not give way in its turn
+    int most = own + 1;  // so that the new sender is not the next to give way
     for (Sender& one : set) {
       const int of_one = SendersOf(one.address, now_ns);
       if (of_one <= most) continue;
@@ -120,7 +121,7 @@ PacketFilter::Sender* PacketFilter::SenderOf(std::span<const std::uint8_t> id,
 }
 
 PacketFilter::Pace& PacketFilter::PaceOf(std::uint32_t address, std::int64_t now_ns) noexcept {
-  // a pace that is paid off says no more than a new one
+  // a pace that is paid off is equal to a new one
   Address* free = nullptr;
   for (Address& one : addresses_) {
     if (one.asked_ns != 0 && one.address == address) {
@@ -138,21 +139,21 @@ PacketFilter::Pace& PacketFilter::PaceOf(std::uint32_t address, std::int64_t now
 
 namespace {
 
-// The filter of this process: Cyclone's receive threads share it.
+// The filter of this process, shared by Cyclone's receive threads.
 struct SharedFilter {
   std::mutex mutex;
   PacketFilter filter{std::random_device{}() | std::uint64_t{std::random_device{}()} << 32U};
   std::array<std::atomic<std::uint64_t>, static_cast<std::size_t>(PacketDrop::kCount)> judged{};
 };
 
-// never destroyed: Cyclone's threads may outlive main()
+// never destroyed, because Cyclone's threads may outlive main()
 SharedFilter& Shared() {
   static auto& shared = *new SharedFilter;
   return shared;
 }
 
 PacketDrop JudgeShared(const msghdr& message, std::size_t size) noexcept {
-  // Cyclone wakes its own threads by a byte
+  // Cyclone wakes its own threads with one byte
   if (size <= 1) return PacketDrop::kNone;
   if (message.msg_iovlen != 1 || message.msg_name == nullptr) return PacketDrop::kNone;
   sockaddr_in from{};
@@ -185,9 +186,9 @@ PacketCounts PacketsJudged() noexcept {
 }  // namespace tandem
 
 extern "C" {
-// Cyclone's own, which finds this one before its own. For a packet that is dropped it hears that
-// nobody is there, as after an ICMP message: the only thing besides data that it passes over
-// without a line.
+// Replaces Cyclone's function, because Cyclone finds this one before its own. For a dropped packet
+// it returns that nobody is there, as after an ICMP message. Cyclone passes over that code without
+// a line in its log.
 dds_return_t ddsrt_recvmsg(ddsrt_socket_t socket, ddsrt_msghdr_t* message, int flags,
                            ssize_t* received) {
   static const auto cyclones =

@@ -130,13 +130,13 @@ void WriterOwners::Add(dds_instance_handle_t writer, const WriterFacts& facts,
     }
     const bool of_program = slot.facts.participant == facts.participant;
     if (slot.facts.owner.peer == facts.owner.peer && (of_program || !seated)) ++of_one;
-    // whoever has said that it is here comes before whoever has not
+    // a writer that has a seat takes the place of one that has none
     if (place == nullptr && seated && !is_seated(slot.facts)) place = &slot;
   }
   if (place == nullptr || of_one >= kMaxOfOne) return;
   place->writer.store(0);
   place->facts = facts;
-  place->owner.store(0);  // not known until the seats have told
+  place->owner.store(0);  // not known until the seats have been looked at
   place->writer.store(writer);
 }
 

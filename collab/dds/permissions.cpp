@@ -9,7 +9,7 @@
 namespace tandem {
 namespace {
 
-// Any domain: sessions are kept apart by their authorities.
+// Any domain, because sessions are separated by their authorities.
 constexpr const char* kEveryDomain =
     "<domains><id_range><min>0</min><max>230</max></id_range></domains>";
 
@@ -29,7 +29,7 @@ std::string Allow(const char* action, const std::vector<std::string>& topics,
          action + ">";
 }
 
-// What a member may do, and nothing else.
+// Returns a member's permissions: the rules, and nothing else.
 std::string Grant(const std::string& name, PeerId peer, std::time_t from, std::time_t until,
                   const std::string& rules) {
   return "<?xml version=\"1.0\" encoding=\"utf-8\"?>\n<dds>\n<permissions>\n<grant name=\"" + name +
@@ -103,7 +103,7 @@ std::string ControlPermissionsXml(const std::string& name, PeerId id, bool contr
                                   std::time_t from, std::time_t until) {
   const std::vector<std::string> of_hosts{"request/1", "goal/1"};
   const std::vector<std::string> of_controllers{"answer/1", "scene/1", "snapshot/1"};
-  // what is published comes first
+  // the format wants publish rules first
   const std::string rules =
       controller ? Allow("publish", of_controllers, kControllerPartition) + "\n" +
                        Allow("subscribe", of_hosts, kHostPartition) + "\n"

@@ -5,19 +5,19 @@
 namespace tandem {
 namespace {
 
-// A listener takes each sample as it comes; the depth covers those that come while it takes.
+// A listener takes each sample as it comes; the depth covers samples that come while it takes.
 constexpr int kMotionDepth = 8;
-// Events that may wait for a receiver at once.
+// Events that may wait at once for a receiver.
 constexpr int kEventDepth = 32;
 
 void KeepForLatecomers(dds_qos_t* qos) {
   dds_qset_durability(qos, DDS_DURABILITY_TRANSIENT_LOCAL);
-  // what latecomers get is bounded by the durability service's history, not by the writer's
+  // the durability service's history bounds what latecomers get, not the writer's
   dds_qset_durability_service(qos, 0, DDS_HISTORY_KEEP_LAST, 1, DDS_LENGTH_UNLIMITED,
                               DDS_LENGTH_UNLIMITED, DDS_LENGTH_UNLIMITED);
 }
 
-// Writers of a program on a topic: one of its own, and another while that goes.
+// Writers of a program on a topic: its own, and another while the first one goes.
 constexpr int kWritersOfOne = 4;
 constexpr int kWritersOfARelay = 4 * static_cast<int>(kMaxPeers);
 
@@ -27,8 +27,8 @@ WriterLimits LimitsOf(Purpose purpose, bool behind_relay) {
   const int of_one = behind_relay ? kWritersOfARelay : kWritersOfOne;
   switch (purpose) {
     case Purpose::kMotion:
-      // 1 kHz of what is in hand, 1 kHz of loose bodies and 5 Hz of kMaxClaims parked ones; half a
-      // second of it at once
+      // 1 kHz of held bodies, 1 kHz of loose bodies and 5 Hz of kMaxClaims parked bodies; half a
+      // second of that at once
       return {.per_second = 4000,
               .at_once = 2000,
               .keys = static_cast<int>(kMaxSceneBodies),
@@ -36,7 +36,7 @@ WriterLimits LimitsOf(Purpose purpose, bool behind_relay) {
     case Purpose::kPresence:
       return {.per_second = 50, .at_once = 100, .keys = 1, .of_one = of_one};
     case Purpose::kSubject:
-      // of a relay, one for each author
+      // a relay has one for each author
       return {.per_second = 10,
               .at_once = 100,
               .keys = behind_relay ? kWritersOfARelay : kWritersOfOne,
@@ -44,7 +44,7 @@ WriterLimits LimitsOf(Purpose purpose, bool behind_relay) {
     case Purpose::kEvent:
       break;
   }
-  // all that a peer answers for may change hands at once, some times
+  // all bodies of a peer may change hands at once, several times
   return {.per_second = 100, .at_once = 8 * static_cast<int>(kMaxClaims), .keys = 1, .of_one = of_one};
 }
 

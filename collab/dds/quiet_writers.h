@@ -7,16 +7,16 @@
 
 namespace tandem {
 
-/// Matched writers that have been silent for their lease. Told by a reader's listener, asked by the
-/// control thread.
+/// Keeps the matched writers that have been silent for their lease. A reader's listener writes to
+/// it, the control thread reads it.
 ///
-/// Cyclone tells from one thread that a silence begins and from another that it ends, and either
-/// may come first: where a program was stopped, both are due at once when it goes on. So each
-/// writer's begins and ends are counted, and their order says nothing.
+/// Cyclone reports the begin of a silence from one thread and its end from another, and either may
+/// come first. When a stopped program goes on, both are due at once. So this class counts each
+/// writer's begins and ends, whatever their order.
 class QuietWriters {
  public:
-  /// Makes a listener for a reader; `on_change` is a guard condition that it raises, also when
-  /// writers come or go. This must outlive the reader.
+  /// Makes a listener for a reader. It raises the guard condition `on_change`, also when writers
+  /// come or go. This object must outlive the reader.
   Listener MakeListener(dds_entity_t on_change) {
     on_change_ = on_change;
     Listener listener(dds_create_listener(this));
@@ -36,14 +36,14 @@ class QuietWriters {
     const auto found = silences_.find(writer);
     return found != silences_.end() && found->second > 0;
   }
-  /// Forgets one that is gone.
+  /// Forgets a writer that is gone.
   void Forget(dds_instance_handle_t writer) {
     const std::lock_guard lock(mutex_);
     silences_.erase(writer);
   }
 
  private:
-  // of writers that are announced and fall silent without being heard, for ever anew
+  // bounds the writers that are announced and fall silent without being heard, again and again
   static constexpr std::size_t kMost = 4096;
 
   void Note(const dds_liveliness_changed_status_t& status) {
@@ -57,7 +57,7 @@ class QuietWriters {
       } else if (status.alive_count_change < 0 || status.not_alive_count_change < 0) {
         silences_.erase(writer);  // the writer has gone
       }
-      // with no change at all a begin and an end were told as one
+      // without a change Cyclone has reported a begin and an end as one
     }
     dds_set_guardcondition(on_change_, true);
   }
@@ -71,7 +71,8 @@ class QuietWriters {
   }
 
   mutable std::mutex mutex_;
-  std::map<dds_instance_handle_t, int> silences_;  // begun and not ended; below 0: ended before
+  std::map<dds_instance_handle_t, int> silences_;  // silences begun minus ended; below 0: the end
+                                                   // came first
   dds_entity_t on_change_ = 0;
 };
 

@@ -27,7 +27,7 @@ namespace {
 
 constexpr const char* kDiscoveryGroup = "239.255.0.1";
 constexpr std::array<char, 8> kProbeMark{'t', 'd', '-', 'p', 'r', 'o', 'b', 'e'};
-// another than a probe's: an answer is answered by nobody
+// differs from a probe's mark, so that nobody answers an answer
 constexpr std::array<char, 8> kAnswerMark{'t', 'd', '-', 'a', 'n', 's', 'w', 'r'};
 constexpr std::array<int, 5> kProbeSizes{64, 512, 1200, 1400, 1472};  // bytes of payload
 constexpr int kProbesOfASize = 3;
@@ -122,7 +122,7 @@ int RouteMtu(const Socket& socket) {
   return getsockopt(socket.get(), IPPROTO_IP, IP_MTU, &mtu, &size) == 0 ? mtu : 0;
 }
 
-// One probe; what came of it goes into `facts`.
+// Sends one probe and adds its result to `facts`.
 void ProbeOnce(const Socket& socket, int size, PathFacts& facts) {
   std::array<std::byte, 2048> packet{};
   Probe probe;
@@ -131,7 +131,7 @@ void ProbeOnce(const Socket& socket, int size, PathFacts& facts) {
   ++facts.sent;
   if (send(socket.get(), packet.data(), static_cast<std::size_t>(size), 0) != size) {
     facts.refused = facts.refused || errno == ECONNREFUSED;
-    return;  // too long for the path, as far as the kernel has learned
+    return;  // too long for the path, as far as the kernel knows
   }
   const std::int64_t until_ns = probe.sent_ns + std::int64_t{kProbeWaitMs} * 1'000'000;
   for (std::int64_t now_ns = probe.sent_ns; now_ns < until_ns; now_ns = MonotonicNowNs()) {
@@ -188,7 +188,7 @@ bool MulticastWorks(const InterfaceFacts& interface) {
   const Socket sender;
   const in_addr local = Parse(interface.address);
   ip_mreq membership{Parse(kDiscoveryGroup), local};
-  // a port of our own: what others say in the group is none of our concern
+  // on a port of our own, other traffic of the group does not come
   if (!Bind(listener, in_addr{INADDR_ANY}, 0) ||
       setsockopt(listener.get(), IPPROTO_IP, IP_ADD_MEMBERSHIP, &membership, sizeof membership) !=
           0 ||
@@ -239,7 +239,7 @@ PathFacts ProbePath(const std::string& host, std::uint16_t port) {
       ProbeOnce(socket, size, facts);
       if (facts.refused) break;
     }
-    // a larger one will not do better
+    // a larger size will not do better
     if (facts.refused || facts.answered == before) break;
   }
   facts.route_mtu = RouteMtu(socket);
@@ -273,8 +273,8 @@ int ProbeAnswerer::Answer(int wait_ms) {
   const std::int64_t until_ns = MonotonicNowNs() + std::int64_t{wait_ms} * 1'000'000;
   int answered = 0;
   std::array<std::byte, 2048> packet{};
-  constexpr int kAtOnce = 64;  // packets, before samples have their turn
-  // to its end whatever comes, and no further
+  constexpr int kAtOnce = 64;  // packets before samples have their turn
+  // returns at that time, whatever still comes
   while (MonotonicNowNs() < until_ns) {
     int taken = 0;
     for (; taken < kAtOnce; ++taken) {
@@ -282,7 +282,7 @@ int ProbeAnswerer::Answer(int wait_ms) {
       if (!got) break;
       answered += AnswerPacket(std::span(packet).first(got->bytes), got->from, got->arrival_ns);
     }
-    // after what has come: an asker is silent only if nothing of it waits here
+    // after the packets that have come: an asker is silent only if none of its packets waits here
     SendSamples();
     if (taken == kAtOnce) continue;
     WaitForPacket(socket_, std::min(until_ns, lines_.NextDueNs().value_or(until_ns)));
@@ -299,7 +299,7 @@ void ProbeAnswerer::SendSamples() {
 
 bool ProbeAnswerer::AnswerPacket(std::span<std::byte> packet, const sockaddr_in& from,
                                  std::int64_t arrival_ns) {
-  // another answerer asks nobody
+  // another answerer never asks
   if (ntohs(from.sin_port) == port_) return false;
   const auto may_answer = [this] {
     return MayAnswer(MonotonicNowNs());
@@ -313,7 +313,7 @@ bool ProbeAnswerer::AnswerPacket(std::span<std::byte> packet, const sockaddr_in&
   if (packet.size() < sizeof(Probe)) return false;
   if (std::memcmp(packet.data(), kProbeMark.data(), kProbeMark.size()) != 0) return false;
   if (!may_answer()) return false;
-  // as large as what came, so that nobody can be flooded through us
+  // the answer is as large as the probe, so that nobody can be flooded through us
   std::memcpy(packet.data(), kAnswerMark.data(), kAnswerMark.size());
   SendTo(socket_, from, packet);
   return true;

@@ -16,7 +16,7 @@ using ThreadName = std::array<char, 16>;
 constexpr const char* kOfAll = "recv";
 constexpr const char* kOfData = "recvUC";
 
-// Of SCHED_FIFO, as the haptic thread's 30 (engine/realtime/periodic_thread.h).
+// Priorities of SCHED_FIFO; the haptic thread's is 30 (engine/realtime/periodic_thread.h).
 constexpr int kAboveHaptic = 40;
 constexpr int kBelowHaptic = 25;
 constexpr int kReceiveThreads = 2;

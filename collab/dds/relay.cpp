@@ -63,7 +63,7 @@ class DdsRelay final : public Relay {
   }
 
   void OnPeerInfo(const PeerInfo& info, std::int64_t /*arrival_ns*/) override {
-    // other viewers are nobody's business
+    // viewers do not see other viewers
     if (info.role != Role::kActive) return;
     const std::scoped_lock lock(mutex_);
     const auto it = peers_.find(info.peer);
@@ -81,7 +81,7 @@ class DdsRelay final : public Relay {
     dds_wait_for_acks(gone.info.get(), kGoodbyeWait);
   }
 
-  // gone without a goodbye here as there
+  // the peer is lost to the viewers too
   void OnPeerLost(PeerId peer) override { TakeOut(peer); }
 
   // an offer counts when its author is here, whichever of the two is heard first
@@ -94,9 +94,9 @@ class DdsRelay final : public Relay {
     if (const auto it = peers_.find(by); it != peers_.end()) SayScene(it->second, by);
   }
 
-  // its writer goes, and another that has said nothing takes its place
+  // replaces the scene's writer by one that has written nothing
   void OnSceneWithdrawn(PeerId peer) override {
-    Entity old;  // it goes when the lock is gone: it waits for viewers that do not answer
+    Entity old;  // destroyed after the lock, because that waits for viewers that do not answer
     const std::scoped_lock lock(mutex_);
     scenes_.erase(peer);
     if (const auto it = peers_.find(peer); it != peers_.end()) {
@@ -118,7 +118,7 @@ class DdsRelay final : public Relay {
   void SayGoodbyes() override {
     std::vector<dds_entity_t> writers;
     {
-      // all first, then one wait
+      // write all goodbyes first, then wait once
       const std::scoped_lock lock(mutex_);
       for (const auto& [peer, relayed] : peers_) {
         WriteGoodbye(peer, relayed.info.get(), relayed.incarnation);
@@ -169,14 +169,14 @@ class DdsRelay final : public Relay {
     return relayed;
   }
 
-  // Of somebody who has offered one.
+  // Writes the scene that the peer offers; there must be one.
   void SayScene(const Relayed& relayed, PeerId peer) {
     tandem_SceneManifest wire{};
     if (ToWire(scenes_.at(peer), wire, bodies_)) dds_write(relayed.scene.get(), &wire);
   }
 
-  /// Takes the peer out; its writers are closed by the caller, who holds no lock that a picture
-  /// waits for. What it offers is kept until that is withdrawn, for it may come back.
+  /// Takes the peer out. The caller closes its writers without the lock, so that no picture waits
+  /// for it. The peer's offer is kept until it is withdrawn, because the peer may come back.
   Relayed TakeOut(PeerId peer) {
     const std::scoped_lock lock(mutex_);
     const auto it = peers_.find(peer);
@@ -201,18 +201,18 @@ class DdsRelay final : public Relay {
     dds_write(writer, &last);
   }
 
-  const MemberKeys keys_;  // of nobody in a plain session
+  const MemberKeys keys_;  // empty in a plain session
   Entity domain_;
   Entity participant_;
   dds_entity_t view_topic_ = 0;
   dds_entity_t info_topic_ = 0;
   dds_entity_t scene_topic_ = 0;
-  dds_entity_t count_writer_ = 0;  // says nothing: who listens to it looks on
+  dds_entity_t count_writer_ = 0;  // writes nothing; its readers are the viewers
   std::atomic<std::uint64_t> views_passed_on_ = 0;
 
-  std::mutex mutex_;  // of all below
+  std::mutex mutex_;  // guards all below
   std::map<PeerId, Relayed> peers_;
-  std::map<PeerId, SceneManifest> scenes_;  // by author
+  std::map<PeerId, SceneManifest> scenes_;  // key: author
   InfoRoom info_room_;
   std::vector<tandem_BodyDecl> bodies_;
 };

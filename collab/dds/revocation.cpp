@@ -26,7 +26,7 @@ namespace fs = std::filesystem;
 
 constexpr std::uintmax_t kLargestList = 1 << 20;     // bytes
 constexpr std::uintmax_t kLargestMembers = 1 << 24;  // bytes of kMembers
-// in a session's folder, a line each: name, id and part of those that have keys
+// in a session's folder, a line for each member with keys: name, id and part
 constexpr const char* kMembers = "members.txt";
 
 // Tells whether the folder has the list. The list is read once, because a pipe or a device under
@@ -75,8 +75,8 @@ Result<std::set<PeerId>> ReadRevoked(const fs::path& folder) {
   return revoked;
 }
 
-// Whom a certificate of the session's identity authority names. Nothing else in a member's folder
-// is signed by that authority.
+// Returns the member that a certificate of the session's identity authority names. Nothing else in
+// a member's folder is signed by that authority.
 Result<RevokedMember> NamedBy(const fs::path& certificate, const fs::path& session) {
   std::error_code failed;
   if (!fs::is_regular_file(certificate, failed)) {
@@ -139,7 +139,7 @@ Result<RevokedMember> Listed(const fs::path& session, const std::string& wanted,
                  ": name the member's folder"};
   }
   if (found.size() == 1) return found.front();
-  // those that stay out already are not meant, unless nobody else is
+  // members that are revoked already are not meant, unless no other has the name
   std::vector<RevokedMember> valid = found;
   std::erase_if(valid, [&revoked](const RevokedMember& member) {
     return revoked.contains(member.peer);
@@ -166,7 +166,7 @@ Result<bool> AddToMembers(const fs::path& session, const std::string& name, Peer
   struct stat before {};
   if (fault == 0 && fstat(file, &before) != 0) fault = errno;
   if (fault == 0) {
-    char last = '\n';  // another one after a line that a crash has cut off
+    char last = '\n';  // a line that a crash has cut off gets its end
     if (before.st_size > 0 && pread(file, &last, 1, before.st_size - 1) != 1) fault = EIO;
     const std::string line =
         (last == '\n' ? "" : "\n") + name + " " + SerialOf(peer) + " " + part + "\n";
@@ -174,7 +174,7 @@ Result<bool> AddToMembers(const fs::path& session, const std::string& name, Peer
     if (fault == 0 && written < 0) fault = errno;
     if (fault == 0 && static_cast<std::size_t>(written) != line.size()) fault = ENOSPC;
     if (fault == 0 && fsync(file) != 0) fault = errno;
-    // half a line is none
+    // remove half a line
     if (fault != 0 && ftruncate(file, before.st_size) != 0) fault = errno;
   }
   if (file >= 0) close(file);

@@ -24,13 +24,13 @@ namespace {
 
 constexpr int kAskerPriority = 30;
 constexpr std::int64_t kPeriodNs = 1'000'000;
-constexpr std::int64_t kAnswerNs = 20'000'000;  // an answer that takes longer is lost
+constexpr std::int64_t kAnswerNs = 20'000'000;  // a later answer counts as lost
 constexpr std::int64_t kMeetNs = 10'000'000'000;
 constexpr int kWarmUp = 500;  // round trips that are not counted
 
-// RTPS: the message's header, a time stamp, the header of the data, that of its encoding
+// RTPS: the headers of the message, of its time stamp, of the data and of their encoding
 constexpr std::size_t kRtpsBytes = 20 + 12 + 24 + 4;
-// the struct has the padding of the encoding, and nothing of variable length
+// the struct has the padding of the encoding and no field of variable length
 static_assert(RoundTrips::kDatagramBytes == sizeof(tandem_LinkedState) + kRtpsBytes);
 
 using Datagram = std::array<char, RoundTrips::kDatagramBytes>;
@@ -53,7 +53,7 @@ timespec AsTimespec(std::int64_t ns) {
   return {static_cast<time_t>(ns / 1'000'000'000), static_cast<long>(ns % 1'000'000'000)};
 }
 
-/// A participant with a writer and a reader of states with their links; `on_state` is called on the
+/// A participant with a writer and a reader of states with their links. It calls `on_state` on the
 /// receive thread.
 class StatePair {
  public:
@@ -117,13 +117,13 @@ class StatePair {
   void* const context_;
   const char* thread_ = nullptr;
   Entity domain_;
-  Entity participant_;  // goes before its domain
+  Entity participant_;  // destroyed before its domain
   dds_entity_t writer_ = 0;
   dds_entity_t reader_ = 0;
   tandem_LinkedState taken_{};
 };
 
-/// The asker's two ways.
+/// The asker's round trips over DDS and over UDP.
 class Asker {
  public:
   Asker() { sem_init(&answered_, 0, 0); }
@@ -138,7 +138,7 @@ class Asker {
     sem_post(&self.answered_);
   }
 
-  /// Negative: no answer.
+  /// Returns the round trip's time; negative: no answer.
   std::int64_t OverDds(const StatePair& pair, std::uint32_t seq) {
     tandem_LinkedState state{};
     state.state.seq = seq;
@@ -193,7 +193,7 @@ RoundTrips Ask(int socket, const StatePair& pair, Asker& asker, double seconds) 
     clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &deadline, nullptr);
     std::int64_t udp_ns = 0;
     std::int64_t dds_ns = 0;
-    // the second of a turn finds the processors awake: each is that every other time
+    // the second of a turn finds the processors awake, so the two take turns
     if (turn % 2 == 0) udp_ns = Asker::OverUdp(socket, turn);
     dds_ns = asker.OverDds(pair, turn);
     if (turn % 2 != 0) udp_ns = Asker::OverUdp(socket, turn);
@@ -248,7 +248,7 @@ Result<RoundTrips> RoundTripMeter::Measure(const RoundTripOptions& options) {
   if (const Result<bool> met = MeetEcho(); !met) return met.error();
   if (!pair.WaitForMatch(MonotonicNow_ns() + kMeetNs)) return Error{"DDS did not find the echo"};
   RoundTrips trips;
-  // a thread of its own: real-time only for as long as it measures
+  // on a separate thread, so that only the measurement is real-time
   std::thread([&] {
     trips = Ask(socket_, pair, asker, options.seconds);
   }).join();
@@ -271,7 +271,7 @@ Result<bool> EchoRoundTrips(const RoundTripOptions& options, std::uint16_t port,
   SetReceiveTimeout(echo, 100'000'000);
   Datagram packet{};
   send(echo, packet.data(), packet.size(), 0);
-  EnterRealtime(ReceivePriority());  // for UDP's sake too
+  EnterRealtime(ReceivePriority());  // the receive thread's priority, for the UDP echo
   while (!stop.load()) {
     const ssize_t size = recv(echo, packet.data(), packet.size(), 0);
     if (size > 0) send(echo, packet.data(), static_cast<std::size_t>(size), 0);

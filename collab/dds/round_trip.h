@@ -9,12 +9,12 @@
 
 namespace tandem {
 
-/// What a packet takes to another process of this machine and back: over a plain UDP socket, and
-/// over DDS as the product uses it (a state with its links, written by one thread, taken on the
-/// receive thread). In every millisecond both are sent, in turn first, in datagrams of one length;
-/// all threads run under SCHED_FIFO where that is granted.
+/// The times of a packet to another process of this machine and back, over a plain UDP socket and
+/// over DDS. DDS is used as the product uses it: one thread writes a state with its links, and the
+/// receive thread takes it. In every millisecond both are sent, in alternating order, in datagrams
+/// of one length. All threads run under SCHED_FIFO where that is granted.
 struct RoundTrips {
-  static constexpr std::size_t kDatagramBytes = 916;  // of one sample over RTPS: what UDP carries
+  static constexpr std::size_t kDatagramBytes = 916;  // size of one sample over RTPS, UDP payload
 
   Histogram udp;  // ns
   Histogram dds;
@@ -24,12 +24,12 @@ struct RoundTrips {
 };
 
 struct RoundTripOptions {
-  std::string session;  // that nobody else uses
+  std::string session;  // name that nobody else uses
   std::uint32_t domain = 42;
   double seconds = 5;
 };
 
-/// A socket of loopback; its port is where the echo says that it is there.
+/// A socket on loopback. The echo process announces itself to its port.
 class RoundTripMeter {
  public:
   static Result<RoundTripMeter> Open();
@@ -49,7 +49,7 @@ class RoundTripMeter {
   std::uint16_t port_ = 0;
 };
 
-/// The other process: sends back what comes until `stop`.
+/// Runs the other process: sends back all that comes until `stop` is set.
 Result<bool> EchoRoundTrips(const RoundTripOptions& options, std::uint16_t port,
                             const std::atomic<bool>& stop);
 

@@ -7,12 +7,12 @@
 
 namespace tandem {
 
-/// What a participant must be made with to take part in a secured session: Debian's plug-ins for
-/// authentication, access control and cryptography, and a member's keys. Errors: the plug-ins are
+/// Returns the quality of service of a participant in a secured session: Debian's plug-ins for
+/// authentication, access control and cryptography, and a member's keys. Error: the plug-ins are
 /// not installed.
 Result<Qos> SecureParticipantQos(const MemberKeys& keys);
 
-/// What Cyclone's words for a refused participant or endpoint mean, for a person.
+/// Returns the meaning for a person of Cyclone's message about a refused participant or endpoint.
 std::string ExplainRefusal(const std::string& said, const MemberKeys& keys);
 
 }  // namespace tandem

@@ -14,7 +14,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// As `openssl ca` wants it.
+// Returns the time as `openssl ca` wants it.
 std::string TimeOf(std::time_t time) {
   std::tm utc{};
   gmtime_r(&time, &utc);
@@ -23,7 +23,7 @@ std::string TimeOf(std::time_t time) {
   return text.data();
 }
 
-// The books that `openssl ca` keeps of what it signs; for one signature each, or for a list.
+// The database that `openssl ca` keeps of its signatures. A new one serves each signature or list.
 class Books {
  public:
   explicit Books(const fs::path& beside) : folder_(beside / "unfinished") {}
@@ -34,7 +34,7 @@ class Books {
   Books(const Books&) = delete;
   Books& operator=(const Books&) = delete;
 
-  /// `entries`: of the index, of certificates signed before.
+  /// `entries` are lines of the index, one for each certificate.
   Result<bool> Open(const std::string& serial, const std::string& entries) {
     std::error_code failed;
     fs::remove_all(folder_, failed);

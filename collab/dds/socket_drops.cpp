@@ -12,7 +12,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The inodes of this process's sockets.
+/// Returns the inodes of this process's sockets.
 std::set<std::string> OwnSockets() {
   const std::string mark = "socket:[";
   std::set<std::string> inodes;

@@ -19,7 +19,7 @@ std::int64_t NsOf(const timespec& time) {
   return static_cast<std::int64_t>(time.tv_sec) * 1'000'000'000 + time.tv_nsec;
 }
 
-/// How long ago the kernel stamped the packet; 0: it has not.
+/// Returns the time since the kernel stamped the packet; 0: it has no stamp.
 std::int64_t AgeOf(msghdr& message) {
   for (cmsghdr* note = CMSG_FIRSTHDR(&message); note != nullptr;
        note = CMSG_NXTHDR(&message, note)) {
@@ -27,8 +27,8 @@ std::int64_t AgeOf(msghdr& message) {
     timespec stamp{};
     std::memcpy(&stamp, CMSG_DATA(note), sizeof stamp);
     timespec now{};
-    clock_gettime(CLOCK_REALTIME, &now);  // the kernel's stamps are by it
-    // a step of that clock between stamp and now is no age
+    clock_gettime(CLOCK_REALTIME, &now);  // the kernel stamps by this clock
+    // a step of that clock between stamp and reading is not an age
     constexpr std::int64_t kOldest = 60'000'000'000;
     const std::int64_t age_ns = NsOf(now) - NsOf(stamp);
     return age_ns < 0 || age_ns > kOldest ? 0 : age_ns;

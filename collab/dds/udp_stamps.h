@@ -8,21 +8,21 @@
 
 namespace tandem {
 
-/// A packet as it came.
+/// A received packet.
 struct StampedPacket {
   std::size_t bytes = 0;
   sockaddr_in from{};
-  /// When the kernel took it from the network, by the monotonic clock: how long this program did
-  /// not run since then is not in it.
+  /// Time when the kernel took the packet from the network, by the monotonic clock. It excludes the
+  /// time that this program then did not run.
   std::int64_t arrival_ns = 0;
 };
 
-/// From now on the kernel notes down when packets come to this socket.
+/// Makes the kernel note when packets come to this socket.
 void StampArrivals(int socket);
-/// The next packet that waits; nothing: none does. Never waits itself.
+/// Returns the next waiting packet, or nothing if none waits. Does not wait itself.
 std::optional<StampedPacket> ReceiveStamped(int socket, std::span<std::byte> room);
 
-/// Waits for a packet, until that time at the most, to a fraction of a millisecond.
+/// Waits for a packet, at most until that time, to a fraction of a millisecond.
 void WaitForPacket(int socket, std::int64_t until_ns);
 
 }  // namespace tandem

@@ -79,7 +79,7 @@ Result<bool> UnfinishedFolder::Commit() {
   }
   if (failed) fault = failed.value();
   if (fault == 0) fault = SyncToDisk(beside_, true);
-  // an empty folder gives way, one with something in it does not
+  // rename replaces an empty folder, but not one with files in it
   if (fault == 0 && rename(beside_.c_str(), folder_.c_str()) != 0) fault = errno;
   if (fault != 0) return Error{folder_.string() + ": cannot be written: " + Reason(fault)};
   beside_.clear();

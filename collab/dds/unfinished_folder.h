@@ -10,22 +10,22 @@ namespace tandem {
 /// errno.
 int SyncToDisk(const std::filesystem::path& path, bool is_folder);
 
-/// A folder that is there whole or not at all: it is filled beside its place, as
-/// NAME.unfinished-PID-N, for its owner alone, and put there by Commit(). What a program that was
-/// killed left beside NAME goes when NAME is made the next time. Without Commit() it is a place for
-/// files that go elsewhere as a whole.
+/// A folder that is there whole or not at all. It is filled beside its place, as
+/// NAME.unfinished-PID-N, for its owner alone, and Commit() puts it there. Remainders of killed
+/// programs beside NAME are removed when NAME is made the next time. Without Commit() it is a place
+/// for files that go elsewhere as a whole.
 class UnfinishedFolder {
  public:
-  /// Errors: something is in the folder already, or it cannot be made.
+  /// Errors: the folder has files already, or it cannot be made.
   static Result<UnfinishedFolder> Make(const std::filesystem::path& folder);
   UnfinishedFolder(UnfinishedFolder&& other) noexcept;
   UnfinishedFolder& operator=(UnfinishedFolder&&) = delete;
-  /// Removes what was not committed.
+  /// Removes a folder that was not committed.
   ~UnfinishedFolder();
 
-  /// Where to put the files.
+  /// Returns where to put the files.
   const std::filesystem::path& path() const noexcept { return beside_; }
-  /// Waits until the disk has them, and puts the folder into its place.
+  /// Waits until the disk has the files, then puts the folder into its place.
   Result<bool> Commit();
 
  private:

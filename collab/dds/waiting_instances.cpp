@@ -11,7 +11,7 @@
 #include <pthread.h>
 
 extern "C" {
-// of Cyclone's own headers, which C++ does not take
+// from Cyclone's own headers, which C++ does not compile
 struct gcreq;
 struct gcreq_queue;
 using gcreq_cb_t = void (*)(gcreq*);
@@ -22,12 +22,12 @@ void gcreq_free(gcreq* request);
 namespace tandem {
 namespace {
 
-std::atomic<std::int64_t> waiting_requests{0};  // for "gc", of any kind
+std::atomic<std::int64_t> waiting_requests{0};  // requests of any kind that wait for "gc"
 std::atomic<bool> is_bounded{false};
 std::atomic<std::uint64_t> instances_refused{0};
 
-// Cyclone has "recv", and "recvUC" and "recvMC" beside it. On them alone it goes on without an
-// instance: it takes the sample for one that it cannot read.
+// Returns whether this is a receive thread: "recv", or "recvUC" or "recvMC" beside it. Only these
+// threads go on without an instance, as if the sample could not be read.
 bool OnSomeReceiveThread() noexcept {
   static thread_local const bool receives = [] {
     std::array<char, 16> name{};
@@ -37,7 +37,7 @@ bool OnSomeReceiveThread() noexcept {
   return receives;
 }
 
-// How many may wait when a sample of that type brings a new key.
+// Returns how many requests may wait when a sample of that type brings a new key.
 std::int64_t MostWaiting(const ddsi_serdata* sample) noexcept {
   const std::string_view type = sample->type->type_name;
   const bool comes_again = type == "tandem::ObjectState" || type == "tandem::LinkedState" ||
@@ -59,7 +59,7 @@ std::uint64_t InstancesRefused() noexcept {
 }  // namespace tandem
 
 extern "C" {
-// Cyclone's own, which finds these before its own.
+// Replaces Cyclone's functions, because Cyclone finds these before its own.
 gcreq* gcreq_new(gcreq_queue* queue, gcreq_cb_t callback) {
   static const auto cyclones =
       reinterpret_cast<decltype(&gcreq_new)>(dlsym(RTLD_NEXT, "gcreq_new"));

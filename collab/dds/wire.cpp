@@ -126,7 +126,7 @@ std::optional<Drop> Get(const tandem_CouplingLinks& wire, CouplingLinks& links) 
   return reader.fault();
 }
 
-// Copies what fits, not cutting a UTF-8 character in two.
+// Copies the text that fits, without cutting a UTF-8 character in two.
 template <std::size_t size>
 void PutText(std::string_view text, char (&out)[size]) {
   std::size_t length = std::min({text.size(), size - 1, text.find('\0')});
@@ -142,7 +142,7 @@ std::string GetText(const char (&in)[size]) {
   return CleanText(std::string_view(in, strnlen(in, size)));
 }
 
-// A sequence that lies in `room` and is only read: dds_write's samples are const.
+// Lets a sequence use `room`, which is only read: dds_write's samples are const.
 template <typename Item, typename Sequence>
 void Lend(std::vector<Item>& room, Sequence& out) {
   out._maximum = out._length = static_cast<std::uint32_t>(room.size());
@@ -305,7 +305,7 @@ bool FromWire(const tandem_PeerInfo& wire, PeerInfo& info) {
     return false;
   }
   if (wire.role != tandem_ACTIVE && wire.role != tandem_VIEWER) return false;
-  // false of what is no number
+  // also false for NaN
   if (!(std::abs(wire.displacement) <= kWireBounds.position)) return false;
   info.peer = wire.peer;
   info.protocol = wire.protocol;

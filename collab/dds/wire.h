@@ -9,7 +9,7 @@
 
 namespace tandem {
 
-/// Beyond these no sound peer is; SI units.
+/// No sound peer is beyond these bounds; SI units.
 struct WireBounds {
   double position = 1e3;
   double speed = 50;
@@ -22,13 +22,14 @@ struct WireBounds {
 };
 inline constexpr WireBounds kWireBounds;
 
-/// Between the plain messages and their form on the wire (idl/tandem.idl).
+/// Converts between the plain messages and their wire format (idl/tandem.idl).
 ///
-/// FromWire answers why the sample is none that a sound peer sends, the first reason found, or
-/// nothing when it is sound: a number that is not finite or beyond kWireBounds, a quaternion off
-/// unit length by more than a thousandth (within, it is brought to unit length), a count beyond its
-/// array, a peer of id 0. The output is then unspecified. Those of the control topics answer false
-/// for the same. Those of state, links and view neither allocate nor throw.
+/// FromWire returns the first reason why no sound peer sends the sample, or nothing when it is
+/// sound. The reasons are a number that is not finite or beyond kWireBounds, a count beyond its
+/// array, and a peer of id 0. A quaternion more than a thousandth off unit length is a reason too;
+/// within that it is brought to unit length. The output of an unsound sample is unspecified.
+/// FromWire of event, peer_info, viewer_info and scene returns false for these reasons. Those of
+/// state, links and view neither allocate nor throw.
 void ToWire(const ObjectState& state, tandem_ObjectState& wire) noexcept;
 std::optional<Drop> FromWire(const tandem_ObjectState& wire, ObjectState& state) noexcept;
 
@@ -37,35 +38,35 @@ struct LinkedState {
   ObjectState state;
   CouplingLinks links;
 };
-/// At most kMaxLinks entries are sent. Whom the links are from, the state says.
+/// Sends at most kMaxLinks entries. The state says which peer the links are from.
 void ToWire(const LinkedState& linked, tandem_LinkedState& wire) noexcept;
 std::optional<Drop> FromWire(const tandem_LinkedState& wire, LinkedState& linked) noexcept;
 
-/// In single precision; at most kMaxViewBodies bodies are sent.
+/// Sends single precision and at most kMaxViewBodies bodies.
 void ToWire(const ViewFrame& frame, tandem_ViewFrame& wire) noexcept;
 std::optional<Drop> FromWire(const tandem_ViewFrame& wire, ViewFrame& frame) noexcept;
 
 void ToWire(const Event& event, tandem_Event& wire) noexcept;
 bool FromWire(const tandem_Event& wire, Event& event) noexcept;
 
-/// What the lists of a peer_info that is sent lie in.
+/// Holds the lists of a peer_info that is sent.
 struct InfoRoom {
   std::vector<tandem_Claim> claims;
   std::vector<tandem_Belief> beliefs;
 };
 
-/// Names too long for the wire are cut before a character. False: more claims than the wire can
-/// say. The wire's lists lie in `room`, and live as long.
+/// Cuts names that are too long at the end of a character. False: there are more claims or beliefs
+/// than the wire holds. The wire's lists lie in `room` and live as long as it.
 bool ToWire(const PeerInfo& info, tandem_PeerInfo& wire, InfoRoom& room);
-/// Control characters in names become '?'. Whoever says that it looks on claims and believes
-/// nothing, whatever the sample says.
+/// Turns control characters in names into '?'. A viewer has no claims and beliefs, whatever the
+/// sample says.
 bool FromWire(const tandem_PeerInfo& wire, PeerInfo& info);
 
-/// Of a viewer: that, its name and its beat.
+/// Sends of a viewer that it is one, its name and its beat.
 void ToWire(const PeerInfo& info, tandem_ViewerInfo& wire);
 bool FromWire(const tandem_ViewerInfo& wire, PeerInfo& info);
 
-/// The last that a peer, or a viewer, says. It borrows nothing.
+/// Returns the last sample of a peer or a viewer. It borrows nothing.
 template <typename Wire>
 Wire GoodbyeOf(PeerId peer, std::uint64_t incarnation) {
   Wire wire{};
@@ -76,11 +77,12 @@ Wire GoodbyeOf(PeerId peer, std::uint64_t incarnation) {
   return wire;
 }
 
-/// A file name too long for the wire is left out: half of one is no hint. False: more bodies than
-/// the wire can say. Its list of bodies lies in `room`, and lives as long.
+/// Leaves out a file name that is too long, because half of one is no hint. False: there are more
+/// bodies than the wire holds. The wire's list of bodies lies in `room` and lives as long as it.
 bool ToWire(const SceneManifest& manifest, tandem_SceneManifest& wire,
             std::vector<tandem_BodyDecl>& room);
-/// False also for force parameters that no scene file may have, and for a revision that is none.
+/// Returns false also for force parameters that no scene file may have, and for an invalid
+/// revision.
 bool FromWire(const tandem_SceneManifest& wire, SceneManifest& manifest);
 
 }  // namespace tandem

@@ -89,7 +89,7 @@ void WriterGate::Forget(std::uint64_t writer) noexcept {
   keys_ -= static_cast<std::size_t>(found->keys);
   *found = {};
   --writers_;
-  // entries of others may stand where they do for those of this one
+  // without the writer's entries, others may belong to earlier places, so the table is filled anew
   std::swap(table_, spare_);
   std::ranges::fill(table_, Key{});
   for (const Key& key : spare_) {

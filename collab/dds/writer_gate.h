@@ -9,31 +9,31 @@
 
 namespace tandem {
 
-/// What the writers of one topic may send to a reader. An honest one stays far below.
+/// Limits on what the writers of one topic may send to a reader. An honest writer stays far below.
 struct WriterLimits {
-  int per_second = 0;  // samples of a writer
-  int at_once = 0;     // as many more, after a stay of the network
+  int per_second = 0;  // samples from a writer
+  int at_once = 0;     // further samples at once, after a pause of the network
   int keys = 0;        // instances of a writer
   int of_one = 0;      // writers of a participant
 };
 
-/// Lets the samples of a reader's writers through or not, by their rate and by the number of their
-/// keys, before anything is kept of them. A writer beyond its rate is not heard for kIgnoredNs. All
-/// memory is taken at construction; what is kept in a reader is bounded by kMaxWriters and kMaxKeys.
-/// Times are handed in. Used by one thread at a time.
+/// Decides whether samples pass to a reader, by the rate and the number of keys of their writers,
+/// before anything of them is kept. It refuses a writer beyond its rate for kIgnoredNs. All memory
+/// is taken at construction; kMaxWriters and kMaxKeys bound what a reader keeps. Times are handed
+/// in. Used by one thread at a time.
 class WriterGate {
  public:
   static constexpr std::size_t kMaxWriters = 256;
-  static constexpr std::size_t kMaxKeys = 8192;  // of all writers together
+  static constexpr std::size_t kMaxKeys = 8192;  // over all writers together
   static constexpr std::int64_t kIgnoredNs = 1'000'000'000;
 
   explicit WriterGate(const WriterLimits& limits);
 
-  /// Why the sample is refused; nothing: it is let through. `writer`, `participant` and `key` are
-  /// numbers that stand for them, not 0.
+  /// Returns why the sample is refused, or nothing if it passes. `writer`, `participant` and `key`
+  /// are numbers other than 0 that identify them.
   std::optional<Drop> Refuses(std::uint64_t writer, std::uint64_t participant, std::uint64_t key,
                               std::int64_t now_ns) noexcept;
-  /// The writer has gone, and its keys with it.
+  /// Forgets a writer that has gone, and its keys.
   void Forget(std::uint64_t writer) noexcept;
 
   std::size_t writers() const noexcept { return writers_; }
@@ -43,8 +43,8 @@ class WriterGate {
   struct Slot {
     std::uint64_t writer = 0;  // 0: free
     std::uint64_t participant = 0;
-    std::int64_t room_from_ns = 0;   // when all that was let through is paid off
-    std::int64_t ignored_to_ns = 0;  // samples before are refused
+    std::int64_t room_from_ns = 0;   // time at which all that was let through is paid off
+    std::int64_t ignored_to_ns = 0;  // earlier samples are refused
     int keys = 0;
   };
   struct Key {
@@ -60,8 +60,8 @@ class WriterGate {
   const std::int64_t interval_ns_;
   std::vector<Slot> slots_;
   std::vector<Key> table_;  // open addressing, at most half full
-  std::vector<Key> spare_;  // for Forget()
-  std::size_t newest_ = 0;  // the slot that was asked for last
+  std::vector<Key> spare_;  // used by Forget()
+  std::size_t newest_ = 0;  // slot of the last request
   std::size_t writers_ = 0;
   std::size_t keys_ = 0;
 };
