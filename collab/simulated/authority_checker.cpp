@@ -7,11 +7,12 @@ namespace tandem {
 namespace {
 
 constexpr std::int64_t kSettle = 300'000'000;
-constexpr std::int64_t kMisled = 3'500'000'000;  // at the longest, by a hostile member
+constexpr std::int64_t kMisled = 3'500'000'000;  // longest time for which a hostile member may
+                                                 // mislead
 constexpr std::int64_t kBeat = 200'000'000;
 constexpr std::int64_t kNextInLine = 1'500'000'000;
-constexpr std::int64_t kPause = 505'000'000;   // its own clock may drift
-constexpr std::int64_t kListen = 295'000'000;  //
+constexpr std::int64_t kPause = 505'000'000;  // with room for a drifting clock
+constexpr std::int64_t kListen = 295'000'000;
 
 }  // namespace
 
@@ -76,7 +77,7 @@ void AuthorityChecker::LookAtClaims(SimulatedSession& session) {
     if (!session.present(m) || session.halted(m)) continue;
     for (std::size_t b = 0; b < model_->bodies.size(); ++b) {
       const Known now = ClaimAt(session, m, b);
-      // epoch 0 is no claim: the lowest of those who happen to be here
+      // epoch 0 is no claim: it names the lowest of the peers that happen to be here
       if (now.epoch > 0 || known_[m][b].epoch > 0) {
         if (known_[m][b].epoch > 0 && now < known_[m][b] && !MayGoBack(session, m, b)) {
           breakages_->Add("a claim goes back", ids_[m], model_->bodies[b].name);
@@ -89,7 +90,7 @@ void AuthorityChecker::LookAtClaims(SimulatedSession& session) {
 
 bool AuthorityChecker::MayGoBack(SimulatedSession& session, std::size_t member, std::size_t body) {
   if (hostile_ != 0) return true;
-  // its claimant is gone, or does not go by it
+  // the claimant is gone, or does not go by its claim
   const PeerId from = known_[member][body].peer;
   for (std::size_t m = 0; m < session.size(); ++m) {
     if (!session.present(m) || ids_[m] != from) continue;
@@ -203,7 +204,7 @@ void AuthorityChecker::OnState(PeerId from, const ObjectState& state) {
       state.object < model_->body_index.size() && model_->body_index[state.object] >= 0;
   if (!known) return breakages_->Add("a state of no body", from);
   const bool parked = (state.flags & kStateParked) != 0;
-  // every holder of a shared body says its own
+  // every holder of a shared body publishes its own
   if (model_->scene.bodies[state.object].shared && !parked) return;
   said_.push_back({from,
                    static_cast<std::size_t>(model_->body_index[state.object]),

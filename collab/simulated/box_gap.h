@@ -10,8 +10,9 @@ struct SolidBox {
   Vec3 half = Vec3::Zero();  // m
 };
 
-/// Between two boxes, m: where they overlap, less the way out of one another; where they are apart,
-/// at most their distance. By the fifteen axes that can separate boxes.
+/// Returns the gap between two boxes, m. Where they overlap, it is minus the shortest way out of
+/// one another; where they are apart, at most their distance. It tries the fifteen axes that can
+/// separate boxes.
 double BoxGap(const SolidBox& a, const SolidBox& b);
 
 }  // namespace tandem

@@ -9,8 +9,8 @@
 
 namespace tandem {
 
-/// What did not hold in a session, each sort once: "at 3.217 s: a body in hand jumps: peer 101, by
-/// 3.20 mm".
+/// Collects the violations of a session, each sort once: "at 3.217 s: a body in hand jumps: peer
+/// 101, by 3.20 mm".
 class Breakages {
  public:
   void SetTime(std::int64_t now_ns) noexcept { now_ns_ = now_ns; }
@@ -26,7 +26,7 @@ class Breakages {
   std::vector<std::string> all_;
 };
 
-/// As printf does.
+/// Formats as printf does.
 [[gnu::format(printf, 1, 2)]] std::string Text(const char* format, ...);
 
 }  // namespace tandem

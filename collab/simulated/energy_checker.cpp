@@ -44,7 +44,7 @@ void EnergyChecker::LookAt(SimulatedSession& session, std::size_t member) {
     const Wrench& F = peer.report().links_B_W[i];
     const double share = stiffness > 0 ? views[i].stiffness / stiffness : 0.0;
     link.made += kFrame * (F.f.dot(v) + F.tau.dot(w) - 0.9 * drag * share);
-    // what drag took beyond what tanks and springs can keep is no credit for later
+    // energy that drag took beyond what tanks and springs can keep is no credit for later
     link.made = std::max(link.made, link.credit - kept_);
     if (link.made <= link.credit + kTolerance) continue;
     breakages_->Add("a link gives more energy than its credit", self,

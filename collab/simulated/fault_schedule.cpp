@@ -11,7 +11,7 @@ namespace tandem {
 namespace {
 
 constexpr std::int64_t kFaultsEndMs = 7000;
-constexpr std::int64_t kSettleMs = 1000;  // before a hand takes anything
+constexpr std::int64_t kSettleMs = 1000;  // until a hand takes something
 
 class Dice {
  public:
@@ -55,10 +55,10 @@ LinkConditions Rough(Dice& dice, double delay_ms) {
   return link;
 }
 
-/// Wanders for `seconds`, then is at home, which is the same for all.
+/// Returns a hand that wanders for `seconds` and then stays at home, which is the same for all.
 HandScript Wander(Dice& dice, double seconds) {
   HandScript script;
-  // a hand that comes to rest within a second with a body at arm's length too
+  // such a hand comes to rest within a second even with a body at arm's length
   script.impedance.damping = 15.0;
   script.impedance.rotation_damping = 0.1;
   script.waypoints = {{0, Vec3::Zero(), Quat::Identity()}};
@@ -70,7 +70,7 @@ HandScript Wander(Dice& dice, double seconds) {
         {t, p, Quat(Eigen::AngleAxisd(angle, angle > 0 ? Vec3(turn / angle) : Vec3::UnitX()))});
   }
   const double home = std::max(seconds, script.waypoints.back().t + 0.7);
-  // at home is not where all began, so that what never came is told from what came
+  // home differs from the start, so that a hand that never came is told from one that came
   script.waypoints.push_back(
       {home, Vec3(0.006, -0.004, 0.012), Quat(Eigen::AngleAxisd(0.15, Vec3(1, 2, 2) / 3.0))});
   return script;
@@ -93,7 +93,7 @@ class Drawer {
     for (std::int64_t i = 0; i < wishes; ++i) DrawWish();
     for (std::size_t p = 0; p < schedule_.peers.size(); ++p) {
       ScheduledPeer& peer = schedule_.peers[p];
-      // a halted hand is late by as long as it stood
+      // a halted hand is late by the time that it stood
       const auto run_ms = kFaultsEndMs - peer.joins_ms - halted_ms_[p] - kSettleMs - 800;
       peer.hand = Wander(dice_, std::max(1.0, 1e-3 * static_cast<double>(run_ms)));
     }
@@ -105,7 +105,7 @@ class Drawer {
   }
 
  private:
-  /// The default in half of the schedules, the others often enough to be seen.
+  /// Draws a law: the default in half of the schedules, the others often enough to be seen.
   std::string DrawLaw() {
     const double law = dice_.Uniform(0, 1);
     if (law < 0.5) return DefaultLaw()->name();
@@ -121,13 +121,13 @@ class Drawer {
       ScheduledPeer peer;
       peer.id = static_cast<PeerId>(100 + dice_.Whole(0, 99) * 10 + p);
       peer.joins_ms = dice_.Chance(0.7) ? dice_.Whole(0, 300) : dice_.Whole(300, 4000);
-      // the first two share
+      // the first two share a body
       const bool shares = p < 2 || next_own >= kLightSceneObjects || dice_.Chance(0.4);
       peer.object = shares ? kLightSceneShared : next_own++;
       peer.publish_hz = dice_.Chance(0.6) ? 1000 : dice_.Chance(0.5) ? 250 : 100;
       peer.clock = {.offset_ns = dice_.Whole(1, 1'000'000) * 1'000'000'000,
                     .drift_ppm = dice_.Uniform(-100, 100)};
-      // some are on one machine
+      // some peers are on one machine
       if (p > 0 && peer.id / 10 % 4 == 0) peer.clock = schedule_.peers.back().clock;
       schedule_.peers.push_back(std::move(peer));
     }
@@ -160,7 +160,7 @@ class Drawer {
     using Kind = ScheduledFault::Kind;
     const auto n = static_cast<std::int64_t>(schedule_.peers.size());
     const auto peer = static_cast<std::size_t>(dice_.Whole(0, n - 1));
-    // another one
+    // a different peer
     const auto other =
         static_cast<int>((static_cast<std::int64_t>(peer) + dice_.Whole(1, n - 1)) % n);
     const std::int64_t t = dice_.Whole(
@@ -173,7 +173,7 @@ class Drawer {
       gone_[peer] = true;
       Add(t, what < 0.1 ? Kind::kLeave : Kind::kKill, peer);
     } else if (what < 0.4) {
-      halted_ms_[peer] = lasts;  // one pause each
+      halted_ms_[peer] = lasts;  // one pause for each peer
       Add(t, Kind::kHalt, peer);
       Add(t + lasts, Kind::kWake, peer);
     } else if (what < 0.7) {
@@ -193,7 +193,7 @@ class Drawer {
     }
   }
 
-  /// What a user asks for.
+  /// Draws a user's request.
   void DrawWish() {
     const auto n = static_cast<std::int64_t>(schedule_.peers.size());
     const auto peer = static_cast<std::size_t>(dice_.Whole(0, n - 1));

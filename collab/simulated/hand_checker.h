@@ -7,8 +7,8 @@
 
 namespace tandem {
 
-/// What a person's hand may be given, frame by frame: a finite wrench within the device's clamp,
-/// which changes by no more than the slew.
+/// Judges the wrench that a person's hand gets, frame by frame: finite, within the device's clamp,
+/// and changing by no more than the slew.
 class HandChecker {
  public:
   static constexpr double kMostForce = 12;         // N
@@ -18,7 +18,7 @@ class HandChecker {
 
   HandChecker(std::size_t peers, Breakages& breakages) : breakages_(&breakages), given_(peers) {}
 
-  /// What the hand of a scheduled peer gets in this frame.
+  /// Judges what the hand of a scheduled peer gets in this frame.
   void Felt(std::size_t peer, PeerId id, const Wrench& F_D_W) {
     if (!F_D_W.f.allFinite() || !F_D_W.tau.allFinite()) {
       return breakages_->Add("a hand's force is not finite", id);
@@ -47,7 +47,7 @@ class HandChecker {
 
  private:
   Breakages* breakages_;
-  std::vector<Wrench> given_;  // in the last frame
+  std::vector<Wrench> given_;  // wrenches in the last frame
 };
 
 }  // namespace tandem

@@ -80,7 +80,7 @@ void HostileMember::SayEvent() {
     event.to = DrawPeer();
     event.X_WB.p = Vec3(0.01 * Draw(4), 0.01 * Draw(4), 0.01 * Draw(4));
   }
-  // by asking it would come to answer for bodies as anybody does
+  // by asking it would come to answer for bodies as any peer does
   if (event.kind == EventKind::kAsk) return;
   event.peer = id_;
   event.seq = ++seq_;

@@ -10,22 +10,22 @@
 
 namespace tandem {
 
-/// A member of a simulated session that has the keys and keeps to none of the rules: it forges
-/// claims, events, states and manifests, replays what it hears and comes and goes, all drawn from
-/// a seed. What it cannot do is speak in another's name: transports see to that. It says of no
-/// shared body that it holds it, for whoever does is coupled with, by design.
+/// A member of a simulated session that has keys and keeps to none of the rules. It forges claims,
+/// events, states and manifests, replays what it hears, and comes and goes, all drawn from a seed.
+/// It cannot speak in another peer's name, because transports prevent that. It never claims to hold
+/// a shared body, because peers couple with every holder by design.
 class HostileMember : private Inbox {
  public:
-  /// `scene_hash`: of the scene by which it is taken in.
+  /// `scene_hash` is that of the session's scene, with which peers accept it.
   HostileMember(SimulatedNetwork& network, PeerId id, std::uint64_t seed, std::uint64_t scene_hash,
                 const WorldModel& model);
 
   PeerId id() const noexcept { return id_; }
-  /// One millisecond.
+  /// Runs one millisecond.
   void Step();
   /// Goes for good.
   void Leave();
-  /// How much it has said.
+  /// Returns how many turns to speak it has had.
   std::uint64_t said() const noexcept { return said_; }
 
  private:
@@ -56,9 +56,9 @@ class HostileMember : private Inbox {
   bool gone_ = false;
   PeerInfo info_;
   std::map<PeerId, PeerInfo> heard_;
-  std::map<ObjectId, std::uint32_t> epochs_;  // the greatest that were heard of
-  std::vector<Event> events_;                 // heard last, to be replayed
-  ObjectState state_;                         // likewise
+  std::map<ObjectId, std::uint32_t> epochs_;  // greatest epochs that it heard of
+  std::vector<Event> events_;                 // last events heard, for replay
+  ObjectState state_;                         // last state heard, for replay
   std::uint32_t seq_ = 0;
   std::uint64_t said_ = 0;
 };

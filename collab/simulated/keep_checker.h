@@ -10,21 +10,21 @@
 
 namespace tandem {
 
-/// What must hold beside a hostile member: no hand loses a body to it, no honest peer is granted a
-/// body by it, and no epoch runs away.
+/// Judges a session with a hostile member. No hand loses a body to it, it grants no body to an
+/// honest peer, and no epoch runs away.
 class KeepChecker {
  public:
-  /// Above what all honest grabs and all that a hostile member may raise come to in a session.
+  /// Above all epochs that honest grabs and a hostile member's allowed raises reach in a session.
   static constexpr std::uint32_t kMostEpoch = 200'000;
 
   KeepChecker(const WorldModel& model, Breakages& breakages)
       : model_(&model), breakages_(&breakages) {}
 
   void SetHostile(PeerId peer) { hostile_ = peer; }
-  /// A wish of a user, who may lose what is in hand by it.
+  /// Notes a user's wish, by which the user may lose the body in hand.
   void Wished(PeerId peer, std::int64_t now_ns) { wished_ns_[peer] = now_ns; }
 
-  /// After every frame.
+  /// Judges a frame; call it after every frame.
   void Look(SimulatedSession& session) {
     if (hostile_ == 0) return;
     held_.resize(session.size(), -1);
@@ -53,8 +53,8 @@ class KeepChecker {
   }
 
  private:
-  /// Whether others are here, and all have known what this one holds for long enough. Of two, one
-  /// against the other, nobody can say who is right.
+  /// Returns whether other peers are here and all have known for long enough what this peer holds.
+  /// If two peers disagree, nobody can say which is right.
   static bool HasMajority(SimulatedSession& session, std::size_t member) {
     const std::int64_t clear_ns = 2 * session.network().LongestWay() + 1'000'000'000;
     const PeerId id = session.id(member);
@@ -70,7 +70,8 @@ class KeepChecker {
     return others > 0;
   }
 
-  /// Where nothing was cut or halted for long, a hand loses a body by its user's wish alone.
+  /// Returns whether the user has lately made a wish. Where nothing was cut or halted for long, a
+  /// hand loses a body only by such a wish.
   bool WishedLately(SimulatedSession& session, std::size_t member) const {
     constexpr std::int64_t kWish = 100'000'000;
     const auto wished = wished_ns_.find(session.id(member));
@@ -79,9 +80,9 @@ class KeepChecker {
 
   const WorldModel* model_;
   Breakages* breakages_;
-  PeerId hostile_ = 0;  // 0: there is none
+  PeerId hostile_ = 0;  // 0: none
   std::map<PeerId, std::int64_t> wished_ns_;
-  std::vector<int> held_;  // by member, a frame ago
+  std::vector<int> held_;  // indexed by member, a frame ago
 };
 
 }  // namespace tandem

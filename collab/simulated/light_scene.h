@@ -7,12 +7,12 @@
 
 namespace tandem {
 
-/// The scene of the session simulator, made in code and cheap to simulate: a fixed plate, a box
-/// that several may hold (object 1) and two that one may (objects 2 and 3), of 40 mm, at voxels of
-/// 2 mm. All stand clear of one another at first.
+/// Makes the session simulator's scene in code, cheap to simulate. It has a fixed plate, a box that
+/// several users may hold (object 1) and two that one user may hold (objects 2 and 3). The boxes
+/// measure 40 mm, the voxels 2 mm. At first all stand clear of one another.
 std::shared_ptr<const WorldModel> MakeLightScene();
 
-/// The fixed plate.
+/// Returns the fixed plate.
 SolidBox LightScenePlate();
 
 inline constexpr double kLightSceneBox = 0.04;  // m, edge of the moving bodies

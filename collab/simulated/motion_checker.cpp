@@ -40,7 +40,8 @@ void MotionChecker::SeePlaced(SimulatedSession& session) {
 }
 
 bool MotionChecker::IsPlaced(std::size_t body) const {
-  constexpr std::int64_t kShown = 5'000'000'000;  // to all, over the longest ways
+  constexpr std::int64_t kShown = 5'000'000'000;  // time until all peers are shown it, over the
+                                                  // longest ways
   const Placed& placed = placed_[body];
   return placed.untouched || (placed.ns != 0 && now_ns_ - placed.ns < kShown);
 }
@@ -74,7 +75,7 @@ void MotionChecker::Look(SimulatedSession& session) {
         breakages_->Add("a body in hand jumps", id, Text("by %.2f mm", 1e3 * moved));
       }
     }
-    // until the hand has grasped it, it comes as a mirror does
+    // until the hand has grasped it, the body moves as a mirror does
     const bool grasped =
         node.peer().report().hand_B_W.f != Vec3::Zero() || node.peer().parting().leading();
     const int held = grasped ? node.peer().holdings().held() : -1;

@@ -7,41 +7,44 @@
 
 namespace tandem {
 
-/// What must hold of the bodies as each peer simulates them: finite; those in hand do not jump;
-/// nothing passes into what the hand holds, but for what was in it when it was taken: bodies in
-/// others' hands may overlap here, each as old as its way, and a shared one that is on its way from
-/// one hand's instance to another's may be in the plate; a mirror within a voxel of it comes by
-/// at most its share of the travel limit. Of the light scene, whose moving bodies are boxes of 40
-/// mm.
+/// Judges the bodies as each peer simulates them in the light scene, whose moving bodies are boxes
+/// of 40 mm.
+///
+/// - All are finite, and a body in hand does not jump.
+/// - No body passes into the body in hand, unless it was in it when the hand took that. Bodies in
+///   others' hands may overlap here, each as old as its way. A shared body on its way from one
+///   hand's instance to another's may be in the plate.
+/// - A mirror within a voxel of the body in hand moves at most by its share of the travel limit.
 class MotionChecker {
  public:
-  static constexpr double kMostOverlap = 4e-3;  // m, two voxels: as deep as layers reach
-  // m a frame: a pair may near by half a voxel, of which a mirror that yields has half; of one that
-  // turns by 0.01 rad the arc is longer than the chord by a part in 100,000
+  static constexpr double kMostOverlap = 4e-3;  // m, two voxels: layers reach as deep
+  // m a frame: a pair may approach by half a voxel, of which a mirror that gives way has half. For
+  // a mirror that turns by 0.01 rad the arc exceeds the chord by a part in 100,000.
   static constexpr double kMostMirrorTravel = 0.5e-3 * (1 + 1e-5);
 
-  /// `fast`: hands move bodies by more than a voxel a frame; what their velocity says is no jump.
+  /// With `fast`, hands move bodies by more than a voxel a frame; a motion that the velocity
+  /// explains is no jump.
   MotionChecker(const WorldModel& model, Breakages& breakages, bool fast = false)
       : model_(&model), breakages_(&breakages), fast_(fast) {}
 
-  /// What it answers for goes wherever it says.
+  /// Names the hostile peer. Its bodies go wherever it says.
   void SetHostile(PeerId peer) { hostile_ = peer; }
-  /// Grants and releases say where a body is.
+  /// Notes a grant or release, which says where a body is.
   void OnHostileEvent(const Event& event);
-  /// After every frame.
+  /// Judges a frame; call it after every frame.
   void Look(SimulatedSession& session);
 
  private:
   struct Seen {
     bool known = false;
-    bool near = false;     // to the body in hand, within a voxel: contact begins at half of it
-    bool excused = false;  // it overlapped what the hand took when it took it, or was put there
+    bool near = false;     // within a voxel of the body in hand; contact begins at half of it
+    bool excused = false;  // it overlapped the body in hand when that was taken, or was put there
     Pose X_WB;
   };
 
-  struct Placed {            // by the hostile member
-    std::int64_t ns = 0;     // when last; 0: never
-    bool untouched = false;  // in no hand since
+  struct Placed {            // placed by the hostile member
+    std::int64_t ns = 0;     // last time; 0: never
+    bool untouched = false;  // in no hand since then
   };
 
   void SeePlaced(SimulatedSession& session);
@@ -51,12 +54,12 @@ class MotionChecker {
   const WorldModel* model_;
   Breakages* breakages_;
   bool fast_;
-  PeerId hostile_ = 0;                   // 0: there is none
+  PeerId hostile_ = 0;                   // 0: none
   std::vector<std::vector<Seen>> seen_;  // [member][body], a frame ago
-  std::vector<Placed> placed_;           // of each body
+  std::vector<Placed> placed_;           // indexed by body
   std::int64_t now_ns_ = 0;
-  std::vector<int> held_;       // of each member: simulated in its hand a frame ago
-  std::vector<bool> in_plate_;  // of each member: what it took was in the plate, and is yet
+  std::vector<int> held_;       // per member: body simulated in its hand a frame ago
+  std::vector<bool> in_plate_;  // per member: the body was taken in the plate and is still there
 };
 
 }  // namespace tandem

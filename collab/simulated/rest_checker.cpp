@@ -60,7 +60,7 @@ void RestChecker::LookAtMembership(SimulatedSession& session,
 
 void RestChecker::LookAtCopies(SimulatedSession& session, const std::vector<std::size_t>& present) {
   for (std::size_t b = 0; b < model_->bodies.size(); ++b) {
-    // what is pressed against another gives way at each peer by itself
+    // a body that is pressed against another gives way at each peer separately
     const bool pressed = std::any_of(present.begin(), present.end(), [&](std::size_t m) {
       return session.node(m).world().Pushed(b);
     });
@@ -92,7 +92,7 @@ void RestChecker::LookAtLinks(SimulatedSession& session, WireChecker& wire) {
 void RestChecker::LookAtLinksOf(SimulatedSession& session, std::size_t member,
                                 const std::vector<std::size_t>& holders, WireChecker& wire) {
   const PeerId id = session.id(member);
-  // loop ages go to all, links to holders
+  // loop ages go to all peers, links to holders
   CouplingLinks links = wire.NewestLinks(id);
   const auto* const end = std::remove_if(
       links.entries.begin(), links.entries.begin() + links.count, [&](const LinkEntry& entry) {

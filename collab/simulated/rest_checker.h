@@ -10,9 +10,9 @@
 
 namespace tandem {
 
-/// What must hold once the faults are over, the hands rest and time enough has passed: all know who
-/// is here, all copies of every body agree, those that nobody holds too, no hand is pulled, and all
-/// who share a body are linked as the law says.
+/// Judges a session once the faults are over, the hands rest and enough time has passed. All peers
+/// know which peers are here. All copies of every body agree, also of bodies that nobody holds. No
+/// hand is pulled, and all holders of a body are linked as the law says.
 class RestChecker {
  public:
   static constexpr double kMostForce = 0.5;  // N
@@ -22,10 +22,10 @@ class RestChecker {
   RestChecker(const FaultSchedule& schedule, const WorldModel& model, Breakages& breakages)
       : schedule_(&schedule), model_(&model), breakages_(&breakages) {}
 
-  /// `member`: of the session, for each scheduled peer; -1: it never came.
+  /// `member` is the number in the session of each scheduled peer; -1: it never came.
   void Look(SimulatedSession& session, const std::vector<int>& member, const HandChecker& hands,
             const Viewer& viewer);
-  /// Later, when the longest silence is forgotten.
+  /// Judges the links; call it later, when the longest silence is forgotten.
   void LookAtLinks(SimulatedSession& session, WireChecker& wire);
 
  private:

@@ -11,14 +11,13 @@
 
 namespace tandem {
 
-/// What must hold in every session, whatever is cut, lost or killed; looked at from outside, in
-/// true time, by what is on the wire, in the simulations and in the hands. Each part has a checker
-/// of its own.
+/// Judges every session, whatever is cut, lost or killed. It looks from outside, in true time, at
+/// the wire, the simulations and the hands. Each part has its own checker.
 class SessionChecker : public WireWatch {
  public:
-  /// What other hands than scripted ones may do, or are judged by.
+  /// Bounds for hands that are not scripted.
   struct Bounds {
-    bool fast = false;                            // as MotionChecker has it
+    bool fast = false;                            // as for MotionChecker
     double short_loop = PullChecker::kShortLoop;  // s
     double kept = EnergyChecker::kMostKept;       // J
   };
@@ -36,7 +35,7 @@ class SessionChecker : public WireWatch {
         hands_(schedule.peers.size(), breakages_),
         rest_(schedule, model, breakages_) {}
 
-  /// Whose words are not looked at, but for what they do to the others.
+  /// Names the hostile peer. Its messages are not judged, only their effects on the others.
   void SetHostile(PeerId peer) {
     hostile_ = peer;
     wire_.SetHostile(peer);
@@ -62,18 +61,18 @@ class SessionChecker : public WireWatch {
     ++events_[static_cast<std::size_t>(event.kind)];
   }
 
-  /// Of what `from` sends to `to`, from now on.
+  /// Notes new conditions of the link from `from` to `to`.
   void LinkSwitched(std::size_t from, std::size_t to, const LinkConditions& link) {
     wire_.LinkSwitched(from, to, link);
   }
   void ClockStepped(std::size_t peer, double step_ms) { wire_.ClockStepped(peer, step_ms); }
-  /// What the hand of a scheduled peer is given in this frame.
+  /// Judges what the hand of a scheduled peer gets in this frame.
   void Felt(std::size_t peer, const Wrench& F_D_W) {
     hands_.Felt(peer, schedule_->peers[peer].id, F_D_W);
   }
-  /// Before every frame.
+  /// Call it before every frame.
   void SetTime(std::int64_t now_ns) noexcept { breakages_.SetTime(now_ns); }
-  /// After it.
+  /// Judges a frame; call it after every frame.
   void Look(SimulatedSession& session) {
     authority_.Look(session);
     keep_.Look(session);
@@ -81,8 +80,8 @@ class SessionChecker : public WireWatch {
     energy_.Look(session);
     pulls_.Look(session);
   }
-  /// When the faults are over, the hands rest and time enough has passed. `member`: of the session,
-  /// for each scheduled peer; -1: it never came.
+  /// Judges the end, when the faults are over, the hands rest and enough time has passed. `member`
+  /// is the number in the session of each scheduled peer; -1: it never came.
   void LookAtEnd(SimulatedSession& session, const std::vector<int>& member, const Viewer& viewer) {
     constexpr std::int64_t kBeginNs = 1'000'000'000;  // true time of the first frame
     authority_.LookAtEnd(session, kBeginNs + 1'000'000 * schedule_->faults_end_ms);
@@ -90,13 +89,13 @@ class SessionChecker : public WireWatch {
     rest_.Look(session, member, hands_, viewer);
   }
   void NeverAtRest() { breakages_.Add("hands do not come to rest", 0); }
-  /// Some time later, when the longest silence is forgotten.
+  /// Judges the links; call it later, when the longest silence is forgotten.
   void LookAtLinks(SimulatedSession& session) { rest_.LookAtLinks(session, wire_); }
 
   const Breakages& breakages() const noexcept { return breakages_; }
-  /// For checkers beside these.
+  /// Returns the collection for checkers outside this one.
   Breakages& breakages() noexcept { return breakages_; }
-  /// How many of a sort have been on the wire.
+  /// Returns how many events of a kind have been on the wire.
   std::uint64_t events(EventKind kind) const { return events_[static_cast<std::size_t>(kind)]; }
 
  private:

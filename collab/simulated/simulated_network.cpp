@@ -7,7 +7,7 @@
 namespace tandem {
 
 namespace {
-constexpr std::int64_t kWindowNs = 2'000'000'000;  // for which a long way is remembered, at least
+constexpr std::int64_t kWindowNs = 2'000'000'000;  // least time for which a long way is remembered
 }  // namespace
 
 class SimulatedNetwork::Link : public Transport {
@@ -34,7 +34,7 @@ class SimulatedNetwork::Link : public Transport {
     const auto self = network_->members_.find(peer_);
     if (self == network_->members_.end()) return;
     if (network_->watch_ != nullptr) network_->watch_->OnPeerInfo(peer_, info);
-    // a transport lets nobody speak in another's name
+    // a transport lets no peer speak in another's name
     if (info.peer != peer_) return;
     self->second.info = info;
     self->second.info->incarnation = self->second.incarnation;
@@ -97,7 +97,7 @@ void SimulatedNetwork::Send(PeerId from, PeerId to, const Control& what) {
   std::array<std::int64_t, 2> due_ns{};
   std::int64_t sent_ns = now_ns_;
   if (std::holds_alternative<Alive>(what)) {
-    // life is shown again soon: what is lost is lost
+    // a lost sign of life is not sent again: the next one follows soon
     if (line.cut || line.conditioner.Due(sent_ns, due_ns) == 0) return;
   } else {
     constexpr int kMostResends = 100;
@@ -106,7 +106,7 @@ void SimulatedNetwork::Send(PeerId from, PeerId to, const Control& what) {
       due_ns[0] = sent_ns;
     }
     if (line.cut && std::holds_alternative<PeerInfo>(what)) {
-      // of peer_info the newest is kept
+      // the newest peer_info is kept
       std::erase_if(line.under_way, [](const OnItsWay& item) {
         return std::holds_alternative<PeerInfo>(item.what);
       });
@@ -169,7 +169,8 @@ void SimulatedNetwork::Advance(std::int64_t now_ns) {
       line.longest_before_ns = std::exchange(line.longest_ns, line.last_due_ns - now_ns_);
     }
   }
-  // first, so that one who was halted finds the others' leases over, as a stopped process does
+  // leases end first, so that a peer that was halted finds the others' leases over, as a stopped
+  // process does
   EndLeases();
   for (auto& [key, line] : lines_) {
     while (!line.cut && !line.under_way.empty() && line.under_way.front().due_ns <= now_ns_) {
@@ -225,7 +226,8 @@ void SimulatedNetwork::Cut(PeerId from, PeerId to, bool cut) {
   }
   line.healed_ns = now_ns_;
   if (now_ns_ - line.cut_since_ns <= kForgetNs) return;
-  // found again as if new: peer_info and scene are kept for such, and a goodbye is a fact
+  // the peer is found again as if new: peer_info and scene are kept for that, and a goodbye is a
+  // fact
   std::erase_if(line.under_way, [](const OnItsWay& item) {
     return !std::holds_alternative<PeerInfo>(item.what) &&
            !std::holds_alternative<SceneManifest>(item.what) &&

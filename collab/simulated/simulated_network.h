@@ -20,7 +20,7 @@ struct PeerClock {
   double drift_ppm = 0;
 };
 
-/// Sees what peers put on the wire, as they do.
+/// Sees each message that a peer puts on the wire, at that moment.
 class WireWatch {
  public:
   virtual ~WireWatch() = default;
@@ -31,56 +31,59 @@ class WireWatch {
   virtual void OnEvent(PeerId from, const Event& event) = 0;
 };
 
-/// A network in virtual time for any number of peers in one thread, that behaves as DDS does:
+/// A network in virtual time for any number of peers in one thread. It behaves as DDS does:
 ///
-/// - states, links and views arrive in the frame in which they are sent; delay, jitter and loss are
-///   the receiver's conditioners, as in the product. A cut drops them.
-/// - the rest is reliable and keeps its order on each link: it is delayed by the link's conditioner
-///   here, a loss costs a re-send, a cut holds it back, a long cut forgets all but the newest
-///   peer_info and scene.
-/// - whoever is silent for longer than the lease is lost to those who do not hear him; the next
-///   peer_info brings him back.
+/// - States, links and views arrive in the frame in which they are sent. The receiver's
+///   conditioners add delay, jitter and loss, as in the product. A cut drops them.
+/// - All else is reliable and keeps its order on each link. Here the link's conditioner delays it,
+///   a loss costs a re-send, and a cut holds it back. A long cut forgets all but the newest
+///   peer_info and scene, and a goodbye.
+/// - A peer that is silent for longer than the lease is lost to the peers that do not hear it; its
+///   next peer_info brings it back.
 ///
-/// Viewers get views and no states, active peers states and no views. Every peer has a clock of its
-/// own. The same seed and calls give the same deliveries in the same order.
+/// Viewers get views and no states, active peers states and no views. Every peer has its own clock.
+/// The same seed and calls give the same deliveries in the same order.
 class SimulatedNetwork {
  public:
-  static constexpr std::int64_t kLeaseNs = 600'000'000;        // as QosForPeerInfo's
+  static constexpr std::int64_t kLeaseNs = 600'000'000;        // as kLivelinessLeaseNs of
+                                                               // collab/dds/qos.h
   static constexpr std::int64_t kForgetNs = 2'000'000'000;     // a participant's lease
-  static constexpr std::int64_t kAlivePeriodNs = 100'000'000;  // how often life is shown
+  static constexpr std::int64_t kAlivePeriodNs = 100'000'000;  // between two signs of life
   static constexpr std::int64_t kResendNs = 100'000'000;       // after a loss
-  static constexpr std::size_t kHistory = 8;                   // motion kept for a halted reader
+  static constexpr std::size_t kHistory = 8;                   // motion samples kept for a halted
+                                                               // reader
 
   explicit SimulatedNetwork(std::uint64_t seed = 1) : seed_(seed) {}
 
-  /// Both the network and `inbox` must outlive the transport. A transport destroyed without Leave()
-  /// is a crash: the others learn of it when the lease runs out.
+  /// Adds a peer. The network and `inbox` must outlive the transport. A transport that is destroyed
+  /// without Leave() is a crash: the others learn of it when the lease runs out.
   std::unique_ptr<Transport> Join(PeerId peer, Role role, Inbox& inbox, PeerClock clock = {});
 
-  /// Brings everything to `now_ns` of true time and delivers what is due.
+  /// Advances all to `now_ns` of true time and delivers what is due.
   void Advance(std::int64_t now_ns);
 
-  /// The link of control traffic from one peer to another, to be switched.
+  /// Returns the link of control traffic from one peer to another, so that its conditions can be
+  /// switched.
   LinkConditioner& link(PeerId from, PeerId to) { return LineOf(from, to).conditioner; }
-  /// Nothing passes from one to the other, of any kind; one-way.
+  /// Cuts the link from one peer to another, or ends the cut. A cut link passes nothing.
   void Cut(PeerId from, PeerId to, bool cut);
-  /// As by SIGSTOP: it hears nothing and shows no life; the owner does not run it.
+  /// Halts a peer as SIGSTOP does: it hears nothing and shows no life. The owner must not run it.
   void Halt(PeerId peer, bool halted);
-  /// A step of its clock, or another rate.
+  /// Steps a peer's clock or changes its rate.
   void SetClock(PeerId peer, PeerClock clock) { members_.at(peer).clock = clock; }
   PeerClock clock(PeerId peer) const { return members_.at(peer).clock; }
-  /// A peer's clock now.
+  /// Returns the time of a peer's clock.
   std::int64_t LocalNow(PeerId peer) const;
 
-  /// Since when `to` has counted `from` as here and nothing between them was cut, that way;
-  /// nothing: it does not, or something is. True time.
+  /// Returns the true time since which `to` has counted `from` as here and the link from `from` was
+  /// not cut. Nothing: `from` is not here, or the link is cut.
   std::optional<std::int64_t> ClearSince(PeerId from, PeerId to) const;
   bool IsCut(PeerId from, PeerId to) const;
-  /// The longest that control traffic between any two has lately been on its way, all its re-sends
-  /// and what waited before it included, ns.
+  /// Returns the longest time that control traffic between any two peers has lately been on its
+  /// way, ns. It includes re-sends and the wait for earlier messages.
   std::int64_t LongestWay() const;
 
-  /// Null: nobody watches.
+  /// Null: no watch.
   void SetWatch(WireWatch* watch) noexcept { watch_ = watch; }
 
  private:
@@ -94,28 +97,28 @@ class SimulatedNetwork {
     PeerClock clock;
     std::uint64_t incarnation = 0;
     bool halted = false;
-    std::optional<PeerInfo> info;  // newest, for those who come later
+    std::optional<PeerInfo> info;  // newest, for latecomers
     std::optional<SceneManifest> scene;
     std::map<PeerId, std::deque<std::variant<ObjectState, CouplingLinks, ViewFrame>>> backlog;
   };
-  struct Hearing {  // of one peer by another
+  struct Hearing {  // state of one peer as another hears it
     bool known = false;
     bool alive = false;
     std::int64_t heard_ns = 0;
-    std::int64_t since_ns = 0;  // alive
+    std::int64_t since_ns = 0;  // start of being alive
   };
   struct OnItsWay {
     std::int64_t due_ns = 0;
     std::uint64_t to_incarnation = 0;
     Control what;
   };
-  struct Line {  // from one peer to another
+  struct Line {  // way from one peer to another
     LinkConditioner conditioner{LinkConditions{}};
     bool cut = false;
     std::int64_t cut_since_ns = 0;
     std::int64_t healed_ns = 0;
-    std::int64_t longest_ns = 0;         // way of an item, of this window
-    std::int64_t longest_before_ns = 0;  // and of the one before
+    std::int64_t longest_ns = 0;         // longest way of an item in this window
+    std::int64_t longest_before_ns = 0;  // longest way in the window before
     std::int64_t last_due_ns = 0;
     std::deque<OnItsWay> under_way;
     Hearing hearing;
@@ -137,7 +140,7 @@ class SimulatedNetwork {
   std::uint64_t seed_;
   std::int64_t now_ns_ = 0;
   std::int64_t next_alive_ns_ = 0;
-  std::int64_t next_window_ns_ = 0;  // of the longest ways
+  std::int64_t next_window_ns_ = 0;  // end of the window of the longest ways
   std::uint64_t incarnations_ = 0;
   std::map<PeerId, Member> members_;
   std::map<std::pair<PeerId, PeerId>, Line> lines_;

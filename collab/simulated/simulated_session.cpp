@@ -6,7 +6,7 @@ namespace tandem {
 
 namespace {
 constexpr std::int64_t kFrameNs = 1'000'000;
-constexpr std::int64_t kControlFrames = 20;  // from one ControlFrame to the next
+constexpr std::int64_t kControlFrames = 20;  // between two ControlFrames
 }  // namespace
 
 std::size_t SimulatedSession::Add(std::unique_ptr<PeerNode> node, PeerId id,

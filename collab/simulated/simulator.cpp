@@ -27,12 +27,12 @@ constexpr std::int64_t kDigestFrames = 10;
 constexpr std::int64_t kBeginNs = 1'000'000'000;  // true time of the first frame
 constexpr std::int64_t kQuietMs = 2000;
 constexpr std::int64_t kForgetMs = 500;      // beyond the two seconds for which a peak is held
-constexpr std::int64_t kGraspMs = 500;       // and a round trip: until the last movement is known
-constexpr std::int64_t kLongestMs = 30'000;  // until the hands are at home
-constexpr double kConstantStiffness = 2000;  // N/m, of the law that knows of no delay
-constexpr std::int64_t kSettleNs = 1'000'000'000;  // as `tandem peer` has it
+constexpr std::int64_t kGraspMs = 500;       // and a round trip, until all know the last movement
+constexpr std::int64_t kLongestMs = 30'000;  // longest time until the hands are at home
+constexpr double kConstantStiffness = 2000;  // N/m, for the law that ignores delay
+constexpr std::int64_t kSettleNs = 1'000'000'000;  // the value of `tandem peer`
 
-/// Odd seeds draw a hostile member of the lowest id.
+/// Returns the hostile member's id; odd seeds draw the lowest id.
 PeerId HostileIdOf(std::uint64_t seed) {
   return seed % 2 == 0 ? kHighHostileId : kLowHostileId;
 }
@@ -65,10 +65,11 @@ class Run {
     SeedResult result;
     result.seed = schedule_.seed;
     const auto round_trip_ms = static_cast<std::int64_t>(schedule_.LongestRoundTripMs());
-    // what was sent before the faults ended may be under way for long after
+    // messages sent before the faults ended may be under way for long after
     const std::int64_t known_ms =
         schedule_.faults_end_ms + static_cast<std::int64_t>(schedule_.LongestWayMs());
-    std::int64_t rest_ms = kLongestMs + 1;  // since when the faults are over and the hands at home
+    std::int64_t rest_ms = kLongestMs + 1;  // time since which the faults are over and the hands at
+                                            // home
     std::size_t next_fault = 0;
     for (std::int64_t ms = 0;; ++ms) {
       checker_.SetTime(session_.now_ns() - kBeginNs);
@@ -85,13 +86,13 @@ class Run {
         rest_ms = ms;
         LetGoOfOtherGrasps();
       }
-      // those who hold on go home once the pull of those who let go has faded
+      // hands that hold on go home once the pull of those that let go has faded
       if (ms > rest_ms && AnyGraspsAgain()) {
         if (ms < kLongestMs && !HandsAreHome()) rest_ms = ms;
         if (ms == rest_ms + round_trip_ms + kGraspMs) GraspAgain();
       }
       const std::int64_t end_ms = rest_ms + kQuietMs + 4 * round_trip_ms;
-      // a law that knows of no delay does not come to rest
+      // a law that ignores delay does not come to rest
       if (ms == end_ms && schedule_.law != "constant") {
         checker_.LookAtEnd(session_, member_, viewer_);
       }
@@ -157,7 +158,7 @@ class Run {
       SwitchLink(q, p, links_[q][p]);
       if (member_[q] < 0) SwitchLink(p, q, links_[p][q]);
     }
-    // who comes into a cut is cut too
+    // a peer that comes into a cut is cut too
     for (const auto& [from, to] : cuts_) CutLink(from, to, true);
   }
 
@@ -233,8 +234,8 @@ class Run {
     }
   }
 
-  /// Whether all hands stay where they are and have what they asked for, and what they hold no
-  /// longer swings on its coupling.
+  /// Returns whether all hands stay where they are and have what they asked for. The bodies that
+  /// they hold must not swing on their couplings any more.
   bool HandsAreHome() {
     for (std::size_t p = 0; p < schedule_.peers.size(); ++p) {
       if (!IsHere(p)) continue;
@@ -250,7 +251,7 @@ class Run {
 
   Peer& PeerOf(std::size_t p) { return session_.node(static_cast<std::size_t>(member_[p])).peer(); }
 
-  /// Notes who takes what where.
+  /// Notes which body each hand takes, and where.
   void SeeGrasps() {
     for (std::size_t p = 0; p < schedule_.peers.size(); ++p) {
       if (!IsHere(p)) continue;
@@ -275,8 +276,8 @@ class Run {
     }
   }
 
-  /// Hands that share a body pull at one another at rest unless they grasped it at the same place:
-  /// those that did not, let go and take it again.
+  /// Makes the hands that grasped a shared body at another place than agreed let go, to take it
+  /// again later. Hands with different grasps would pull at one another at rest.
   void LetGoOfOtherGrasps() {
     std::vector<std::size_t> holders;
     for (std::size_t p = 0; p < schedule_.peers.size(); ++p) {
@@ -306,7 +307,7 @@ class Run {
     }
   }
 
-  /// Shows the checker a body that has left the numbers, which the engine would not survive.
+  /// Shows the checker a body whose pose is not a number; the engine would not survive one.
   void LookAtNoNumber() {
     World& world = session_.node(0).world();
     const Pose X_WB = world.state(0).X_WB;
@@ -340,10 +341,10 @@ class Run {
   }
 
   struct Grasp {
-    int held = -1;           // a frame ago
-    bool as_agreed = false;  // at the place that all know, before the body had moved
-    Stillness stillness;     // of what is held
-    bool again = false;      // is to take the shared body once more
+    int held = -1;           // body in hand a frame ago
+    bool as_agreed = false;  // grasped at the place that all know, before the body had moved
+    Stillness stillness;     // stillness of the held body
+    bool again = false;      // it is to take the shared body once more
     std::vector<bool> at_first;
   };
 
@@ -355,7 +356,7 @@ class Run {
   SimulatedSession session_;
   std::unique_ptr<Transport> viewer_link_;
   std::optional<HostileMember> hostile_;
-  std::vector<int> member_;  // of the session, for each scheduled peer; -1: not yet there
+  std::vector<int> member_;  // number in the session of each scheduled peer; -1: not there yet
   std::vector<const WatchedHand*> hands_;
   std::vector<Grasp> grasps_;
   std::vector<std::vector<LinkConditions>> links_;
@@ -376,7 +377,7 @@ std::vector<SeedResult> RunSeeds(std::uint64_t first, std::uint64_t count, unsig
                                  const std::function<SeedResult(std::uint64_t)>& simulate) {
   std::vector<SeedResult> results(count);
   std::atomic<std::uint64_t> next{0};
-  std::vector<std::jthread> workers;  // joined also where one of them cannot be started
+  std::vector<std::jthread> workers;  // joined also where a thread cannot be started
   for (unsigned t = 0; t < threads; ++t) {
     workers.emplace_back([&] {
       for (std::uint64_t i = next++; i < count; i = next++) {

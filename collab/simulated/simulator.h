@@ -11,31 +11,32 @@
 
 namespace tandem {
 
-/// What became of one seed.
+/// The result of one seed.
 struct SeedResult {
   std::uint64_t seed = 0;
-  std::vector<std::string> broken;  // invariants that did not hold; none is as it should be
-  std::uint64_t digest = 0;         // of all bodies at all peers, every frame
+  std::vector<std::string> broken;  // invariants that were violated
+  std::uint64_t digest = 0;         // hash of all bodies at all peers, every tenth frame
   double peer_seconds = 0;          // simulated, all peers together
-  double seconds = 0;               // simulated, of the session
-  Tally tally;                      // of what happened
+  double seconds = 0;               // simulated length of the session
+  Tally tally;                      // counts of events
 };
 
-/// Gets a line for everything that happens.
+/// Takes a line for each event.
 using SeedLog = std::function<void(const std::string&)>;
 
-/// Runs the session that a seed stands for: whole peers, one thread, virtual time. The same seed
-/// gives the same bits (of the same build of the program). `model`: of the light scene. `hostile`:
-/// with a member that keeps to no rule (HostileMember), until the faults end.
+/// Runs the session that a seed stands for: complete peers, one thread, virtual time. The same seed
+/// gives the same bits in the same build of the program. `model` is the light scene's. With
+/// `hostile`, a member that keeps to no rule (HostileMember) takes part until the faults end.
 SeedResult SimulateSeed(std::uint64_t seed, const std::shared_ptr<const WorldModel>& model,
                         const SeedLog& log = {}, bool hostile = false);
 
-/// What `simulate` makes of the seeds first, first + 1, … in that order, `threads` at a time, each
-/// on one. However many: the same results.
+/// Returns the results of `simulate` for the seeds first, first + 1, … in that order. It runs
+/// `threads` seeds at a time, each on one thread. The number of threads does not change the
+/// results.
 std::vector<SeedResult> RunSeeds(std::uint64_t first, std::uint64_t count, unsigned threads,
                                  const std::function<SeedResult(std::uint64_t)>& simulate);
 
-/// That of SimulateSeed().
+/// Returns the results of SimulateSeed() for these seeds.
 std::vector<SeedResult> SimulateSeeds(std::uint64_t first, std::uint64_t count, unsigned threads,
                                       const std::shared_ptr<const WorldModel>& model,
                                       const SeedLog& log = {}, bool hostile = false);

@@ -8,7 +8,7 @@
 
 namespace tandem {
 
-/// Tells when what moves has come to rest: slow for a tenth of a second.
+/// Tells when a moving body has come to rest: slow for a tenth of a second.
 class Stillness {
  public:
   void See(const Twist& V) noexcept {
@@ -24,7 +24,7 @@ class Stillness {
   int frames_ = 0;
 };
 
-/// A scripted hand whose device shows the checker what it is given.
+/// A scripted hand whose device shows the checker the wrenches that it gets.
 class WatchedHand : public Device {
  public:
   WatchedHand(HandScript script, const Pose& X_WB0, SessionChecker& checker, std::size_t peer)
@@ -37,7 +37,7 @@ class WatchedHand : public Device {
     hand_.Render(F_D_W);
     stillness_.See(hand_.Read().V_WA);
   }
-  /// Where it stays, and has come to rest.
+  /// Returns whether the script is over and the hand has come to rest.
   bool at_home() const {
     return hand_.time() >= hand_.script().duration() && stillness_.is_still();
   }

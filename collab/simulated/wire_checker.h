@@ -10,13 +10,13 @@
 
 namespace tandem {
 
-/// The largest stiffness that a coupling law allows to one partner at a loop age, N/m, from the
-/// formulas of docs/decisions/0005, 0017 and 0050, worked out apart from the product's.
+/// Returns the largest stiffness that a coupling law allows to one partner at a loop age, N/m. It
+/// uses the formulas of docs/decisions/0005, 0017 and 0050, coded independently of the product.
 double LargestStiffness(const std::string& law, double loop_s);
 
-/// What must hold of all that peers put on the wire: sound numbers, own names, stamps and epochs
-/// that only grow, echoes of what was sent, no link stiffer than its loop allows, nothing at all
-/// from a viewer.
+/// Judges all that peers put on the wire. Numbers are sound, and a peer uses its own name. Stamps
+/// and epochs only grow, and echoes are of samples that were sent. No link is stiffer than its loop
+/// allows, and a viewer sends nothing.
 class WireChecker : public WireWatch {
  public:
   WireChecker(const FaultSchedule& schedule, PeerId viewer, Breakages& breakages);
@@ -27,17 +27,18 @@ class WireChecker : public WireWatch {
   void OnPeerInfo(PeerId from, const PeerInfo& info) override;
   void OnEvent(PeerId from, const Event& event) override;
 
-  /// Whose stamps are not looked at.
+  /// Names the hostile peer, whose stamps are not judged.
   void SetHostile(PeerId peer) { hostile_ = peer; }
-  /// Of what `from` sends to `to`, from now on.
+  /// Notes new conditions of the link from `from` to `to`.
   void LinkSwitched(std::size_t from, std::size_t to, const LinkConditions& link);
-  /// What waits for its time at a peer whose clock is put forward comes so much sooner.
+  /// Notes a clock step. If a peer's clock is put forward, messages that wait for their time there
+  /// come so much sooner.
   void ClockStepped(std::size_t peer, double step_ms);
-  /// The longest that the loop between two has been, s.
+  /// Returns the longest that the loop between two peers has been, s.
   double LongestLoop(std::size_t a, std::size_t b) const;
-  /// What a peer sent last.
+  /// Returns the links that a peer sent last.
   const CouplingLinks& NewestLinks(PeerId from) { return writers_[from].links; }
-  /// Place of a peer in the schedule; beyond its end: there is none.
+  /// Returns a peer's index in the schedule; the number of peers: there is no such peer.
   std::size_t PlaceOf(PeerId id) const;
 
  private:
@@ -56,7 +57,7 @@ class WireChecker : public WireWatch {
   PeerId hostile_ = 0;
   Breakages* breakages_;
   std::map<PeerId, Writer> writers_;
-  std::vector<std::vector<double>> least_delay_ms_;  // [from][to], of all time
+  std::vector<std::vector<double>> least_delay_ms_;  // [from][to], over all time
   std::vector<std::vector<double>> most_delay_ms_;
 };
 

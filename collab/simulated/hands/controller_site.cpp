@@ -14,11 +14,11 @@ namespace tandem {
 namespace {
 
 constexpr std::uint64_t kSceneHash = 1;
-constexpr std::int64_t kSettleNs = 1'000'000'000;  // as `tandem peer` has it
+constexpr std::int64_t kSettleNs = 1'000'000'000;  // the value of `tandem peer`
 constexpr std::int64_t kIdleNs = 50'000'000;
 constexpr std::uint64_t kNewsFrames = 20;
 constexpr std::uint64_t kPeersFrames = 100;
-constexpr std::uint64_t kPlantedEvery = 5;  // answers
+constexpr std::uint64_t kPlantedEvery = 5;  // one answer in so many
 
 NodeOptions OptionsOf(const ControllerSite::Options& of) {
   NodeOptions options;
@@ -119,7 +119,7 @@ void ControllerSite::TellPeers() {
 
 void ControllerSite::Send(HostMessage message) {
   if (message.is_goal && message.goal.kind != HostGoal::Kind::kGoodbye) {
-    // of those that wait the newest counts
+    // of the waiting goals only the newest counts
     std::erase_if(coming_, [&](const HostMessage& other) {
       return other.is_goal && other.host == message.host &&
              (halted_ns_ != 0 || other.due_ns >= message.due_ns) &&
@@ -163,7 +163,7 @@ void ControllerSite::Halt(bool halted) {
 void ControllerSite::Turn(const TrueHolders& holders) {
   const std::int64_t now_ns = session_->now_ns();
   for (const bool goals : {true, false}) {
-    // each sort in its order
+    // goals and requests each in their order
     for (std::size_t i = 0; i < coming_.size();) {
       if (coming_[i].is_goal != goals || coming_[i].due_ns > now_ns) {
         ++i;
@@ -219,7 +219,7 @@ void ControllerSite::DeliverRequest(HostMessage& message) {
   if (const auto* parameter = std::get_if<SetParameterRequest>(&message.request)) {
     parameters_[{host, message.number}] = *parameter;
   }
-  GiveAnswers();  // to what was asked before
+  GiveAnswers();  // answers to earlier requests
   Log("hears " + message.name + " ask, number " + std::to_string(message.number) + ": " +
       DescribeRequest(message.request));
   const bool typed_as_owner =

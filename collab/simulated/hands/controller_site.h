@@ -19,7 +19,7 @@
 
 namespace tandem {
 
-/// A host sends it to its controller, which gets it at `due_ns`.
+/// A message of a host to its controller, which gets it at `due_ns`.
 struct HostMessage {
   std::int64_t due_ns = 0;  // true time
   HostId host = 0;
@@ -30,16 +30,17 @@ struct HostMessage {
   ControlRequest request = ReleaseRequest{};
 };
 
-/// A host fetches from it the answers and the newest snapshot that its controller has sent.
+/// The answers and the newest snapshot that a controller has sent, for a host to fetch.
 struct HostMail {
   std::vector<HostAnswer> answers;
-  std::shared_ptr<const ControllerSnapshot> snapshot;  // newest; null: none since it was looked at
+  std::shared_ptr<const ControllerSnapshot> snapshot;  // newest; null: none since the host last
+                                                       // looked
 };
 
 /// A controller in virtual time: a peer of the simulated session, the hand that hosts or a device
-/// move, and the server of the hosts, fed as `tandem peer --control` feeds them: facts by the
-/// haptic thread as often as hosts want snapshots, requests reliably, of goals the newest. All that
-/// goes in and comes out is shown to the checkers.
+/// move, and the server of the hosts. The server gets its inputs as `tandem peer --control` gives
+/// them. Facts come by the haptic thread as often as hosts want snapshots, requests come reliably,
+/// and of goals the newest comes. The site shows all inputs and outputs to the checkers.
 class ControllerSite : private ControlledPeer {
  public:
   struct Options {
@@ -49,7 +50,7 @@ class ControllerSite : private ControlledPeer {
     bool device = false;  // a device moves the hand
     std::size_t waiting = 0;
     std::uint64_t seed = 0;
-    SeedLog log;  // what hosts ask, what they are answered, what the user is told
+    SeedLog log;  // requests, answers, and messages to the user
   };
 
   ControllerSite(SimulatedSession& session, const std::shared_ptr<const WorldModel>& model,
@@ -64,21 +65,21 @@ class ControllerSite : private ControlledPeer {
   DeviceRig* rig() const { return rig_.get(); }
   bool stopped() const { return server_.stopped(); }
   bool quits() const { return quits_; }
-  /// Nothing in hand, nothing asked for, no answer due.
+  /// Returns whether nothing is in hand or asked for and no answer is due.
   bool at_rest() const;
 
-  /// Before and after each frame of the session.
+  /// BeforeFrame() and AfterFrame() enclose each frame of the session.
   void BeforeFrame();
   void AfterFrame(const TrueHolders& holders);
 
   void Send(HostMessage message);
-  /// From now on that host hears what it is told; its mail, which is then empty.
+  /// Opens a host's mail, which is then empty.
   void Attach(HostId host);
   void Detach(HostId host);
   HostMail TakeMail(HostId host);
   void HostWoken(HostId host) { view_.OnWoken(host, session_->now_ns()); }
 
-  /// Somebody types 'stop' or 'resume' at the controller.
+  /// Types 'stop' or 'resume' at the controller.
   void Type(bool stop);
   void Halt(bool halted);
 
@@ -110,8 +111,9 @@ class ControllerSite : private ControlledPeer {
   Options options_;
   Breakages* breakages_;
   std::unique_ptr<DeviceRig> rig_;  // null: hosts move the hand
-  std::unique_ptr<Device> handle_;  // its end here, which the workspace maps into the scene
-  Workspace* space_ = nullptr;      // of the node
+  std::unique_ptr<Device> handle_;  // the controller's end of the device, which the workspace maps
+                                    // into the scene
+  Workspace* space_ = nullptr;      // workspace of the node
   WorkspaceOrder space_order_;
   std::shared_ptr<GoalDevice::Orders> goals_;
   GoalDevice* device_ = nullptr;
@@ -133,10 +135,10 @@ class ControllerSite : private ControlledPeer {
   std::vector<Job> jobs_;
   SeedDice dice_;
   bool quits_ = false;
-  std::int64_t halted_ns_ = 0;  // since when; 0: it runs
+  std::int64_t halted_ns_ = 0;  // time since which it is halted; 0: it runs
   std::map<std::pair<HostId, std::uint64_t>, SetParameterRequest> parameters_;
   std::uint64_t answered_ = 0;
-  ControllerSnapshot first_;  // for a planted fault
+  ControllerSnapshot first_;  // used by a planted fault
 
   GoalHandChecker hand_;
   HostChecker hosts_;

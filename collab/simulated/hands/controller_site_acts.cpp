@@ -4,7 +4,7 @@
 #include "collab/simulated/hands/controller_site.h"
 #include "collab/simulated/hands/planted_hand_faults.h"
 
-// The server orders its peer about here. Faults are planted in these orders.
+// The orders of the server to its peer. Faults are injected into them here.
 
 namespace tandem {
 
@@ -26,7 +26,7 @@ void ControllerSite::Tell(const GoalOrder& order) {
 }
 
 void ControllerSite::Begin(std::uint64_t job, const ControlRequest&) {
-  // some are done at once, others refused after a while
+  // some jobs are done at once, others refused after a while
   jobs_.push_back({job, session_->now_ns() + dice_.Whole(0, 1500) * 1'000'000, dice_.Chance(0.5)});
 }
 

@@ -6,7 +6,7 @@
 
 namespace tandem {
 
-/// For a person who follows a session: "grab shared".
+/// Describes a request for a person who follows a session: "grab shared".
 std::string DescribeRequest(const ControlRequest& request);
 
 }  // namespace tandem

@@ -8,7 +8,7 @@
 namespace tandem {
 
 namespace {
-constexpr std::int64_t kAnswerNs = 250'000;  // that the controller takes
+constexpr std::int64_t kAnswerNs = 250'000;  // time of the controller's answer
 }
 
 DeviceRig::DeviceRig(std::uint64_t seed, PeerId id, Breakages& breakages)

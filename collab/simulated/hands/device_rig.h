@@ -11,26 +11,26 @@
 
 namespace tandem {
 
-/// A device's process in virtual time: its loop, the last guard before the motor, the driver with a
-/// modelled hand, and what it shares with a controller. Each tick is shown to a checker.
+/// A device process in virtual time: its loop, the motor guard, the driver with a modelled hand,
+/// and the memory that it shares with a controller. It shows each tick to a checker.
 class DeviceRig {
  public:
   DeviceRig(std::uint64_t seed, PeerId id, Breakages& breakages);
 
-  /// The controller's end.
+  /// Returns the controller's end.
   std::unique_ptr<Device> MakeDevice() { return std::make_unique<ProcessDevice>(*memory_); }
 
-  /// A tick that is due at `now_ns`. Where the loop waits for the controller's answer it calls
-  /// `answer`, once at the most, which may give one; says whether it did.
+  /// Runs a tick that is due at `now_ns`. Where the loop waits for the controller's answer it calls
+  /// `answer`, at most once, which may give one. Returns whether it called it.
   bool Tick(std::int64_t now_ns, const std::function<void()>& answer);
 
-  /// The process stands still until then, as by SIGSTOP, or the machine sleeps.
+  /// Halts the process until that time, as by SIGSTOP, or because the machine sleeps.
   void Halt(std::int64_t until_ns, bool sleeps) {
     halted_until_ns_ = until_ns;
     slept_ = sleeps;
   }
   bool halted(std::int64_t now_ns) const { return now_ns < halted_until_ns_; }
-  /// Its parent is gone: it ends, with nothing at the motor.
+  /// Ends the process, whose parent is gone. The motor then gets no force.
   void End() { ending_ = true; }
   ModelledHand& hand() { return hand_; }
   SafetyState state() const { return loop_->guard().state(); }
@@ -43,7 +43,7 @@ class DeviceRig {
     void SleepUntil(std::int64_t deadline_ns) noexcept override { now_ns = deadline_ns; }
     std::int64_t now_ns = 0;
   };
-  /// The driver as the loop has it: shows the checker what the motor gets.
+  /// The driver as the loop has it. It shows the checker the motor's wrench.
   class Driver : public Device {
    public:
     explicit Driver(DeviceRig& rig) : rig_(&rig) {}
@@ -69,13 +69,13 @@ class DeviceRig {
   std::unique_ptr<DeviceMemory> memory_;
   std::unique_ptr<DeviceLoop> loop_;
   MotorChecker checker_;
-  const std::function<void()>* answer_ = nullptr;  // of this tick; null: it was called
+  const std::function<void()>* answer_ = nullptr;  // callback of this tick; null: it was called
   std::int64_t halted_until_ns_ = 0;
-  bool slept_ = false;      // since the last tick
-  bool slept_now_ = false;  // of the present one
+  bool slept_ = false;      // the machine slept since the last tick
+  bool slept_now_ = false;  // the machine slept before the present tick
   bool ending_ = false;
   std::uint64_t ticks_ = 0;
-  Wrench kept_;  // for a planted fault
+  Wrench kept_;  // used by a planted fault
 };
 
 }  // namespace tandem

@@ -8,10 +8,10 @@ namespace tandem {
 namespace {
 
 constexpr std::int64_t kChangeNs = 100'000'000;
-constexpr double kCouplingStiffness = 800;  // N/m, of every hand's coupling
+constexpr double kCouplingStiffness = 800;  // N/m, for every hand's coupling
 constexpr double kCouplingDamping = 8;      // N s/m
 constexpr double kMostLead = 0.5;           // rad
-constexpr double kPushed = 0.5;             // m/s, by others' bodies: half a voxel a frame
+constexpr double kPushed = 0.5;             // m/s, from others' bodies: half a voxel a frame
 constexpr double kFrameS = 1e-3;
 
 }  // namespace
@@ -35,7 +35,7 @@ void GoalHandChecker::Look(const HandSight& sight) {
   const double speed = speed_.At(sight.now_ns);
   const Twist& V = sight.body.V_WB;
   const double at_grasp = (V.v + V.w.cross(sight.X_WG.p - sight.body.X_WB.p)).norm();
-  // the handle goes first, then the part, within a frame
+  // within a frame the handle moves first, then the part
   const double lead = (sight.handle.p - sight.X_WG.p).norm();
   if (lead > force / kCouplingStiffness + 1.5 * kFrameS * at_grasp + 1e-6) {
     breakages_->Add("a goal leads its part by more than the force limit", id_,

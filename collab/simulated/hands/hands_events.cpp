@@ -3,14 +3,14 @@
 
 #include "collab/simulated/hands/hands_run.h"
 
-// What happens in a session of hands beside what its hosts do.
+// The events of a session of hands beside the acts of its hosts.
 
 namespace tandem {
 
 namespace {
 
-constexpr std::size_t kMostPeers = 24;  // that ever come
-constexpr std::size_t kMostHosts = 3;   // of a controller
+constexpr std::size_t kMostPeers = 24;  // in the whole session
+constexpr std::size_t kMostHosts = 3;   // at one controller
 constexpr std::size_t kWaiting =
     4000;  // samples under way: four peers, a quarter of a second, some twice
 

@@ -15,11 +15,11 @@
 
 namespace tandem {
 
-/// A session of hands: who may come to it, and over which links. Those who come first are its first
-/// peers; the others take the places of those who are killed.
+/// Draws the peers and links of a session of hands. The first peers of the schedule begin it; the
+/// others replace peers that are killed or leave.
 FaultSchedule DrawHandsSchedule(std::uint64_t seed, SeedDice& dice);
 
-/// One session of hands, millisecond by millisecond.
+/// A session of hands, millisecond by millisecond.
 class HandsRun {
  public:
   HandsRun(std::uint64_t seed, double seconds, const std::shared_ptr<const WorldModel>& model,
@@ -31,12 +31,12 @@ class HandsRun {
   SeedResult Go();
 
  private:
-  struct Pause {  // of a controller, or of a device's process
+  struct Pause {  // pause of a controller
     std::size_t site = 0;
     std::int64_t until_ms = 0;
   };
 
-  // what happens (hands_events.cpp)
+  // events (hands_events.cpp)
   void Happen();
   void Something();
   void Join(std::size_t peer);
@@ -50,13 +50,13 @@ class HandsRun {
   std::size_t SomeSite();
   void Log(const std::string& line);
 
-  // a frame
+  // the parts of a frame
   void Frame();
   void Step();
   void SeeHolders();
   void Digest();
   bool AllAtRest();
-  /// Of all bodies at all sites.
+  /// Returns the poses of all bodies at all sites.
   std::vector<Pose> Poses() const;
   void LookAtEnd();
 
@@ -71,20 +71,20 @@ class HandsRun {
   Tally tally_;
   SessionChecker checker_;
   Viewer viewer_;
-  // nodes end before what their devices share with them
+  // nodes must end before the memory that their devices share with them
   std::vector<std::unique_ptr<ControllerSite>> sites_;
   SimulatedSession session_;
   std::unique_ptr<Transport> viewer_link_;
-  std::vector<int> member_;  // of the session, for each scheduled peer; -1: not yet there
+  std::vector<int> member_;  // number in the session of each scheduled peer; -1: not there yet
   std::vector<std::unique_ptr<SimulatedHost>> hosts_;
   std::vector<Pause> pauses_;
-  std::map<std::size_t, std::int64_t> trouble_until_ms_;  // by site: of its device
+  std::map<std::size_t, std::int64_t> trouble_until_ms_;  // per site: end of its device's trouble
   std::size_t next_peer_ = 0;
-  std::vector<std::int64_t> joins_ms_;  // of those who replace others
+  std::vector<std::int64_t> joins_ms_;  // times at which replacements join
   std::int64_t next_event_ms_ = 1500;
   HostId next_host_ = 1;
   TrueHolders holders_;
-  std::vector<bool> running_;  // sites, a frame ago
+  std::vector<bool> running_;  // per site: running a frame ago
   std::vector<Pose> last_poses_;
   std::size_t told_ = 0;
   Hash64 digest_;

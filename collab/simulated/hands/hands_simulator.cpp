@@ -12,14 +12,15 @@ namespace {
 
 constexpr PeerId kHandsViewer = 7;
 constexpr std::int64_t kHandsBeginNs = 1'000'000'000;  // true time of the first frame
-constexpr std::int64_t kTidyMs = 8000;                 // for coming to rest, of a session
+constexpr std::int64_t kTidyMs = 8000;                 // end of a session, in which all comes to
+                                                       // rest
 constexpr std::int64_t kLongestTidyMs = 30'000;
 constexpr std::int64_t kHandsQuietMs = 2000;
-constexpr std::int64_t kStillMs = 500;  // before the end nothing moves
+constexpr std::int64_t kStillMs = 500;  // time before the end in which nothing may move
 constexpr double kStill = 1e-4;         // m
 constexpr double kStillStep = 1e-6;     // m a frame
 constexpr std::int64_t kHandsDigestFrames = 10;
-// instances that goals turn at 4 rad/s are elsewhere after a longer loop
+// goals may turn instances at 4 rad/s, so on a longer loop the instance has moved on from its copy
 constexpr SessionChecker::Bounds kHandBounds{.fast = true, .short_loop = 0.02, .kept = 10};
 constexpr std::int64_t kNewsNs = 3'000'000'000;
 
@@ -44,8 +45,8 @@ HandsRun::HandsRun(std::uint64_t seed, double seconds,
 
 SeedResult HandsRun::Go() {
   const auto round_trip_ms = static_cast<std::int64_t>(schedule_.LongestRoundTripMs());
-  std::int64_t rest_ms = -1;  // since when all is at rest
-  std::vector<Pose> before;   // of all bodies at all sites
+  std::int64_t rest_ms = -1;  // time since which all is at rest
+  std::vector<Pose> before;   // poses of all bodies at all sites
   for (;; ++ms_) {
     Frame();
     if (ms_ < events_end_ms_) continue;
@@ -104,7 +105,7 @@ void HandsRun::Frame() {
   SeeHolders();
   for (const auto& site : sites_) site->AfterFrame(holders_);
   for (std::size_t p = 0; p < sites_.size(); ++p) {
-    // peers come in the order of the schedule
+    // sites have the order of the scheduled peers
     if (sites_[p]->running()) checker_.Felt(p, sites_[p]->node().peer().felt().F_D_W);
   }
   checker_.Look(session_);
@@ -118,7 +119,7 @@ void HandsRun::Frame() {
 }
 
 void HandsRun::Step() {
-  // the session's frame lies within the wait of a device that waits for its answer
+  // the session's frame lies within the wait of a device for its controller's answer
   const std::int64_t due_ns = now_ns();
   bool stepped = false;
   const std::function<void()> step = [&] {
@@ -160,7 +161,7 @@ void HandsRun::Digest() {
 }
 
 bool HandsRun::AllAtRest() {
-  // what others have put down comes home at 50 mm/s where it was pushed (RemoteBodies)
+  // a body that others have put down moves home at 50 mm/s where it was pushed (RemoteBodies)
   std::vector<Pose> poses = Poses();
   bool still = poses.size() == last_poses_.size();
   for (std::size_t i = 0; still && i < poses.size(); ++i) {

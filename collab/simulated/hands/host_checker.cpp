@@ -13,9 +13,10 @@ constexpr std::int64_t kFewFrames = 5 * kMsNs;
 constexpr std::int64_t kLooksNs = 60 * kMsNs;
 constexpr std::int64_t kQuietNs = 150 * kMsNs;
 constexpr std::int64_t kLostNs = 500 * kMsNs;
-constexpr std::int64_t kLostAgoNs = 30 * kMsNs;  // by then the hand has let go
-constexpr std::int64_t kRateNs = 200 * kMsNs;    // that a rate and a push last
-constexpr double kWayBackSpeed = 0.05;  // m/s at the least, of 0.25: held up, it waits for 2 s
+constexpr std::int64_t kLostAgoNs = 30 * kMsNs;  // time until the hand has let go
+constexpr std::int64_t kRateNs = 200 * kMsNs;    // time for which a rate and a push last
+constexpr double kWayBackSpeed = 0.05;  // m/s, lower bound; a way back goes at 0.25, and waits for
+                                        // 2 s where it is held up
 constexpr double kFarthest = 1e3;       // m
 
 bool TakesHand(const ControlRequest& request) {
@@ -24,12 +25,12 @@ bool TakesHand(const ControlRequest& request) {
          std::holds_alternative<RetraceRequest>(request);
 }
 
-/// How long its answer may take, s, but for the length of a way.
+/// Returns how long a request's answer may take, s, without the length of a way.
 double MostSeconds(const ControlRequest& request) {
   if (std::holds_alternative<SaveRequest>(request) ||
       std::holds_alternative<VoxelizeRequest>(request) ||
       std::holds_alternative<LoadSceneRequest>(request)) {
-    return 3;  // of the simulated jobs
+    return 3;  // the simulated jobs
   }
   if (std::holds_alternative<GiveRequest>(request)) return 7.2;
   if (std::holds_alternative<ReleaseRequest>(request)) return 2.2;
@@ -54,7 +55,7 @@ bool IsPlace(const HostGoal& goal) {
 void HostChecker::OnGoal(HostId host, const HostGoal& goal, std::int64_t now_ns) {
   if (goal.kind == HostGoal::Kind::kGoodbye) return Lose(host, now_ns);
   Host& known = hosts_[host];
-  // one that comes back after a silence may have its goal gone to again
+  // after a silence the hand may go to the host's goal again
   if (now_ns - known.heard_ns > kQuietNs - kLooksNs && known.said)
     known.moved_ns = now_ns + kLooksNs;
   known.heard_ns = now_ns;
@@ -111,7 +112,7 @@ void HostChecker::OnStop(bool stop, std::int64_t now_ns) {
 void HostChecker::OnWoken(std::int64_t halted_ns, std::int64_t now_ns) {
   woken_ns_ = now_ns;
   for (auto& [asked, waiting] : waiting_) waiting.since_ns += halted_ns;
-  // a rate lasts for so many frames
+  // a rate lasts for a number of frames
   for (auto& [id, host] : hosts_) host.moved_ns += halted_ns;
 }
 
@@ -124,7 +125,7 @@ void HostChecker::Lose(HostId host, std::int64_t now_ns) {
 
 double HostChecker::Silence(std::int64_t now_ns) const {
   const auto owner = hosts_.find(owner_);
-  // what was said while the controller stood still reaches it when it is woken
+  // a controller that stood still gets the messages of that time when it is woken
   return owner == hosts_.end() ? 0 : 1e-9 * static_cast<double>(now_ns - owner->second.heard_ns);
 }
 
@@ -167,7 +168,7 @@ void HostChecker::LookAtStop(const HandSight& sight) {
 
 void HostChecker::LookAtSilence(const HandSight& sight, double speed) {
   const std::int64_t now_ns = sight.now_ns;
-  if (woken_ns_ != 0 && now_ns - woken_ns_ < kFewFrames) return;  // first it takes what has come
+  if (woken_ns_ != 0 && now_ns - woken_ns_ < kFewFrames) return;  // it reads its messages first
   for (auto host = hosts_.begin(); host != hosts_.end();) {
     const auto next = std::next(host);
     if (now_ns - host->second.heard_ns > kLostNs) Lose(host->first, now_ns);
@@ -178,7 +179,7 @@ void HostChecker::LookAtSilence(const HandSight& sight, double speed) {
     breakages_->Add("a hand holds on though its host is gone", id_);
     lost_ns_ = 0;
   }
-  // by then it is held, and has been for too short a time to drift
+  // by then the goal is held, and has been for too short a time to drift
   const double silent_s = Silence(now_ns);
   const bool judged = silent_s > 0.18 && silent_s < 0.19 && now_ns - grasped_ns_ > 2 * kLooksNs &&
                       now_ns - woken_ns_ > 2 * kLooksNs && now_ns - back_ns_ > 2 * kLooksNs;
@@ -216,11 +217,12 @@ void HostChecker::LookAtGoal(const HandSight& sight) {
   }
   const auto owner = hosts_.find(owner_);
   const bool own = owner != hosts_.end() && owner->second.said &&
-                   SamePlace(*owner->second.said, asked);  // both may mean where a body is
+                   SamePlace(*owner->second.said, asked);  // both hosts may have sent the pose of a
+                                                           // body
   for (const auto& [host, known] : hosts_) {
     if (own || host == owner_ || !known.said || !SamePlace(*known.said, asked)) continue;
     if (sight.now_ns - owner_ns_ < kLooksNs) continue;
-    // a way back ends where the part was taken, which another may have asked for too
+    // a way back ends where the part was taken, which another host may have asked for too
     if (sight.now_ns - back_ns_ < kLooksNs) continue;
     breakages_->Add("a hand follows a host that does not have it", id_,
                     "that is host " + std::to_string(host) + ", not " + std::to_string(owner_));

@@ -9,11 +9,11 @@ namespace tandem {
 namespace {
 
 constexpr double kTick = 1e-3;           // s
-constexpr double kMass = 0.4;            // kg, of hand and handle
+constexpr double kMass = 0.4;            // kg, hand and handle
 constexpr double kArmStiffness = 400.0;  // N/m
-constexpr double kArmDamping = 18.0;     // N s/m, of the motion beside the intended one
+constexpr double kArmDamping = 18.0;     // N s/m, relative to the intended motion
 constexpr double kInertia = 1e-3;        // kg m^2
-constexpr double kLongestWay = 0.35;     // m, of a move
+constexpr double kLongestWay = 0.35;     // m, in one move
 constexpr double kWristStiffness = 4.0;  // N m/rad
 constexpr double kWristDamping = 0.1;    // N m s/rad
 
@@ -25,11 +25,11 @@ void ModelledHand::Aim() noexcept {
   const double mood = dice_.Uniform(0, 1);
   const bool wild = mood < 0.06;  // faster than anybody works
   to_ = {dice_.Turn(wild ? 1.2 : 0.4), dice_.Place(wild ? 0.2 : 0.06)};
-  // at its fastest 1.9 times its mean
+  // the highest speed is 1.9 times the mean
   const Vec3 way = to_.p - from_.p;
   if (way.norm() > kLongestWay) to_.p = from_.p + kLongestWay / way.norm() * way;
   way_s_ = wild ? dice_.Uniform(0.3, 0.5) : dice_.Uniform(0.3, 1.5);
-  if (mood > 0.85) to_ = from_;  // it waits
+  if (mood > 0.85) to_ = from_;  // the hand waits
 }
 
 Anchor ModelledHand::Read() noexcept {

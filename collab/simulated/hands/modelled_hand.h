@@ -5,9 +5,9 @@
 
 namespace tandem {
 
-/// A person's hand on a device's handle, and the device's driver: a mass that a spring draws from
-/// one place to the next, by chance, now slowly, now faster than any hand that works, and that
-/// gives way to the motor. Things go wrong with the driver when they are told to.
+/// A person's hand on a device's handle, and the device's driver. It is a mass that a spring draws
+/// from one random place to the next, sometimes faster than any working hand. It gives way to the
+/// motor. The public flags make the driver fail.
 class ModelledHand : public Device {
  public:
   static constexpr DeviceLimits kPeak{.force = 7.0, .moment = 0.3};
@@ -16,7 +16,7 @@ class ModelledHand : public Device {
   explicit ModelledHand(std::uint64_t seed) : dice_(seed) {}
 
   void Start() noexcept override {}
-  /// Moves on by a millisecond, then says where it is.
+  /// Moves on by a millisecond, then returns its pose.
   Anchor Read() noexcept override;
   void Render(const Wrench& F_D_W) noexcept override { given_ = F_D_W; }
   DeviceCapabilities capabilities() const noexcept override {
@@ -28,12 +28,12 @@ class ModelledHand : public Device {
   bool failed() const noexcept override { return fails; }
   bool stop_button() const noexcept override { return pressed; }
 
-  /// The hand stays where it is from now on.
+  /// Makes the hand stay where it is.
   void Rest() noexcept { rests_ = true; }
 
   bool fails = false;     // the driver is in trouble
-  bool nonsense = false;  // and says that it is nowhere
-  bool pressed = false;   // the button for an emergency stop
+  bool nonsense = false;  // the driver's pose is not a number
+  bool pressed = false;   // the button for an emergency stop is pressed
   const Wrench& given() const noexcept { return given_; }
   const Anchor& handle() const noexcept { return handle_; }
 
@@ -45,8 +45,8 @@ class ModelledHand : public Device {
   Anchor handle_;
   Pose from_;
   Pose to_;
-  double way_s_ = 1;   // that the present move takes
-  double gone_s_ = 1;  // of it
+  double way_s_ = 1;   // length of the present move
+  double gone_s_ = 1;  // time gone of the present move
   bool rests_ = false;
 };
 

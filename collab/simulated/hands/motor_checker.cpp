@@ -8,11 +8,11 @@ namespace tandem {
 namespace {
 
 constexpr double kRounding = 1e-9;
-constexpr double kSlewTicks = 6;           // from the limit to nothing
+constexpr double kSlewTicks = 6;           // ticks from the limit to no force
 constexpr std::int64_t kLate = 5'000'000;  // ns
 constexpr std::int64_t kSilent = 20'000'000;
 constexpr double kLateDamping = 2;     // N s/m
-constexpr double kDampingShare = 0.2;  // of the limit
+constexpr double kDampingShare = 0.2;  // share of the limit
 constexpr double kRamp = 1;            // s
 constexpr double kShortRamp = 0.1;     // s
 constexpr double kFast = 1;            // m/s
@@ -52,7 +52,7 @@ void MotorChecker::Look(const MotorTick& tick) {
   const bool resumed = before_ && tick.resumes != before_->resumes && !tick.button && !stop_begins;
   const bool was_fast = fast_.now;
   const double share = was_fast ? 0.5 : 1;
-  // a handle that is nowhere has no speed
+  // an invalid handle has no speed
   const bool fast = tick.sound && (tick.V_WD.v.norm() > share * kFast * (1 + kRounding) ||
                                    tick.V_WD.w.norm() > share * kFastTurn * (1 + kRounding));
   Note(tick, stop_begins || (stopped_.now && !resumed), stopped_);
@@ -90,14 +90,14 @@ void MotorChecker::LookAtSize(const MotorTick& tick, bool may_drop) {
 }
 
 void MotorChecker::LookAtDamping(const MotorTick& tick, std::int64_t age_ns) {
-  // from 12 ms on damping is not asked for either: between the two both are right
+  // damping ends at 12 ms: a little before and after, both damping and no damping are right
   Vec3 damping = -kLateDamping * tick.V_WD.v;
   const double most = kDampingShare * limits_.force;
   if (damping.norm() > most) damping *= most / damping.norm();
   const bool fades = age_ns > 11'000'000;
   const double fallen = (late_.ticks - (fades ? 2 : 0)) / kSlewTicks;
   const double left = std::max(0.0, 1 + kDampingShare - fallen) * limits_.force;
-  // none at all is right as well, and what is between
+  // no damping is right as well, and so is all between
   const double size = damping.squaredNorm();
   const double part = size > 0 ? std::clamp(tick.given.f.dot(damping) / size, 0.0, 1.0) : 0.0;
   const double beside = (tick.given.f - part * damping).norm();
@@ -114,7 +114,7 @@ void MotorChecker::LookAtDamping(const MotorTick& tick, std::int64_t age_ns) {
 void MotorChecker::LookAtEnded(const MotorTick& tick, const Ended& ended, bool for_good,
                                const char* sort) {
   if (ended.now && Beyond(tick.given, 1 - ended.ticks / kSlewTicks)) Break(sort, tick.given);
-  // over, and nobody has asked for a ramp-in
+  // it is over, and no ramp-in was asked for
   if (ended.now || !for_good || ended.last_ns < 0) return;
   const bool asked = tick.ramps + tick.resumes != ended.asked;
   const double share = 1 - ended.ticks / kSlewTicks;
@@ -125,7 +125,7 @@ void MotorChecker::LookAtRamp(const MotorTick& tick, const Ended& ended, double 
                               double floor) {
   if (ended.now || ended.last_ns < 0) return;
   const double since_s = 1e-9 * static_cast<double>(tick.now_ns - ended.last_ns);
-  // what it was still falls, towards what the ramp allows
+  // the former force still falls towards the ramp
   const double falling = std::max(0.0, 1 - ended.ticks / kSlewTicks);
   const double share = falling + floor + since_s / ramp_s;
   if (share < 1 && Beyond(tick.given, share)) {

@@ -10,47 +10,48 @@
 
 namespace tandem {
 
-/// What is true of a device in a tick, and what its motor is given.
+/// The state of a device in a tick, and the wrench that its motor gets.
 struct MotorTick {
   std::int64_t now_ns = 0;
-  Twist V_WD;           // of the handle
+  Twist V_WD;           // twist of the handle
   bool sound = true;    // the driver gives numbers and is not in trouble
-  bool button = false;  // for an emergency stop: pressed
+  bool button = false;  // the button for an emergency stop is pressed
   bool ending = false;  // the device process is to end
   bool slept = false;   // the machine slept since the last tick
   // the newest order of the controller
-  std::int64_t input_ns = -1;  // when the input was read that it answers; negative: none came yet
+  std::int64_t input_ns = -1;  // time at which the input was read that it answers; negative: there
+                               // is no order yet
   std::uint32_t ramps = 0;
   std::uint32_t stops = 0;
   std::uint32_t resumes = 0;
   Wrench given;
 };
 
-/// What a motor may be given, tick by tick, whatever becomes of the controller, the device process
-/// and the driver: the rules of docs/decisions/0033-safety.md, judged from the times, the handle
-/// and the wrench alone.
+/// Judges a motor's wrench, tick by tick, whatever becomes of the controller, the device process
+/// and the driver. The rules are those of docs/decisions/0033-safety.md, judged from the times, the
+/// handle and the wrench alone.
 ///
-///   finite, within the limits, changing by a sixth of them a tick at the most
-///   5 ms after the input that the newest order answers: damping only, once the force has fallen
-///   after 20 ms, or a loop that stood still for as long: nothing, at once
-///   a stop, a fault, speed: it falls by the slew and stays away
-///   what ended for good begins when it is asked for, and grows over a second; after lateness of
-///   less than 20 ms over a tenth of one
+/// - Always: finite, within the limits, and changing by at most a sixth of them in a tick.
+/// - 5 ms after the input that the newest order answers: only damping, once the force has fallen.
+/// - 20 ms after it, or after a loop that stood still for as long: no force, at once.
+/// - After a stop, a fault or excessive speed: the force falls by the slew and stays away.
+/// - A force that ended for good begins again when that is asked for, and grows over a second.
+///   After lateness of less than 20 ms it grows over a tenth of a second.
 class MotorChecker {
  public:
   MotorChecker(PeerId id, const DeviceLimits& limits, Breakages& breakages)
       : id_(id), limits_(limits), breakages_(&breakages) {}
 
-  /// After every tick of the device.
+  /// Judges a tick; call it after every tick of the device.
   void Look(const MotorTick& tick);
 
  private:
-  /// Something takes the force away, or has.
+  /// A reason that takes the force away, and its times.
   struct Ended {
     bool now = false;
-    std::int64_t last_ns = -1;  // when last
-    int ticks = 0;              // since it began
-    std::uint32_t asked = 0;    // ramp-ins and resumes asked for, when it began
+    std::int64_t last_ns = -1;  // time when it last held
+    int ticks = 0;              // number of ticks since it began
+    std::uint32_t asked = 0;    // number of ramp-ins and resumes asked for when it began
   };
 
   void LookAtSize(const MotorTick& tick, bool may_drop);
@@ -59,7 +60,7 @@ class MotorChecker {
   void LookAtRamp(const MotorTick& tick, const Ended& ended, double ramp_s, double floor);
   std::string CauseOf(const Ended& ended) const;
   static void Note(const MotorTick& tick, bool now, Ended& ended);
-  /// Whether it is beyond a share of the limits.
+  /// Returns whether the wrench is beyond a share of the limits.
   bool Beyond(const Wrench& given, double share) const;
   void Break(const char* sort, const Wrench& given);
 
@@ -69,10 +70,10 @@ class MotorChecker {
   std::optional<MotorTick> before_;
   Ended stopped_;
   Ended faulty_;
-  Ended silent_;  // nothing fresh for 20 ms, or the loop stood still
+  Ended silent_;  // no fresh order for 20 ms, or the loop stood still
   Ended fast_;
   Ended late_;
-  Vec3 damping_ = Vec3::Zero();  // that the last tick's motion asks for
+  Vec3 damping_ = Vec3::Zero();  // damping that the last tick's motion asks for
   bool begun_ = false;           // a ramp-in has been asked for
 };
 

@@ -19,7 +19,7 @@ class SeedDice {
     return low + static_cast<std::int64_t>(random_() % static_cast<std::uint64_t>(high - low + 1));
   }
   bool Chance(double chance) { return Uniform(0, 1) < chance; }
-  /// In a cube about the origin.
+  /// Draws a place in a cube about the origin.
   Vec3 Place(double half) {
     const double x = Uniform(-half, half);
     const double y = Uniform(-half, half);

@@ -13,7 +13,7 @@ namespace {
 constexpr std::int64_t kMillisecond = 1'000'000;
 constexpr std::int64_t kBeatNs = 50 * kMillisecond;
 constexpr double kGoalLoss = 0.02;
-constexpr double kTwice = 0.05;  // requests that come twice
+constexpr double kTwice = 0.05;  // share of requests that come twice
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 Vec3 PlaceOf(const PlainPose& X) {
@@ -31,7 +31,7 @@ SimulatedHost::SimulatedHost(HostId id, std::string name, ControllerSite& site, 
 
 void SimulatedHost::Ask(const ControlRequest& request) {
   HostMessage message;
-  // reliable, in their order
+  // reliable, in order
   last_due_ns_ = std::max(last_due_ns_, now_ns_ + dice_.Whole(0, 3) * kMillisecond);
   message.due_ns = last_due_ns_;
   message.host = id_;
@@ -264,7 +264,7 @@ void SimulatedHost::GoBack() {
   ++(*tally_)["ways back"];
   using To = RetraceRequest::To;
   static constexpr std::array kTo{To::kGrasp, To::kUndo, To::kReset};
-  drag_ = Drag::kNone;  // a goal would end it
+  drag_ = Drag::kNone;  // a goal would end the way back
   Ask(RetraceRequest{kTo[static_cast<std::size_t>(dice_.Whole(0, 2))]});
   next_whim_ns_ = now_ns_ + dice_.Whole(100, 4000) * kMillisecond;
 }

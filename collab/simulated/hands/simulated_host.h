@@ -10,19 +10,19 @@
 
 namespace tandem {
 
-/// A host application, moved by whims: it grabs, drags at 60 to 1000 Hz, pushes, goes back, stops
-/// everything, asks nonsense, says things twice, is stopped for a while, crashes or leaves. Of what
-/// is on its way to the controller goals may be lost, requests come 0 to 3 ms later.
+/// A host application that acts at random. It grabs, drags at 60 to 1000 Hz, pushes, goes back,
+/// stops everything, sends nonsense, repeats requests, is stopped for a while, crashes or leaves.
+/// On the way to the controller goals may be lost and requests take 0 to 3 ms.
 class SimulatedHost {
  public:
   SimulatedHost(HostId id, std::string name, ControllerSite& site, std::uint64_t seed,
                 Tally& tally);
 
-  /// A millisecond. `peers`: names of others.
+  /// Runs a millisecond. `peers` are names of peers.
   void Frame(std::int64_t now_ns, const std::vector<std::string>& peers);
-  /// From now on it only sees to it that the hand is empty and no stop holds.
+  /// Makes the host only empty the hand and end stops.
   void TidyUp() { tidies_ = true; }
-  /// Crashed, or gone with a goodbye.
+  /// Returns whether the host has crashed or left with a goodbye.
   bool gone() const { return gone_; }
   const ControllerSite& site() const { return *site_; }
   HostId id() const { return id_; }
@@ -54,11 +54,11 @@ class SimulatedHost {
   std::int64_t next_beat_ns_ = 0;
   std::int64_t next_whim_ns_ = 0;
   std::int64_t next_goal_ns_ = 0;
-  std::int64_t resume_ns_ = 0;  // when it means to end its emergency stop; 0: none
+  std::int64_t resume_ns_ = 0;  // time at which it ends its emergency stop; 0: none
   bool gone_ = false;
   bool tidies_ = false;
   std::uint64_t next_number_ = 1;
-  std::int64_t last_due_ns_ = 0;  // of its requests
+  std::int64_t last_due_ns_ = 0;  // arrival of its last request
   HostGoal goal_;
   Drag drag_ = Drag::kNone;
   std::int64_t goal_period_ns_ = 0;

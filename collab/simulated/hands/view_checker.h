@@ -11,21 +11,22 @@
 
 namespace tandem {
 
-/// Who holds what, in truth, and since when that has not changed anywhere.
+/// The true holders of each body, and since when they are unchanged everywhere.
 struct TrueHolders {
-  std::vector<std::vector<PeerId>> of;  // each moving body, rising
+  std::vector<std::vector<PeerId>> of;  // indexed by moving body, ids rising
   std::int64_t since_ns = 0;
-  /// For so long all know it.
+  /// Time after which all peers know them.
   std::int64_t known_after_ns = 0;
 };
 
-/// What hosts see, and what becomes of bodies that the hand lets go of.
+/// Judges what hosts see, and bodies that the hand lets go of.
 ///
-/// - A host that is there gets a snapshot at least every 2 s, from its first word on, with every
-///   body, finite, where the simulation has it in that frame.
-/// - Who holds what is true in it, where that has not changed for as long as news need.
-/// - A body that was let go of stays where it is, while this peer answers for it and nobody holds
-///   it; a shared one from when it must have heard of those who let go of theirs meanwhile.
+/// - A host that is there gets a snapshot at least every 2 s, from its first message on. It has
+///   every body, finite, where the simulation has it in that frame.
+/// - The holders in a snapshot are the true ones, where these have not changed for as long as news
+///   need.
+/// - A released body stays where it is while this peer answers for it and nobody holds it. A shared
+///   body must stay only from when the peer has heard of others' releases.
 class ViewChecker {
  public:
   ViewChecker(PeerId id, const WorldModel& model, Breakages& breakages)
@@ -35,19 +36,19 @@ class ViewChecker {
   void OnHostGone(HostId host) { seen_ns_.erase(host); }
   void OnSnapshot(const std::vector<HostId>& hosts, const ControllerSnapshot& snapshot,
                   const TrueHolders& holders, std::int64_t now_ns);
-  /// It, or a host, has stood still until now.
+  /// Notes that the controller, or a host, has stood still until now.
   void OnWoken(std::int64_t now_ns);
   void OnWoken(HostId host, std::int64_t now_ns) { seen_ns_[host] = now_ns; }
 
-  /// After every frame of that number. `parked`: of the moving bodies, those that this peer answers
-  /// for and that nobody holds.
+  /// Judges a frame of that number; call it after every frame. `parked` marks the moving bodies
+  /// that this peer answers for and that nobody holds.
   void Look(std::uint64_t frame, const World& world, int held, const std::vector<bool>& parked,
             std::int64_t now_ns);
 
  private:
   static constexpr std::size_t kKept = 128;  // frames
   static constexpr std::int64_t kMostNs = 2'000'000'000;
-  static constexpr std::int64_t kNewsNs = 1'000'000'000;  // of who lets go
+  static constexpr std::int64_t kNewsNs = 1'000'000'000;  // until the peer has heard of a release
 
   void LookAtBodies(const ControllerSnapshot& snapshot);
   void LookAtHolders(const ControllerSnapshot& snapshot, const TrueHolders& holders,
@@ -56,7 +57,7 @@ class ViewChecker {
   PeerId id_;
   const WorldModel* model_;
   Breakages* breakages_;
-  std::map<HostId, std::int64_t> seen_ns_;  // of each host: its newest snapshot
+  std::map<HostId, std::int64_t> seen_ns_;  // time of the newest snapshot, by host
   struct Frame {
     std::uint64_t number = 0;
     std::vector<Pose> poses;
@@ -65,7 +66,7 @@ class ViewChecker {
   std::array<Frame, kKept> frames_;
   struct Left {
     bool watched = false;
-    Pose X_WB;  // where it was let go of
+    Pose X_WB;  // pose where it was let go of
     std::int64_t from_ns = 0;
   };
   std::vector<Left> left_;

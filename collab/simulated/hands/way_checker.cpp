@@ -22,7 +22,7 @@ void WayChecker::OnAnswer(HostId host, std::uint64_t number, const Answer& answe
     return;
   }
   if (!answer.ok) {
-    // how many ways are forgotten it does not say
+    // the answer does not say how many ways are forgotten
     taken_.clear();
     all_known_ = false;
   } else if (to == RetraceRequest::To::kUndo) {

@@ -10,11 +10,11 @@
 
 namespace tandem {
 
-/// Where parts are when a way back is over. A request to go back that is answered by ok has brought
-/// its part to within 10 mm of where the hand took it: the part in hand, the last one, or each that
-/// this hand has moved; as the hand had it last, for others may hold it too. From what was seen
-/// when parts were taken; ways of more than 12 m, which a controller need not remember, are not
-/// judged.
+/// Judges where parts are when a way back is over. A granted request to go back must bring its part
+/// to within 10 mm of where the hand took it. Its part is the one in hand, the last one, or each
+/// that this hand has moved. The hand's last pose of the part counts, because others may hold it
+/// too. The checker knows only what it saw when parts were taken. It does not judge ways of more
+/// than 12 m, which a controller need not remember.
 class WayChecker {
  public:
   static constexpr double kNear = 0.01;     // m
@@ -26,17 +26,17 @@ class WayChecker {
     asked_[{host, number}] = request.to;
   }
   void OnAnswer(HostId host, std::uint64_t number, const Answer& answer);
-  /// After every frame. `told`: the newest order to the hand; one to take a part that keeps its way
-  /// is for the first part that comes.
+  /// Judges a frame; call it after every frame. `told` is the newest order to the hand. An order to
+  /// take a part that keeps its way is for the first part that comes.
   void Look(const HandSight& sight, const GoalOrder& told);
-  /// How far this hand has moved parts, m.
+  /// Returns how far this hand has moved parts, m.
   double way_m() const { return way_m_; }
 
  private:
   struct Taken {
     int body = -1;
     Pose X_WB;
-    double way_m = 0;  // of the hand, when it took it
+    double way_m = 0;  // the hand's way when it took the part
   };
 
   void LookAtPlace(const Taken& taken);
@@ -45,11 +45,11 @@ class WayChecker {
   Breakages* breakages_;
   std::map<std::pair<HostId, std::uint64_t>, RetraceRequest::To> asked_;
   std::vector<Taken> taken_;  // the newest last
-  bool all_known_ = true;     // taken_ has all that the controller remembers
+  bool all_known_ = true;     // taken_ has all parts that the controller remembers
   double way_m_ = 0;
   std::uint32_t taken_seq_ = 0;  // order by which the last part came
   int held_ = -1;
-  std::map<int, Pose> held_at_;  // each body: where the hand last had it
+  std::map<int, Pose> held_at_;  // pose in which the hand last had each body
 };
 
 }  // namespace tandem
