@@ -33,7 +33,7 @@ class SceneSearch : public ::testing::Test {
     fs::current_path(before_);
     setenv("XDG_STATE_HOME", "/dev/null", 1);
   }
-  /// A scene of one moving body in a folder of its own; other masses are other scenes.
+  /// Makes a scene of one moving body in a folder of its own. Another mass is another scene.
   fs::path MakeScene(const fs::path& file, double mass) {
     const fs::path folder = (scratch_.path() / file).parent_path();
     fs::create_directories(folder);
@@ -66,9 +66,9 @@ TEST_F(SceneSearch, TellsScenesApartByTheirContentNotByTheirNames) {
   const fs::path renamed = MakeScene("own/zzz.json", 0.2);
   const WantedScene wanted = Wanted(renamed, other);
   EXPECT_EQ(FindScene(wanted, {scratch_.path() / "own"}), renamed);
-  // another scene where the other machine has it is passed over, too
+  // the file is another scene here at the path that the other machine has, and is passed over, too
   EXPECT_EQ(FindScene(Wanted(renamed, other), {}), std::nullopt);
-  // what cannot be read is no scene
+  // a file that cannot be read is no scene
   scratch_.Write("own/aaa.json", "{");
   fs::create_directories(scratch_.path() / "own" / "folder.json");
   EXPECT_EQ(FindScene(wanted, {scratch_.path() / "own"}), renamed);
@@ -90,7 +90,7 @@ TEST_F(SceneSearch, OpensNoPathThatASessionNames) {
   EXPECT_EQ(FindScene(WantedFrom(manifest), {told.parent_path()}), told);
 }
 
-// What a stranger names is any path of this machine: a log, a device, somebody's secrets.
+// A stranger may name any path of this machine: a log, a device, somebody's secrets.
 TEST_F(SceneSearch, OpensNoFileThatASceneFileCannotBe) {
   const fs::path scene = MakeScene("theirs/peg.json", 0.2);
   const fs::path log = scene.parent_path() / "peg.log";
@@ -153,7 +153,7 @@ TEST_F(SceneSearch, LooksInTheCurrentFolderAndThoseOfScenesNamedLast) {
   EXPECT_EQ(folders[0], fs::current_path());
   EXPECT_EQ(folders[1], first.parent_path());
   EXPECT_EQ(folders[2], second.parent_path());
-  // what is gone is passed over
+  // a file that is gone is passed over
   fs::remove_all(first.parent_path());
   EXPECT_EQ(FoldersWithScenes()[1], second.parent_path());
 }

@@ -13,8 +13,8 @@
 #include "tests/app/cli/program_run.h"
 #include "tests/support/scratch_folder.h"
 
-// Whoever reads the benches' JSON goes by its names: they are there, and the numbers are numbers.
-// Nothing is said of how large they are.
+// Scripts read the benches' JSON by its names. The tests expect that the names are there and that
+// their values are numbers, however large.
 
 namespace tandem {
 namespace {
@@ -29,7 +29,7 @@ json Bench(const std::string& arguments, const std::string& before = "") {
   return json::parse(said.out, nullptr, false);
 }
 
-/// `path` as in "/ball/turn_s".
+/// Expects a number at each of `paths`, such as "/ball/turn_s".
 void ExpectNumbers(const json& told, const std::vector<std::string>& paths) {
   for (const std::string& path : paths) {
     const json::json_pointer pointer(path);
@@ -149,7 +149,7 @@ TEST(BenchCommand, VoxelizeMapsTheSurfaceThatItMade) {
   EXPECT_GT(std::filesystem::file_size(file), told["surface"]["field_bytes"]);
 }
 
-/// A closed cylinder, radius 50 and length 150, its side of so many strips.
+/// Returns a closed cylinder of radius 50 and length 150 whose side has this many strips.
 std::string Cylinder(int sides) {
   std::ostringstream text;
   text.precision(12);
@@ -170,8 +170,8 @@ std::string Cylinder(int sides) {
   return text.str();
 }
 
-// paper §4.1: fine tessellation defeats geometrical awareness. Merged, what is left are the rims
-// and a few lines along the side, however finely it is cut.
+// Paper §4.1: fine tessellation defeats geometrical awareness. After merging, only the rims and a
+// few lines along the side are left, however finely the cylinder is cut.
 TEST(FineCylinder, KeepsFewOfItsEdgesWhenVoxelized) {
   const ScratchFolder folder;
   for (const int sides : {360, 720}) {
@@ -182,7 +182,7 @@ TEST(FineCylinder, KeepsFewOfItsEdgesWhenVoxelized) {
     const json told = json::parse(said.out);
     EXPECT_LT(told["polygons"], 40) << sides;
     EXPECT_LT(10 * told["edge_voxels"].get<int>(), told["edge_voxels_unmerged"]) << sides;
-    // at each rim two for each strip of the side, as FindFeatures() has them
+    // two at each rim for each strip of the side, as FindFeatures() has them
     EXPECT_LE(told["vertex_voxels"], 4 * (told["polygons"].get<int>() - 2)) << sides;
     EXPECT_LT(told["vertex_voxels"], told["vertex_voxels_unmerged"]) << sides;
   }
@@ -236,7 +236,7 @@ TEST(BenchCommand, NetworkSaysWhatThereAndBackTakes) {
   ExpectNumbers(
       told, {"/udp_rtt_p50_us", "/dds_rtt_p50_us", "/ratio", "/udp_rtt_p99_us", "/dds_rtt_p99_us"});
   EXPECT_GT(told["round_trips"], 0);
-  EXPECT_EQ(told["bytes"], 916);  // of a state with its links, what a peer sends at 1 kHz
+  EXPECT_EQ(told["bytes"], 916);  // a state with its links, which a peer sends at 1 kHz
 }
 
 TEST(BenchCommand, SessionSaysWhatIsDeliveredAmongPeersAndWhetherAllMet) {
@@ -246,7 +246,7 @@ TEST(BenchCommand, SessionSaysWhatIsDeliveredAmongPeersAndWhetherAllMet) {
                        "/frames_over_1ms", "/frame_cpu_p99_us/1", "/frame_wall_p999_us/1"});
   EXPECT_EQ(told["pairs"], 2);
   EXPECT_EQ(told["pairs_heard"], 2);
-  // of both peers, only while their hands move
+  // frames of both peers, counted only while their hands move
   EXPECT_EQ(told["judged_frames"], 2000);
   EXPECT_GT(told["frames"], told["judged_frames"]);
 }
@@ -288,7 +288,7 @@ TEST(BenchCommand, FidelitySaysHowTrueContactOnPlanesIs) {
   EXPECT_TRUE(told["ball"].is_null());
 }
 
-// Holds are of refined contact alone.
+// Holds exist in refined contact alone.
 TEST(BenchCommand, FidelitySaysWhetherHandsFeelRestAndTheClearanceThatTheyAskFor) {
   const json told = Bench(
       "fidelity --holds 2 --clearance-tilts 1 --sheet-tries 6 --only holds --only clearance "
@@ -313,13 +313,13 @@ const std::vector<std::string> kOfFrames{
     "/frame_cpu_p50_us", "/frame_cpu_p99_us", "/frame_wall_p999_us",
     "/frames_over_1ms",  "/missed",           "/dropped_frames"};
 
-/// `paths` under `top`, and what all parts tell of their frames.
+/// Returns `paths` under `top`, and the paths that every part has for its frames.
 std::vector<std::string> OfPart(const std::string& top, std::vector<std::string> paths) {
   paths.insert(paths.end(), kOfFrames.begin(), kOfFrames.end());
   return Under(top, paths);
 }
 
-// Balls, nuts and pegs simulate many seconds: on demand.
+// Balls, nuts and pegs simulate many seconds, so they run on demand.
 TEST(BenchCommand, FidelitySaysHowPartsGoTogether) {
   if (std::getenv("TANDEM_BENCHES") == nullptr) {
     GTEST_SKIP() << "runs when TANDEM_BENCHES is set";
@@ -347,7 +347,7 @@ TEST(BenchCommand, FidelitySaysHowPartsGoTogether) {
   }
   ExpectNumbers(told, Under("/false_pushes", {"/contacts", "/farther_than_0_6_voxel",
                                               "/askew_by_10_deg", "/share_of_force"}));
-  // as many as were asked for, about
+  // about as many contacts as were asked for
   EXPECT_GT(told["false_pushes"]["contacts"], 1000);
   EXPECT_LT(told["false_pushes"]["contacts"], 3000);
 }
@@ -359,7 +359,7 @@ TEST(BenchCommand, FidelityMeasuresWhatThereIs) {
 }
 
 TEST(BenchCommand, WithoutATemporaryFolderIsRefusedInALine) {
-  // a folder in which nobody can make one, and none
+  // a folder in which nobody can make one, and a folder that does not exist
   for (const std::string folder : {"/proc", "/nowhere"}) {
     const Said said =
         RunTandem("bench session --peers 2 --seconds 1", "TMPDIR=" + folder + " timeout 60 ");

@@ -10,7 +10,7 @@
 #include "app/exit_codes.h"
 #include "tests/app/cli/program_run.h"
 
-// `tandem cache`, and that programs use what others have kept.
+// Tests `tandem cache`, and that programs use what others have kept.
 
 namespace tandem {
 namespace {

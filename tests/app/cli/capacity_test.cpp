@@ -10,8 +10,8 @@
 #include "tests/support/shapes.h"
 #include "tests/support/test_world.h"
 
-// What a peer measures of its machine before it begins. Times are processor times of one thread,
-// and two of them are compared that were taken in the same second.
+// Tests what a peer measures of its machine before it begins. Times are processor times of one
+// thread. Two times are compared only if they were taken in the same second.
 
 namespace tandem {
 namespace {
@@ -25,14 +25,14 @@ using testing::Sphere;
 
 constexpr double kBallVoxel = 0.0005;
 
-/// A ball of some 30,000 points over a plate.
+/// Returns a model of a ball of some 30,000 points over a plate.
 std::shared_ptr<const WorldModel> BallOverPlate(ContactModel contact = ContactModel::kRefined) {
   return MakeWorldModel({{At(Box(Vec3(0.08, 0.08, 0.01)), Vec3(0, 0, -0.005)), true},
                          {At(Sphere(0.02, 5), Vec3(0, 0, 0.021))}},
                         kBallVoxel, contact);
 }
 
-/// What `work` takes of the thread's processor time, s.
+/// Returns the thread's processor time that `work` takes, s.
 template <class Work>
 double CpuSeconds(const Work& work) {
   const std::int64_t begin = MachineClock().ThreadCpuNs();
@@ -54,14 +54,14 @@ TEST(Capacity, IsNeverLessThanAThousandTests) {
   EXPECT_EQ(MeasureCapacity(*BallOverPlate(), 1e-9).tests, 1000.0);
 }
 
-// The promise: a frame that tests N points takes N / capacity of the time that was given. Without
-// coherence every frame tests every point, so that there is little else in it.
+// A frame that tests N points should take N / capacity of the given time. Without coherence every
+// frame tests every point, so that there is little else in it.
 TEST(Capacity, SaysWhatFramesOfTestsTake) {
   kHapticThread.Enter();
   const auto model = BallOverPlate(ContactModel::kPlain);
   World world(model, {.coherence = false, .chunks = false, .drift = false});
   StepInputs inputs = FreeInputs(*model);
-  std::vector<double> ratios;  // of the time that frames took to the time promised
+  std::vector<double> ratios;  // time that frames took / time promised
   for (int round = 0; round < 9; ++round) {
     const FrameCapacity capacity = MeasureCapacity(*model, kFrameBudget);
     double tested = 0;
@@ -80,7 +80,7 @@ TEST(Capacity, SaysWhatFramesOfTestsTake) {
   EXPECT_LT(MedianOf(ratios), 3.0);
 }
 
-// The same in the refined model, whose frames look up features, and push some of them.
+// The same holds in the refined model, whose frames look up features, and push some of them.
 TEST(Capacity, SaysWhatFramesOfFeaturesTake) {
   kHapticThread.Enter();
   const auto model = BallOverPlate();
@@ -89,7 +89,7 @@ TEST(Capacity, SaysWhatFramesOfFeaturesTake) {
   std::vector<double> ratios;
   for (int round = 0; round < 9; ++round) {
     const FrameCapacity capacity = MeasureCapacity(*model, kFrameBudget);
-    double worth = 0;  // in tests
+    double worth = 0;  // work of the frames, in tests
     const double took_s = CpuSeconds([&] {
       for (int frame = 0; frame < 200; ++frame) {
         const Quat ahead = RotationBy(Vec3(0.6, 0.4, 0)) * world.state(0).X_WB.q;

@@ -20,7 +20,8 @@
 #include "tests/support/shapes.h"
 #include "tests/support/test_world.h"
 
-// What `tandem clearance` tells of recordings of one hand, which are made in virtual time.
+// Tests what `tandem clearance` tells of recordings of one hand. The recordings are made in virtual
+// time.
 
 namespace tandem {
 namespace {
@@ -35,20 +36,20 @@ using testing::RunTandem;
 using testing::Said;
 
 constexpr double kMillimetre = 1e-3;
-constexpr double kSceneVoxel = 1e-3;  // m, of the scenes with a block
+constexpr double kSceneVoxel = 1e-3;  // m; voxel of the scenes with a block
 
 struct HandOfRecording {
-  std::string body;          // empty: it holds nothing
-  Vec3 to_W = Vec3::Zero();  // m, from the first place
-  double seconds = 2;        // until it is there; it stays half a second
+  std::string body;          // body in the hand; empty: it holds nothing
+  Vec3 to_W = Vec3::Zero();  // m; displacement from the first place
+  double seconds = 2;        // duration of the way; then the hand stays half a second
   bool contact = true;
-  double displaced = 0;  // m, outwards, ordered in the second frame
+  double displaced = 0;  // m; outward displacement, ordered in the second frame
 };
 
-/// Is shown the recorded peer's world after each frame.
+/// A function that is shown the recorded peer's world after each frame.
 using SeesWorld = std::function<void(const World&)>;
 
-/// What every peer of a recorded session goes by.
+/// Returns the header that every peer of a recorded session has.
 RecordingHeader HeaderFor(const Scene& scene, const std::string& scene_file, PeerId id,
                           const HandOfRecording& hand) {
   RecordingHeader header;
@@ -83,7 +84,7 @@ std::unique_ptr<PeerNode> NodeFor(const std::shared_ptr<const WorldModel>& model
   return node;
 }
 
-/// Records the first of these hands, of a session with a peer for each, into a file.
+/// Records the first of these hands into a file. The session has a peer for each hand.
 void RecordHands(const std::string& scene_file, const std::vector<HandOfRecording>& hands,
                  const std::filesystem::path& file, const SeesWorld& sees = {}) {
   const Result<Scene> scene = LoadScene(scene_file);
@@ -123,7 +124,7 @@ class ClearanceCommand : public ::testing::Test {
 
   std::string File(const char* name) const { return (folder_.path() / name).string(); }
 
-  /// What the command tells of the first of these hands in a scene.
+  /// Returns what the command tells of the first of these hands in a scene.
   json Measured(const std::string& scene_file, const std::vector<HandOfRecording>& hands,
                 const SeesWorld& sees = {}) {
     RecordHands(scene_file, hands, File("run"), sees);
@@ -134,7 +135,8 @@ class ClearanceCommand : public ::testing::Test {
     return result;
   }
 
-  /// A cube of 20 mm about the origin and another body, fixed or not.
+  /// Writes a scene of a 20 mm cube about the origin and another body, fixed or not. Returns its
+  /// path.
   std::string CubeBeside(const TriangleMesh& other_W, bool fixed = true) {
     folder_.Write("cube.obj", ObjText(BoxOfHalf(Vec3::Constant(10 * kMillimetre))));
     folder_.Write("other.obj", ObjText(other_W));
@@ -149,8 +151,8 @@ class ClearanceCommand : public ::testing::Test {
   ScratchFolder folder_;
 };
 
-// A key that stands in the middle of its hole is as far from each wall as its play, and no path
-// keeps more. 0.05 voxel is what surfaces may come nearer than a clearance.
+// A key in the middle of its hole is as far from each wall as its play, and no path keeps more.
+// Surfaces may come 0.05 voxel nearer than a clearance.
 TEST_F(ClearanceCommand, AKeyPassesWithItsPlayAndWithNoMore) {
   constexpr double kVoxelMm = 0.5;
   for (const double play_mm : {0.1, 0.2}) {
@@ -163,7 +165,7 @@ TEST_F(ClearanceCommand, AKeyPassesWithItsPlayAndWithNoMore) {
     EXPECT_EQ(room.at("crosses"), false);
     EXPECT_LE(room.at("along_path_mm").get<double>(), play_mm + 1e-6);
     EXPECT_GE(room.at("along_path_mm").get<double>(), 0.9 * play_mm);
-    // between a side of the key and the wall beside it
+    // the place is between a side of the key and the wall beside it
     const double x = std::abs(room.at("p_W")[0].get<double>()) / kMillimetre;
     const double y = std::abs(room.at("p_W")[1].get<double>()) / kMillimetre;
     EXPECT_TRUE((x > 4 - 0.01 && x < 4.01 + play_mm) || (y > 3.5 - 0.01 && y < 3.51 + play_mm))
@@ -181,7 +183,7 @@ TEST_F(ClearanceCommand, AKeyPassesWithItsPlayAndWithNoMore) {
 TEST_F(ClearanceCommand, APartThatGoesByAnEdgeIsAsFarAsTheyStandAside) {
   constexpr double kApartMm = 3;
   const double half = 10 * kMillimetre;
-  const double to_edge = half * std::sqrt(2.0);  // from the wall's middle
+  const double to_edge = half * std::sqrt(2.0);  // distance of the edge from the wall's middle
   const TriangleMesh wall = Transformed(
       BoxOfHalf({half, half, 30 * kMillimetre}),
       {RotationBy(Vec3(0, 0, M_PI / 4)), Vec3(40 * kMillimetre, 10 * kMillimetre + kApartMm * kMillimetre + to_edge, 0)});
@@ -197,7 +199,7 @@ TEST_F(ClearanceCommand, APartThatGoesByAnEdgeIsAsFarAsTheyStandAside) {
   EXPECT_NEAR(room.at("passes_with_mm").get<double>(), 1e3 * kSceneVoxel, 1e-9);
 }
 
-// Of the voxel by which points can be displaced, 0.3 are in use.
+// The hand uses 0.3 of the one voxel by which points can be displaced.
 TEST_F(ClearanceCommand, WhatTheHandHadOrderedIsEnlarged) {
   const TriangleMesh wall = BoxBetween({13 * kMillimetre, -30 * kMillimetre, -30 * kMillimetre}, {20 * kMillimetre, 30 * kMillimetre, 0});
   const json room = Measured(CubeBeside(wall), {{.body = "cube",
@@ -209,8 +211,9 @@ TEST_F(ClearanceCommand, WhatTheHandHadOrderedIsEnlarged) {
   EXPECT_NEAR(room.at("passes_with_mm").get<double>(), 0.7e3 * kSceneVoxel, 1e-9);
 }
 
-// Half a voxel beside the way of the cube, which starts away from it: refined contact begins 0.45
-// voxel away, so the recorded path is straight, and a hand with more clearance is pushed aside.
+// The block is half a voxel beside the way of the cube, which starts away from it. Refined contact
+// begins 0.45 voxel away, so the recorded path is straight. A hand with more clearance is pushed
+// aside.
 TEST_F(ClearanceCommand, AHandThatIsPushedAsidePassesWithMoreThanItsPathHad) {
   const TriangleMesh wall =
       BoxBetween({10.5 * kMillimetre, -30 * kMillimetre, 30 * kMillimetre}, {20 * kMillimetre, 30 * kMillimetre, 0.05});
@@ -230,9 +233,10 @@ TEST_F(ClearanceCommand, WhereNothingIsFixedThePartMustEndWhereItEnded) {
   EXPECT_EQ(room.at("at_least"), true);
 }
 
-// The rim of a hole holds a key that comes from above as far off as contact begins: 0.45 voxel and
-// the clearance. With a play of 0.6 voxel it goes in freely up to a clearance of 0.15. A firm hand
-// presses it in by some more, but not up to the 0.65 that the distances along the way allow.
+// The rim of a hole holds a key that comes from above at the distance at which contact begins: 0.45
+// voxel and the clearance. With a play of 0.6 voxel the key goes in freely up to a clearance of
+// 0.15. A firm hand presses it in at some more, but not at the 0.65 that the distances along the
+// way allow.
 TEST_F(ClearanceCommand, AKeyThatTheRimKeepsOutDoesNotPassThoughItKeepsItsDistance) {
   constexpr double kVoxelMm = 0.5;
   folder_.Write("hole.obj", ObjText(testing::KeyholeMesh(0.6 * kVoxelMm * kMillimetre)));
@@ -321,7 +325,7 @@ TEST_F(ClearanceCommand, WhatIsNoWholeRecordingOfAHandIsRefusedInOneLine) {
   ExpectRefused(RunTandem("clearance " + File("run")), kExitFailed, "damaged at frame ");
 }
 
-// Over a plate whose edges are far a cube is as far as its lowest corner is high.
+// A cube over a plate with far edges is as far from it as its lowest corner is high.
 TEST(PathDistance, IsThatOfTheLowestCornerOfATurningCubeAtEveryPoseWithFewSearches) {
   const TriangleMesh plate = BoxBetween({-1, -1, -0.02}, {1, 1, 0});
   const TriangleMesh cube =

@@ -1,7 +1,7 @@
-// `tandem contact` on a box above a plate, and on real parts at poses that another collision
+// Tests `tandem contact` on a box above a plate, and on real parts at poses that another collision
 // library judged by exact triangles. The parts are not in the tree: TANDEM_MODELS names their
-// folder, and without it their tests are skipped. A few small pairs by default, all of them when
-// TANDEM_ALL_POSES is set (minutes).
+// folder, and without it their tests are skipped. A few small pairs run by default.
+// TANDEM_ALL_POSES runs all of them (minutes).
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -56,7 +56,7 @@ class ContactCommand : public ::testing::Test {
     return RunTandem("contact --csv --static " + folder + "/plate.obj --dynamic " + folder +
                      "/cube.obj --voxel 0.001 --poses " + folder + "/poses.csv " + options);
   }
-  /// Along z, N, of the only pose.
+  /// Returns the force along z of the only pose, N.
   static double ForceOf(const Said& said) {
     return std::stod(Cells(said.out.substr(said.out.find('\n') + 1)).at(5));
   }
@@ -64,7 +64,7 @@ class ContactCommand : public ::testing::Test {
   ScratchFolder folder_;
 };
 
-// What presses with 45.6 N is not to be answered with nothing.
+// A pair that presses with 45.6 N must not be answered with no force.
 TEST_F(ContactCommand, RefusesALayerThatMissesContactsAndNamesOneThatWorks) {
   const Said refused = Run("--force-layer 0");
   EXPECT_EQ(refused.exit_code, kExitUsage);
@@ -78,8 +78,8 @@ TEST_F(ContactCommand, RefusesALayerThatMissesContactsAndNamesOneThatWorks) {
 TEST_F(ContactCommand, GoesByTheModelsOwnLayerUnlessOneIsGiven) {
   const Said said = Run("");
   ASSERT_EQ(said.exit_code, kExitOk) << said.err;
-  // four corners and the twenty voxels of each of four edges, 0.15 voxels within the clearance, on
-  // springs of 0.25 m / h^2 that are as stiff as they can be from a tenth of a voxel on
+  // four corners and the twenty voxels of each of four edges are 0.15 voxels within the clearance,
+  // on springs of 0.25 m / h^2, which are as stiff as they can be from a tenth of a voxel on
   const double spring = 0.25 * 0.3 / 1e-6;
   const double each = spring * 1e-3 * (0.15 - 0.05 + 0.15 * 8 * std::pow(0.15, 3));
   EXPECT_NEAR(ForceOf(said), (4 + 4 * 20) * each, 0.5);
@@ -89,7 +89,7 @@ TEST_F(ContactCommand, GoesByTheModelsOwnLayerUnlessOneIsGiven) {
   EXPECT_GT(ForceOf(plain), 0);
 }
 
-// Read as metres it would be too large for such voxels.
+// In metres the part would be too large for such voxels.
 TEST_F(ContactCommand, TakesA3mfFileInTheUnitThatItDeclares) {
   const ScratchFolder folder;
   const std::string file = folder.Write("two.3mf", testing::ThreeMf("")).string();
@@ -108,7 +108,7 @@ TEST_F(ContactCommand, TakesPointsFinerThanVoxelsAndNoneCoarser) {
   const Said one = Run("");
   const Said finer = Run("--spacing 0.0004");
   ASSERT_EQ(finer.exit_code, kExitOk) << finer.err;
-  EXPECT_NEAR(ForceOf(finer), ForceOf(one), 0.5);  // finer parts of edges count the less
+  EXPECT_NEAR(ForceOf(finer), ForceOf(one), 0.5);  // finer parts of edges weigh less each
   const auto points = [](const Said& said) {
     return std::stoi(said.err.substr(said.err.find("; ") + 2));
   };
@@ -175,7 +175,7 @@ void PrintTo(const Pair& pair, std::ostream* out) {
   *out << fs::path(pair.moving).stem().string() << " in " << fs::path(pair.fixed).stem().string();
 }
 
-/// What is said of one pose.
+/// The program's answer for one pose.
 struct PoseAnswer {
   int contact_points = 0;
   int touching_points = 0;
@@ -196,7 +196,7 @@ class PosesOfRealParts : public ::testing::TestWithParam<Pair> {
     ASSERT_TRUE(fs::is_regular_file(poses_)) << poses_;
   }
 
-  /// By row of the poses file.
+  /// Returns the answers by row of the poses file.
   std::map<int, PoseAnswer> AnswersAt(int layer, const std::string& contact) const {
     const Pair& pair = GetParam();
     std::ostringstream command;

@@ -1,5 +1,5 @@
-// `tandem peer` as users start it: no --capacity, so that what fits into a frame is measured before
-// the loop and followed in it.
+// Tests `tandem peer` as users start it, without --capacity. The peer measures before its loop what
+// fits into a frame, and follows that in the loop.
 #include <fstream>
 
 #include "app/cli/capacity.h"
@@ -14,7 +14,7 @@ using nlohmann::json;
 using testing::RunTandem;
 using testing::Said;
 
-/// A peer alone, that turns the ball in its socket for two seconds, and its recording.
+/// Runs a peer alone that turns the ball in its socket for two seconds, and reads its recording.
 class DefaultPeer : public testing::PeerCommand {
  protected:
   static constexpr const char* kScene = TANDEM_SCENES "/ball_and_socket.json";
@@ -44,7 +44,7 @@ TEST_F(DefaultPeer, MeasuresItsCapacityAndFollowsWhatFramesTake) {
   ASSERT_TRUE(report.is_object());
   const auto measured = report.at("capacity").get<double>();
 
-  // the same machine in the same seconds, measured by this program
+  // this program measures the same machine in the same seconds
   const Result<Scene> scene = LoadScene(kScene);
   ASSERT_TRUE(scene);
   const auto model = LoadWorld(*scene);
@@ -60,8 +60,8 @@ TEST_F(DefaultPeer, MeasuresItsCapacityAndFollowsWhatFramesTake) {
   const std::vector<double> capacities = Capacities();
   ASSERT_GT(capacities.size(), 2000U);
   EXPECT_EQ(capacities.front(), measured);
-  // frames of hundreds of looks tell what these cost here: it is no longer what was measured,
-  // nor has it lost its hold
+  // frames of hundreds of looks tell what a look costs here: the capacity leaves the measured one,
+  // but stays within a factor of four of it
   EXPECT_NE(capacities.back(), measured);
   const auto [least, most] = std::ranges::minmax(capacities);
   EXPECT_GE(least, 0.25 * measured);
@@ -69,7 +69,8 @@ TEST_F(DefaultPeer, MeasuresItsCapacityAndFollowsWhatFramesTake) {
   EXPECT_GT(report.at("contact_points").at("max").get<int>(), 100);
 }
 
-// What it was in each frame is an input, kept with the others: the run is repeated bit for bit.
+// The capacity of each frame is an input that is kept with the others, so the run is repeated bit
+// for bit.
 TEST_F(DefaultPeer, IsRepeatedWithTheCapacityThatEachFrameHad) {
   ASSERT_EQ(RunBall("").exit_code, kExitOk);
   const Said said = RunTandem("replay --json " + In("recording"), "timeout 60 ");
@@ -77,9 +78,9 @@ TEST_F(DefaultPeer, IsRepeatedWithTheCapacityThatEachFrameHad) {
   EXPECT_EQ(json::parse(said.out, nullptr, false).at("identical"), true);
 }
 
-// It was told at the end, with a wrong number, and took the report with it.
+// The peer names the full disk at once and with the right number, and still writes its report.
 TEST_F(DefaultPeer, TellsThatItsRecordingsDiskIsFullAndWritesItsReport) {
-  // files of 100 KiB at the most, which the recording reaches within a second
+  // a limit of 100 KiB a file, which the recording reaches within a second
   const Said said = RunTandem("peer --interface lo --session " + session_ + " --scene " + kScene +
                                   " --hold ball --seconds 2 --capacity 100000 --hand " + kHand +
                                   " --report " + In("report") + " --record " + In("recording"),
@@ -102,8 +103,8 @@ TEST_F(DefaultPeer, KeepsACapacityThatIsGiven) {
   EXPECT_THAT(Capacities(), ::testing::Each(23456));
 }
 
-// By its own thread's processor time, so that a loaded machine does not bear on it but for its
-// caches: a small part's frames take a small share of the 800 us that a frame may.
+// The time is the processor time of the peer's own thread, so that a loaded machine bears on it
+// only by its caches. A small part's frames take a small share of the 800 us that a frame may.
 TEST_F(DefaultPeer, FramesOfASmallPartFitTheirBudget) {
   const Said said =
       RunTandem("peer --interface lo --session " + session_ +

@@ -1,4 +1,4 @@
-// `tandem peer --device`: a device in a process of its own, as a person uses it.
+// Tests `tandem peer --device` as a person uses it: the device is in a process of its own.
 #include <csignal>
 #include <cstring>
 #include <fstream>
@@ -26,7 +26,7 @@ using testing::Said;
 
 class DeviceCommand : public PeerCommand {
  protected:
-  /// The words of a peer whose hand swings the right box by 10 mm, three times a second.
+  /// Returns the options of a peer whose hand swings the right box by 10 mm, three times a second.
   std::string Swinging(const std::string& more) const {
     return "--name anna --hold right --device fake:record=" + In("motor") +
            ",swing_mm=10,swing_hz=3 " + more;
@@ -35,7 +35,7 @@ class DeviceCommand : public PeerCommand {
     std::ifstream stream(In("report"));
     return json::parse(stream, nullptr, false);
   }
-  /// The force at the motor, write by write: the last `last` ones.
+  /// Returns the force at the motor in each of the last `last` writes.
   std::vector<double> Forces(std::size_t last) const {
     std::ifstream stream(In("motor"), std::ios::binary);
     auto record = std::make_unique<FakeRecord>();
@@ -48,7 +48,7 @@ class DeviceCommand : public PeerCommand {
     }
     return forces;
   }
-  /// The process that has the device in hand, of the peer that runs.
+  /// Returns the device process of the peer that runs.
   pid_t DevicePid() const {
     for (const auto& entry : std::filesystem::directory_iterator("/proc")) {
       std::ifstream stream(entry.path() / "cmdline", std::ios::binary);
@@ -80,7 +80,7 @@ TEST_F(DeviceCommand, TheHandFeelsThroughAProcessOfItsOwnAndTheReportSaysSo) {
   EXPECT_THAT(report.at("device_times").at("scheduler").get<std::string>(), HasSubstr("SCHED_"));
   EXPECT_TRUE(report.at("device_times").at("unanswered_share").is_number());
   EXPECT_GT(report.at("device_times").at("answered").get<int>(), 1000);
-  // 0.1 kg swung by 10 mm three times a second want 0.36 N
+  // 0.1 kg swung by 10 mm three times a second takes 0.36 N
   const std::vector<double> forces = Forces(3000);
   const double most = *std::max_element(forces.begin(), forces.end());
   EXPECT_GT(most, 0.1);

@@ -1,4 +1,4 @@
-// `tandem devices`: what is there, what is missing, what mends it.
+// Tests `tandem devices`: which devices are there, what is missing, and what mends it.
 #include <cstdlib>
 
 #include <gmock/gmock.h>
@@ -37,7 +37,7 @@ TEST(DevicesCommand, ListsEachDriverWithWhatMendsIt) {
   }
   for (const json& device : out.at("devices")) {
     EXPECT_NE(device.at("kind"), "");
-    // what is missing has a line that mends it
+    // a missing thing has a line that mends it
     EXPECT_EQ(device.at("missing") == "", device.at("mend") == "") << device;
     EXPECT_NE(device.at("name"), "fake");
   }

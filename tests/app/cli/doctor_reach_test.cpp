@@ -17,7 +17,7 @@
 #include "tests/network/said_program.h"
 #include "tests/support/scratch_folder.h"
 
-// What `tandem doctor` says of the way between two sites: docs/two-sites.md goes by it.
+// Tests what `tandem doctor` says of the way between two sites. docs/two-sites.md goes by it.
 
 namespace tandem {
 namespace {
@@ -28,7 +28,7 @@ using testing::Said;
 
 class DoctorReach : public ::testing::Test {
  protected:
-  /// The finding of that name; null: there is none.
+  /// Returns the finding of that name, or null where there is none.
   nlohmann::json Finding(const std::string& arguments, const std::string& check) {
     const Said said = RunTandem("doctor --json " + arguments, "timeout 30 ");
     exit_code_ = said.exit_code;
@@ -71,7 +71,7 @@ TEST_F(DoctorReach, ALineIsLookedAtAndNotUsedUp) {
   EXPECT_THAT(
       Finding(Lo("--invitation " + LineOf(astray)), "inviter").at("found").get<std::string>(),
       HasSubstr("another invitation is open there"));
-  // its port is taken by the inviter
+  // the inviter has taken its port
   const std::string port = std::to_string(astray.enrolment.port);
   EXPECT_EQ(Finding(Lo("--enrol-port " + port), "port for invitations").at("verdict"), "warning");
 

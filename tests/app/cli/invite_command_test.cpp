@@ -21,8 +21,8 @@
 #include "tests/network/said_program.h"
 #include "tests/support/scratch_folder.h"
 
-// `tandem invite`, `tandem join LINE`, and the way by files, as far as one machine shows them; in
-// two networks: tests/network/invite_test.cpp.
+// Tests `tandem invite`, `tandem join LINE` and the way by files, as far as one machine shows them.
+// tests/network/invite_test.cpp tests them in two networks.
 
 namespace tandem {
 namespace {
@@ -39,8 +39,8 @@ std::string RandomSession() {
   return "invite-" + std::to_string(std::random_device{}());
 }
 
-/// A TCP port that nobody listens at: tests that run beside one another must not meet at the usual
-/// one.
+/// Returns a TCP port that nobody listens at. Tests that run beside one another must not meet at
+/// the usual port.
 std::string FreeTcpPort() {
   const int probe = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
   sockaddr_in address{};
@@ -55,7 +55,8 @@ std::string FreeTcpPort() {
 class InviteCommand : public ::testing::Test {
  protected:
   std::string In(const std::string& name) const { return (folder_.path() / name).string(); }
-  /// `tandem invite` of a secured session on loopback, in the background, with what it printed.
+  /// Starts `tandem invite` of a secured session on loopback in the background, and fills in what
+  /// it printed.
   std::unique_ptr<Program> Inviter(const std::string& session, json& printed,
                                    const std::vector<std::string>& further = {}) {
     if (!std::filesystem::exists(In("keys"))) {
@@ -100,7 +101,7 @@ TEST_F(InviteCommand, PrintsOneObjectWithTheLineAndWhatIsInIt) {
   EXPECT_EQ(line->scene.file, "peg_in_slot.json");
   EXPECT_EQ(line->scene.bodies, 2U);
   EXPECT_FALSE(line->secured);
-  // without --json the line alone, for a script that takes it
+  // without --json it prints the line alone, for a script that takes it
   said = RunTandem("invite " + session + " --scene peg_in_slot --interface lo");
   EXPECT_EQ(std::count(said.out.begin(), said.out.end(), '\n'), 1);
   EXPECT_TRUE(ReadInvitation(said.out));
@@ -132,11 +133,11 @@ TEST_F(InviteCommand, AnAlteredLineIsRefusedInOneLineAndLeavesNoKeys) {
   const auto inviter = Inviter(RandomSession(), printed);
   const Result<Invitation> given = ReadInvitation(printed.at("line").get<std::string>());
   ASSERT_TRUE(given);
-  // by accident
+  // altered by accident
   std::string line = LineOf(*given);
   line[line.size() / 2] ^= 1;
   ExpectRefused(Join(line, "home", "--only-keys"), kExitUsage, "copy the whole line");
-  // on purpose, with a good CHECK
+  // altered on purpose, with a good CHECK
   Invitation altered = *given;
   altered.session += "x";
   ExpectRefused(Join(LineOf(altered), "home", "--only-keys"), kExitSecurity,
@@ -177,7 +178,7 @@ TEST_F(InviteCommand, WhoeverIsAloneBehindALineIsToldSo) {
   EXPECT_EQ(json::parse(said.out).at("holding"), nullptr);
 }
 
-// a line whose time is over, and nobody there
+// The line's time is over, and nobody is there.
 TEST_F(InviteCommand, ALineThatHasEndedIsRefused) {
   Invitation ended;
   ended.session = RandomSession();

@@ -25,8 +25,8 @@ TEST(JudgedFrames, CountsOnlyFramesThatAreJudged) {
   EXPECT_EQ(frames.stats().lateness().max(), 100'000);
 }
 
-// The deadlines that pass between two judged frames, whichever of them was late. Those before the
-// first judged frame are of another time.
+// Deadlines count that pass between two judged frames, whichever of the frames was late. Deadlines
+// before the first judged frame do not.
 TEST(JudgedFrames, CountsTheDeadlinesBetweenThem) {
   JudgedFrames frames(kOriginNs, kMsNs);
   frames.Add(false, AtMs(1), AtMs(4.5), kMsNs);

@@ -15,7 +15,7 @@
 namespace tandem {
 namespace {
 
-/// A try in which so many of 10,000 frames were missed, and which records: as a peer does it, never
+/// Records a try in which this many of 10,000 frames were missed. As a peer does, it never writes
 /// over a recording that is there.
 Result<LiveRun> Record(const std::filesystem::path& folder, std::uint64_t missed) {
   const std::filesystem::path recording = folder / "user-0.recording";
@@ -89,7 +89,7 @@ TEST(LiveComparison, IsAShareOfWhatVirtualTimeGives) {
 }
 
 // Where virtual time has nothing at all, a tenth of a millimetre and a hundredth of a newton stand
-// for it: what shakes is not within any bar of up to ten, and a rounding is.
+// for it. So a shaking run is within no bar of up to ten, and a rounding is within each.
 TEST(LiveComparison, AnExplosionBesideRestIsNotWithinAnyBar) {
   Metrics live;
   const Metrics rest;

@@ -41,7 +41,7 @@ class NetworkPlanTest : public ::testing::Test {
     now_ns_ = kBegin + static_cast<std::int64_t>(seconds * 1e9);
     return planned_.Apply(now_ns_, directory_, inbox_);
   }
-  /// When what arrives now is due, ms from now; none: never.
+  /// Returns when a sample that arrives now is due, ms from now; none: never.
   std::vector<double> Due(PeerId from) {
     ObjectState state;
     state.peer = from;
@@ -85,7 +85,7 @@ TEST_F(NetworkPlanTest, EachSenderHasItsStepsAndTheOthersThoseForEverybody) {
   EXPECT_THAT(Due(12), IsEmpty());
   ApplyAt(7);
   EXPECT_EQ(Due(12).size(), 2U) << "a step holds alone";
-  // a switch for everybody leaves alone whom another link names
+  // a switch for everybody leaves alone the peers that another link names
   EXPECT_THAT(ApplyAt(9), ElementsAre("network: what is heard comes 70 ms late"));
   EXPECT_THAT(Due(11), ElementsAre(70));
   EXPECT_EQ(Due(12).size(), 2U);
@@ -113,14 +113,15 @@ TEST_F(NetworkPlanTest, BeginsWithTheHandWhereItSaysSo) {
   planned_.HandBegins(now_ns_);
   EXPECT_THAT(ApplyAt(10.9), IsEmpty());
   EXPECT_THAT(ApplyAt(11.1), ElementsAre("network: what is heard comes 70 ms late"));
-  // given later, from when it is given
+  // a plan that is given later counts from when it is given
   Start(R"({"begins": "hand", "links": [{"steps": [{"at_s": 1, "delay_ms": 20}]}]})");
   ApplyAt(0);
   EXPECT_THAT(ApplyAt(1.1), ElementsAre("network: what is heard comes 20 ms late"));
 }
 
 TEST_F(NetworkPlanTest, TheSeedMakesWhatIsLost) {
-  // of 200 samples from Ben, by the seed's plan; `before`: what was heard without a plan
+  // tells which of 200 samples from Ben are lost by the seed's plan; `before`: samples heard
+  // without a plan
   const auto lost = [this](int seed, int before) {
     PeerInbox inbox(LinkConditions{.loss = 0.5}, directory_);
     ObjectState state;
@@ -178,7 +179,7 @@ TEST_F(NetworkPlanTest, IsSwitchedByAnOrderWhileItRuns) {
 const char* const kHeldLong = R"({"links": [{"steps": [{"delay_ms": 2000, "jitter_ms": 1000,
     "swing_ms": 1000, "reorder": 0.5, "reorder_ms": 1000, "duplicate": 1}]}]})";
 
-/// Samples lost for want of room while three peers speak for eight seconds at 1 kHz.
+/// Counts the samples lost for want of room while three peers speak for eight seconds at 1 kHz.
 std::uint64_t LostOfThree(const NetworkPlan& plan, std::size_t room) {
   PeerDirectory directory(1, 0);
   PeerInbox inbox(plan.links.at(0).steps.at(0).conditions, directory, room);
@@ -207,7 +208,7 @@ TEST_F(NetworkPlanTest, AnOrderForMoreThanThereIsRoomForIsRefused) {
   EXPECT_FALSE(planned_.Obey(order, kBegin, 1));
   const std::optional<Error> wrong = planned_.Obey(order, kBegin, 3);
   ASSERT_TRUE(wrong);
-  // 5.1 s of three, twice
+  // two delays of 5.1 s, for three senders
   EXPECT_THAT(wrong->what, HasSubstr("holds back up to 30601 samples of 3 senders"));
 }
 
@@ -265,7 +266,7 @@ TEST_F(NetworkPlanTest, ATraceBeginsWhereThePlanSaysOrItsSeed) {
   const auto first = [this, &asked](int seed) {
     Start(R"({"seed": )" + std::to_string(seed) +
           R"(, "links": [{"steps": [{"trace": "line.csv", "mix": true}]}]})");
-    // later each time: a sample waits for those that came before it
+    // each sample comes later than the last: it waits for those that came before it
     ApplyAt(++asked);
     return Due(11);
   };

@@ -22,7 +22,7 @@ TEST(NewsLimiter, AQuietSessionsNewsComeAtOnce) {
 TEST(NewsLimiter, OneProgramIsToldOfOnceASecondAndItsNewestNewsStay) {
   NewsLimiter news;
   std::vector<std::string> said;
-  // comes and goes fifty times a second for ten
+  // a peer comes and goes fifty times a second for ten seconds
   for (std::int64_t i = 0; i < 500; ++i) {
     news.Add("vic", "vic joined " + std::to_string(i));
     for (const std::string& line : news.Due(i * kTickNs)) said.push_back(line);

@@ -5,7 +5,7 @@
 
 #include "tests/app/cli/program_run.h"
 
-// `tandem open` and `tandem join` as far as they need no display.
+// Tests `tandem open` and `tandem join` as far as they need no display.
 
 namespace tandem {
 namespace {

@@ -9,7 +9,7 @@
 #include "app/option_checks.h"
 #include "tests/app/cli/program_run.h"
 
-// Every option of every command beside what a person or a script may give it by mistake.
+// Tests every option of every command with values that a person or a script may give it by mistake.
 
 namespace tandem {
 namespace {
@@ -31,7 +31,7 @@ class Commands {
   }
   CLI::App& app() { return app_; }
 
-  /// The line that refuses this; empty: it is taken, so far.
+  /// Returns the line that refuses this; empty: it is taken, so far.
   std::string Refusal(const std::vector<std::string>& words) {
     std::vector<const char*> argv{"tandem"};
     for (const std::string& word : words) argv.push_back(word.c_str());
@@ -42,7 +42,7 @@ class Commands {
     } catch (const CLI::ValidationError& error) {
       return Explain(app_, error);
     } catch (const CLI::RequiredError&) {
-      return {};  // values are looked at before
+      return {};  // the parser checks values before it misses an option
     } catch (const CLI::RequiresError&) {
       return {};
     } catch (const CLI::ParseError& error) {
@@ -88,7 +88,7 @@ void Collect(CLI::App& app, const std::vector<std::string>& command, std::vector
   int positionals = 0;
   for (const CLI::Option* option : app.get_options()) {
     if (option->get_items_expected_max() == 0) continue;  // a flag
-    if (option->get_group().empty()) continue;            // our own programs' alone
+    if (option->get_group().empty()) continue;            // for our own programs alone
     const std::string type = option->get_type_name();
     const auto is = [&type](const char* kind) {
       return type.rfind(kind, 0) == 0;
@@ -115,7 +115,7 @@ std::vector<Asked> AllOptions() {
   return all;
 }
 
-/// One line, which names the option and can be acted on.
+/// Expects one line that names the option and can be acted on.
 void ExpectGoodRefusal(const Asked& asked, const std::string& value) {
   Commands commands;
   const std::string line = commands.Refusal(asked.With(value));
@@ -142,7 +142,7 @@ TEST(Options, NoNumberTakesWhatIsNoneNorOneOutOfAllMeasure) {
   EXPECT_GT(numbers, 60U);
 }
 
-// where 0 is no number of anything but says: for ever, all, none, the first
+// 0 is no number of anything here but means: for ever, all, none, the first
 TEST(Options, ZeroIsTakenWhereItMeansSomething) {
   const std::set<std::string> means{"--control-domain",
                                     "--core",
@@ -219,7 +219,7 @@ TEST(Options, SizesHaveUnits) {
   }
 }
 
-/// What the program itself makes of it: a line of its own, and exit code 2.
+/// The program itself answers with a line of its own and exit code 2.
 TEST(Options, TheProgramsSayItInALine) {
   for (const auto& [words, line] : std::vector<std::pair<std::string, std::string>>{
            {"peer --seconds nan", "tandem: --seconds: a number from 0 to 604800 is wanted"},

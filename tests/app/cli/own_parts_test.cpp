@@ -1,6 +1,6 @@
-// `tandem contact` on parts of our own at poses that exact geometry judges here: a peg in a round
-// hole, a key in a keyway, a nut on its bolt. Larger parts that others made and judged:
-// PosesOfRealParts.
+// Tests `tandem contact` on parts of our own at poses that exact geometry judges here: a peg in a
+// round hole, a key in a keyway, a nut on its bolt. PosesOfRealParts has larger parts that others
+// made and judged.
 #include <cmath>
 #include <map>
 #include <numbers>
@@ -25,22 +25,22 @@ using testing::RunTandem;
 using testing::Said;
 
 constexpr double kOwnVoxel = 0.1;        // mm, as all lengths here
-constexpr double kSampleSpacing = 0.25;  // of samples of a surface
+constexpr double kSampleSpacing = 0.25;  // spacing of samples on a surface
 constexpr double kOwnFarVoxels = 2.6;    // beyond it nothing may touch at layer 0
-constexpr double kDeepVoxels = 0.1;      // so deep it is certain that parts collide
+constexpr double kDeepVoxels = 0.1;      // depth from which parts collide for certain
 constexpr int kOwnPoses = 24;
 
-/// Two parts that stand as they go together, and how far the moving one is moved about that.
+/// Two parts as they go together, and how far the moving part is moved from there.
 struct OwnPair {
   const char* name;
   TriangleMesh fixed;
   TriangleMesh moving;
   double shift;      // mm, at most
   double turn_deg;   // at most, about any axis
-  double pitch = 0;  // of a thread about z, along which it is also screwed
+  double pitch = 0;  // pitch of a thread about z, along which the part is also screwed
 };
 
-/// A ring whose inner wall is the thread of ThreadedEnd() with so much play, from z = 0 down.
+/// Returns a ring whose inner wall is the thread of ThreadedEnd() with this play, from z = 0 down.
 TriangleMesh NutOf(double radius, double pitch, double length, double play, double outer,
                    int sides) {
   constexpr int kStepsPerTurn = 12;
@@ -90,10 +90,10 @@ std::vector<OwnPair> OwnPairs() {
            1.4, 2, 3}};
 }
 
-/// How near two parts come, by exact distances of samples of both surfaces.
+/// Judges how near two parts come, by exact distances of samples of both surfaces.
 struct JudgedPose {
-  bool collide = false;  // for certain
-  bool far = false;      // for certain
+  bool collide = false;  // the parts collide for certain
+  bool far = false;      // the parts are far for certain
 };
 class ExactJudge {
  public:
@@ -113,7 +113,7 @@ class ExactJudge {
  private:
   static double Deepest(const ExactSurface& solid, const std::vector<Vec3>& samples,
                         const Pose& X) {
-    // what comes in by more passes through the surface, where other samples are
+    // a part that comes in by more passes through the surface, where other samples are
     constexpr double kReach = 2 * kOwnFarVoxels * kOwnVoxel + kSampleSpacing;
     double deepest = -kReach;
     for (const Vec3& p : samples) {
@@ -130,7 +130,7 @@ class ExactJudge {
   std::vector<Vec3> on_moving_;
 };
 
-/// What the program says of one pose.
+/// The program's answer for one pose.
 struct OwnAnswer {
   int contact_points = 0;
   int touching_points = 0;
@@ -176,7 +176,7 @@ TEST_P(PosesOfOwnParts, NothingTouchesWhereTheyAreFarAndSomethingWhereTheyCollid
   csv << "fixed,moving,tx,ty,tz,ax,ay,az,angle_deg\n";
   std::vector<Pose> poses;
   for (int i = 0; i < kOwnPoses; ++i) {
-    // from as it goes together on to the most that it is moved
+    // from the pose in which the parts go together to the largest move
     const double share = static_cast<double>(i) / kOwnPoses;
     const double screwed = pair.pitch > 0 ? std::numbers::pi * within(random) : 0;
     const Quat askew = RotationBy(share * pair.turn_deg * std::numbers::pi / 180 * vector());
@@ -194,7 +194,7 @@ TEST_P(PosesOfOwnParts, NothingTouchesWhereTheyAreFarAndSomethingWhereTheyCollid
   folder.Write("fixed.obj", ObjText(pair.fixed));
   folder.Write("moving.obj", ObjText(pair.moving));
   folder.Write("poses.csv", csv.str());
-  // the plain model: at layer 0 it says what reaches the surface itself
+  // the plain model at layer 0 tells which points reach the surface itself
   const std::vector<OwnAnswer> at_surface =
       OwnAnswers(folder.path(), "--contact plain --force-layer 0");
   const std::vector<OwnAnswer> around = OwnAnswers(folder.path(), "--force-layer 1");

@@ -19,7 +19,7 @@ TEST(PairedRatios, BaseIsTheMeanOfTheRunsBeforeAndAfter) {
   EXPECT_DOUBLE_EQ(ratios.most, 1.5);
 }
 
-// A machine that grows slower by half while it measures: each round is compared with itself.
+// The machine grows slower by half while it measures. Each round is compared with itself.
 TEST(PairedRatios, DriftOfTheMachineIsNoRatio) {
   std::vector<double> before;
   std::vector<double> watched;
@@ -36,7 +36,7 @@ TEST(PairedRatios, DriftOfTheMachineIsNoRatio) {
 }
 
 // Viewers that cost a fifth cost a fifth however noisy the runs are. Divided by the ratio of the
-// two runs without viewers they would cost less the more these differ.
+// two runs without viewers, they would cost less the more these runs differ.
 TEST(PairedRatios, NoiseDoesNotImproveTheMedian) {
   std::mt19937_64 random(3);
   double widest = 0;

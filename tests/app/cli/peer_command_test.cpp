@@ -17,7 +17,7 @@
 #include "collab/viewer.h"
 #include "tests/app/cli/peer_program.h"
 
-// `tandem peer` as a person uses it: who takes part, and in which scene.
+// Tests `tandem peer` as a person uses it: who takes part, and in which scene.
 
 namespace tandem {
 namespace {
@@ -93,7 +93,7 @@ TEST_F(PeerCommand, SaysInALineWhatKeepsItOut) {
   ExpectRefused(Run("shift", ""), kExitFile, "this is a hand's script, not a scene");
 }
 
-// One that comes late, and has the lowest id, offers its own before it has heard of anybody.
+// The newcomer, which has the lowest id, offers its own parameters before it has heard of anybody.
 TEST_F(PeerCommand, WhoWaitsUnderWayKeepsToItsParametersBesideANewcomersOffer) {
   EarlyInbox ears;
   DdsOptions options;
@@ -127,7 +127,7 @@ TEST_F(PeerCommand, WhoWaitsUnderWayKeepsToItsParametersBesideANewcomersOffer) {
   (*joined)->Leave();
 }
 
-// As an earlier version of the program would offer it.
+// The layer is offered as an earlier version of the program would.
 TEST_F(PeerCommand, AJoinerRefusesASessionWhoseLayerMissesContacts) {
   EarlyInbox ears;
   DdsOptions options;
@@ -241,7 +241,7 @@ TEST_F(PeerCommand, ALateJoinerFindsAParkedBodyWhereItWasPut) {
   })) << anna.said();
   const double parked_z = seen()->X_W.p.z();
   (*joined)->Leave();
-  // by the way of agreement: his file has other voxels
+  // his file has other voxels, so he adopts those of the session
   const Said ben = Run("two", "--name ben --hold left --seconds 1 --report " + In("ben"));
   ASSERT_EQ(ben.exit_code, kExitOk) << ben.err;
   EXPECT_THAT(ben.err, AllOf(HasSubstr("which is adopted"), HasSubstr("you hold left")));

@@ -1,4 +1,4 @@
-// What `tandem peer` bears, for how long, and with what: orders, time, memory, bodies, contacts.
+// Tests the limits of `tandem peer`: orders, time, memory, bodies, contacts.
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -23,7 +23,8 @@ using testing::Running;
 using testing::RunTandem;
 using testing::Said;
 
-// It beats on, so that others do not see a ghost, keeps to its time and ends when it is told to.
+// The peer beats on, so that others do not see a ghost. It keeps to its time and ends when it is
+// told to.
 TEST_F(PeerCommand, OrdersWithoutEndDoNotKeepItFromAnything) {
   Running anna = Start("one", "--name anna");
   ASSERT_TRUE(anna.WaitFor("is in session"));
@@ -37,8 +38,8 @@ TEST_F(PeerCommand, OrdersWithoutEndDoNotKeepItFromAnything) {
   EXPECT_LT(std::filesystem::file_size(In("ben")), 1U << 20U);
 }
 
-// What is kept of the motion is kept in locked memory: the first ten minutes, and with a report
-// only. A day of it would be 12 GB.
+// The peer keeps its motion in locked memory, for the first ten minutes and with a report only. A
+// day of it would be 12 GB.
 TEST_F(PeerCommand, ADayTakesNoMoreMemoryThanTenMinutes) {
   const auto megabytes = [this](const std::string& more, const std::string& report) {
     Running peer = Start("one", "--name anna --hold left " + more);
@@ -70,8 +71,8 @@ TEST_F(PeerCommand, MoreBodiesThanOneMayAnswerForAreRefusedAtOnce) {
                 "many.json: 65 bodies move by themselves, in a session at most 64");
 }
 
-// Whatever a session brings after the first second: a late joiner, bodies taken, shared, let go and
-// given away, and all of it recorded.
+// The session brings everything that may come after the first second: a late joiner, bodies taken,
+// shared, let go and given away, and all of it recorded.
 TEST_F(PeerCommand, ItsHapticThreadHasNoPageFaults) {
   Running anna = Start("one", "--name anna --record " + In("anna.rec"));
   ASSERT_TRUE(anna.WaitFor("is in session"));
@@ -82,7 +83,7 @@ TEST_F(PeerCommand, ItsHapticThreadHasNoPageFaults) {
   std::this_thread::sleep_for(std::chrono::seconds(1));
   const std::optional<long> before = anna.PageFaults("haptic");
   ASSERT_TRUE(before);
-  EXPECT_GT(*before, 0);  // of its beginning: they are counted
+  EXPECT_GT(*before, 0);  // page faults of its beginning: they are counted
   anna.Order("grab left");
   ASSERT_TRUE(anna.WaitFor("you hold left"));
   Running ben = Start("one", "--name ben --hold right --hand " + In("shift.json"));
@@ -100,7 +101,7 @@ TEST_F(PeerCommand, ItsHapticThreadHasNoPageFaults) {
   EXPECT_EQ(anna.End(), kExitOk);
 }
 
-// A ball in its socket, of which no point test fits into a frame: it goes at the travel floor.
+// No point test of a ball in its socket fits into a frame, so the ball goes at the travel floor.
 TEST_F(PeerCommand, ShowsWhatItsFramesGiveUpToItsUserAndToThoseWhoLookOn) {
   Running anna("--interface lo --capacity 1 --session " + session_ +
                    " --scene " TANDEM_SCENES "/ball_and_socket.json --hold ball --name anna",
@@ -116,8 +117,8 @@ TEST_F(PeerCommand, ShowsWhatItsFramesGiveUpToItsUserAndToThoseWhoLookOn) {
   EXPECT_THAT(anna.said(), HasSubstr("tandem: in 100 % of the frames point tests left no room"));
 }
 
-// Ball and socket by voxels so fine, and a force layer so thick, that a pair cannot hold all that
-// is in contact.
+// Ball and socket have such fine voxels and such a thick force layer that a pair cannot hold all
+// its contacts.
 TEST_F(PeerCommand, SaysOnceThatContactsAreMoreThanThereIsRoomFor) {
   const std::filesystem::path scenes = TANDEM_SCENES;
   json dense = json::parse(std::ifstream(scenes / "ball_and_socket.json"));

@@ -14,7 +14,7 @@ namespace {
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-/// A fixed plate, an own and a shared box; Anna is here, and Ben, who only looks on.
+/// A fixed plate, an own and a shared box. Anna is here, and Ben, who is a viewer.
 struct Room {
   explicit Room(ContactModel contact = ContactModel::kRefined) : directory(1, 42, "me") {
     const TriangleMesh box = testing::Box(Vec3(0.02, 0.02, 0.02));
@@ -81,7 +81,7 @@ TEST(PeerOrders, WhatIsNotUnderstoodOrNotThereIsSaid) {
   EXPECT_THAT(room.Order("grab hose").error().what, HasSubstr("no moving body 'hose'"));
   EXPECT_THAT(room.Order("grab plate").error().what, HasSubstr("no moving body 'plate'"));
   EXPECT_THAT(room.Order("give own Carl").error().what, HasSubstr("called 'Carl'"));
-  // who looks on holds nothing
+  // a viewer holds nothing
   EXPECT_THAT(room.Order("give own Ben").error().what, HasSubstr("called 'Ben'"));
 }
 
@@ -99,7 +99,8 @@ TEST(PeerOrders, AskForAForceLayerOrADisplacementOfWhatIsInHand) {
   EXPECT_DOUBLE_EQ(displace->metres, -0.0015);
   EXPECT_THAT(AnswerTo(*displace, *room.model), HasSubstr("1.5 mm outwards, here alone"));
   EXPECT_EQ(AnswerTo(*room.Order("grab own"), *room.model), "");
-  // at a cube's edges neighbours part outwards, and come together inwards; refined contact has none
+  // at a cube's edges displaced neighbours part outwards and come together inwards; refined contact
+  // displaces no points
   Room plain(ContactModel::kPlain);
   EXPECT_THAT(AnswerTo(*displace, *plain.model),
               HasSubstr("'own': its displaced points stand up to 1.27 voxels apart"));
@@ -125,7 +126,7 @@ TEST(PeerOrders, WithOtherForceParametersNoSharedBodyIsTaken) {
   EXPECT_THAT(room.Order("grab both", true).error().what, HasSubstr("'both' is shared"));
 }
 
-/// A pipe with what somebody wrote into one end.
+/// A pipe with text that somebody wrote into one end.
 class Pipe {
  public:
   Pipe() { EXPECT_EQ(pipe2(ends_, O_CLOEXEC | O_NONBLOCK), 0); }
@@ -134,7 +135,7 @@ class Pipe {
     End();
   }
   int out() const { return ends_[0]; }
-  /// As much of it as there is room for.
+  /// Writes as much of the text as there is room for.
   void Write(const std::string& text) const {
     EXPECT_GT(write(ends_[1], text.data(), text.size()), 0);
   }
@@ -146,7 +147,7 @@ class Pipe {
   int ends_[2] = {-1, -1};
 };
 
-/// The lines, or "!" for one that is not taken.
+/// Returns the lines, with "!" for each that is not taken.
 std::vector<std::string> Taken(OrderReader& reader) {
   std::vector<std::string> lines;
   for (const Result<std::string>& line : reader.TakeLines()) {
@@ -172,7 +173,8 @@ TEST(OrderReader, GivesWholeLinesAsTheyComeAndTheLastOneAtTheEnd) {
   EXPECT_THAT(Taken(reader), IsEmpty());
 }
 
-// as of `yes | tandem peer`: the control thread beats on, and nothing of it is lost
+// With the input of `yes
+// tandem peer` the control thread beats on, and nothing of the input is lost.
 TEST(OrderReader, TakesSoMuchATurnHoweverMuchThereIs) {
   Pipe pipe;
   OrderReader reader(pipe.out());
@@ -188,7 +190,7 @@ TEST(OrderReader, TakesSoMuchATurnHoweverMuchThereIs) {
   }
   EXPECT_EQ(lines, 8000U);
   EXPECT_THAT(Taken(reader), IsEmpty());
-  // empty lines are none, but cost a turn as well
+  // empty lines are no orders, but cost a turn as well
   pipe.Write(std::string(20000, '\n') + "heal\n");
   int turns = 0;
   while (Taken(reader).empty() && turns < 100) ++turns;

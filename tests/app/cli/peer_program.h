@@ -24,7 +24,7 @@
 #include "tests/app/cli/program_run.h"
 #include "tests/support/obj_text.h"
 
-// `tandem peer` beside a test, and sessions of it.
+// Runs `tandem peer` beside a test, and sessions of it.
 
 namespace tandem::testing {
 
@@ -34,7 +34,8 @@ class Running {
   Running(const std::string& arguments, const std::filesystem::path& said,
           const std::string& command = "peer")
       : said_(said) {
-    // a pipe with a name, for what is started is the program itself and ends when it is told to
+    // a pipe with a name, so that the started process is the program itself and ends when it is
+    // told to
     const std::string orders = said.string() + ".orders";
     EXPECT_EQ(mkfifo(orders.c_str(), 0600), 0);
     orders_ = open(orders.c_str(), O_RDWR | O_CLOEXEC);
@@ -55,7 +56,7 @@ class Running {
     if (orders_ >= 0) close(orders_);
   }
 
-  /// Says a line to it.
+  /// Writes a line to its input.
   void Order(const std::string& line) const {
     EXPECT_EQ(write(orders_, (line + "\n").data(), line.size() + 1),
               static_cast<ssize_t>(line.size() + 1));
@@ -65,7 +66,7 @@ class Running {
     text << std::ifstream(said_).rdbuf();
     return text.str();
   }
-  /// Whether it has said this within some seconds.
+  /// Returns whether it says this within some seconds.
   bool WaitFor(const std::string& words, double seconds = 15) const {
     const auto until = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);
     while (std::chrono::steady_clock::now() < until) {
@@ -74,7 +75,7 @@ class Running {
     }
     return false;
   }
-  /// Of /proc's words on its memory, what follows `of`.
+  /// Returns what follows `of` in /proc's text on its memory.
   std::string Memory(const std::string& of) const {
     std::ifstream status("/proc/" + std::to_string(process_->pid()) + "/status");
     for (std::string line; std::getline(status, line);) {
@@ -82,7 +83,8 @@ class Running {
     }
     return {};
   }
-  /// Page faults so far of its thread of that name, of either kind; nothing if there is none.
+  /// Returns the page faults so far of its thread of that name, of either kind; nothing if there is
+  /// none.
   std::optional<long> PageFaults(const std::string& thread) const {
     const std::string tasks = "/proc/" + std::to_string(process_->pid()) + "/task";
     std::error_code gone;
@@ -113,8 +115,8 @@ class Running {
   std::optional<ChildProcess> process_;
 };
 
-/// Two boxes, the right one shared, by voxels of 1 mm (`one`) and 2 mm (`two`); `other` has another
-/// mesh for the right one.
+/// Scenes of two boxes, the right one shared, by voxels of 1 mm (`one`) and 2 mm (`two`). `other`
+/// has another mesh for the right box.
 class PeerCommand : public ::testing::Test {
  protected:
   PeerCommand() : session_("peers-" + std::to_string(std::random_device{}())) {
@@ -144,7 +146,7 @@ class PeerCommand : public ::testing::Test {
     folder_.Write(name + ".json", scene.dump());
   }
   std::string In(const std::string& file) const { return (folder_.path() / file).string(); }
-  /// The words of a peer by one of the scenes.
+  /// Returns the options of a peer in one of the scenes.
   std::string By(const std::string& scene, const std::string& more) const {
     return "--interface lo --capacity 20000 --session " + session_ + " --scene " +
            In(scene + ".json") + " " + more;

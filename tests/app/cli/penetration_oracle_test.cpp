@@ -31,8 +31,8 @@ Vec3 PointIn(std::mt19937& engine, double reach) {
   return {In(engine, -reach, reach), In(engine, -reach, reach), In(engine, -reach, reach)};
 }
 
-// The distance to a triangle, another way than the product's: to its plane if the foot lies within
-// all three edges, else to the nearest edge.
+// Computes the distance to a triangle in another way than the product: to its plane if the foot
+// lies within all three edges, else to the nearest edge.
 double TriangleDistance(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& p) {
   const Vec3 nhat = (b - a).cross(c - a).normalized();
   const auto within = [&](const Vec3& from, const Vec3& to) {
@@ -46,7 +46,7 @@ double TriangleDistance(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3&
   return std::min({edge(a, b), edge(b, c), edge(c, a)});
 }
 
-// All samples against all triangles: for fixtures whose bodies do not overlap.
+// Tries all samples against all triangles, for fixtures whose bodies do not overlap.
 double BruteForceDepth(const TriangleMesh& fixture, const std::vector<Vec3>& samples,
                        const Pose& X_FB) {
   double deepest = 0;
@@ -79,7 +79,7 @@ TriangleMesh Part() {
   return mesh;
 }
 
-// A wavering walk over the fixture, now in it, now out of it.
+// Returns a wavering walk over the fixture, now in it, now out of it.
 std::vector<Pose> Walk(unsigned seed, std::size_t count, double stride) {
   std::mt19937 engine(seed);
   std::vector<Pose> poses;
@@ -164,13 +164,13 @@ TEST(SampleTree, SpheresHoldTheirPoints) {
 }
 
 TEST(PenetrationOracle, AgreesWithAllSamplesAgainstAllTriangles) {
-  const double voxel = 0.16;  // coarse, for there are many triangles to try
+  const double voxel = 0.16;  // coarse, because there are many triangles to try
   const TriangleMesh fixture = Fixture();
   const std::vector<Vec3> samples = SampleSurface(Part(), 0.5 * voxel);
   const PenetrationOracle oracle(fixture, Part(), voxel);
   ASSERT_EQ(oracle.samples(), samples.size());
   int inside = 0;
-  // near ones and far ones, in one series: the memory over poses must hold for both
+  // near poses and far poses in one series: the memory over poses must hold for both
   std::vector<Pose> poses = Walk(2, 25, 0.01);
   const std::vector<Pose> jumps = Walk(3, 15, 0.5);
   poses.insert(poses.end(), jumps.begin(), jumps.end());
@@ -178,7 +178,8 @@ TEST(PenetrationOracle, AgreesWithAllSamplesAgainstAllTriangles) {
   for (std::size_t i = 0; i < poses.size(); ++i) {
     const double expected = BruteForceDepth(fixture, samples, poses[i]) / voxel;
     EXPECT_NEAR(oracle.PenetrationVoxels(poses[i]), expected, 1e-9) << i;
-    // a series up to here has the deepest so far: shows each pose with what is remembered of others
+    // Check() of the series up to here shows each pose in the light of what the oracle remembers of
+    // the others
     deepest = std::max(deepest, expected);
     const std::vector<std::vector<Pose>> until{{poses.begin(), poses.begin() + long(i) + 1}};
     const PenetrationReport report = oracle.Check(until, 1, Never);
@@ -234,8 +235,8 @@ TEST(PenetrationOracle, SaysTheSameWithAnyNumberOfThreads) {
 }
 
 TEST(PenetrationOracle, SpreadsWhatItChecksWhenTimeRunsOut) {
-  // The part is in the fixture in one tenth of a long series, far out in the rest. A quarter of the
-  // time must find it there, in about as large a share.
+  // The part is in the fixture in one tenth of a long series, far out in the rest. In a quarter of
+  // the time the oracle must find it there, in about as large a share of the poses.
   const PenetrationOracle oracle(Fixture(), Part(), kVoxel);
   constexpr std::size_t kTenth = 10 * PenetrationOracle::kBlock;
   std::vector<Pose> poses(10 * kTenth, Pose{Quat::Identity(), Vec3(0, 0, 9)});

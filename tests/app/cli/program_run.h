@@ -15,7 +15,7 @@
 
 namespace tandem::testing {
 
-/// What a run of the program left behind.
+/// The exit code and the output of a run of the program.
 struct Said {
   int exit_code = -1;
   std::string out;  // stdout
@@ -43,7 +43,7 @@ inline Said RunTandem(const std::string& arguments, const std::string& before = 
   return said;
 }
 
-/// One line with these words, and this exit code.
+/// Expects one line with these words, and this exit code.
 inline void ExpectRefused(const Said& said, int exit_code, const std::string& words) {
   EXPECT_EQ(said.exit_code, exit_code) << said.err;
   EXPECT_THAT(said.err, ::testing::HasSubstr(words));

@@ -7,7 +7,7 @@
 #include "app/cli/force_steps.h"
 #include "tests/support/shapes.h"
 
-// Places and ways of boxes are known without any search.
+// Places on boxes and directions off them are known without any search.
 
 namespace tandem {
 namespace {
@@ -17,11 +17,11 @@ using testing::Box;
 
 constexpr double kVoxel = 0.001;  // m
 const Vec3 kUp = Vec3::UnitZ();
-/// Its upper face is z = 0, its edge to +x is at x = 0.05.
+/// A slab whose upper face is z = 0 and whose edge to +x is at x = 0.05.
 const TriangleMesh kSlab = At(Box(Vec3(0.1, 0.1, 0.01)), Vec3(0, 0, -0.005));
 const TriangleMesh kCube = Box(Vec3::Constant(0.01));
 
-/// A cube whose lower face is that high above the slab, and over it.
+/// Returns the pose of a cube over the slab whose lower face is that high above it.
 Pose CubeAt(double voxels) {
   return {Quat::Identity(), Vec3(0.003, 0.002, 0.005 + voxels * kVoxel)};
 }
@@ -44,8 +44,8 @@ TEST(PushJudge, TellsHowFarAFaceIsFromAPlaceOnEitherBody) {
   }
 }
 
-// The slab's upper face is two triangles; beside their common edge, along a diagonal, the one that
-// is a little farther tells no way of its own.
+// The slab's upper face is two triangles. Beside their common edge, a diagonal, the triangle that
+// is a little farther gives no direction of its own.
 TEST(PushJudge, TakesNoWayOffAnEdgeAlongWhichTheSurfaceGoesOnNearer) {
   const PushJudge judge(kSlab, kCube, kVoxel);
   for (const double diagonal : {-1.0, 1.0}) {
@@ -62,7 +62,7 @@ TEST(PushJudge, TakesNoWayOffAnEdgeAlongWhichTheSurfaceGoesOnNearer) {
   }
 }
 
-// Out of the solid, however deep a place is in it.
+// The way leads out of the solid, however deep a place is in it.
 TEST(PushJudge, TellsTheWayOutOfASolid) {
   const PushJudge judge(kSlab, kCube, kVoxel);
   const Pose X_WB = CubeAt(-0.4);
@@ -71,7 +71,8 @@ TEST(PushJudge, TellsTheWayOutOfASolid) {
   EXPECT_NEAR(up.askew_deg, 0, 1e-5);
 }
 
-// A place beside an edge, as far out as up: the way off is the diagonal, and no face's normal.
+// The place is as far out beside an edge as up, so the way off is the diagonal and no face's
+// normal.
 TEST(PushJudge, TakesTheWayOffAnEdgeWhereThatIsNearest) {
   const PushJudge judge(kSlab, kCube, kVoxel);
   const Vec3 p_W(0.05 + 0.2 * kVoxel, 0.003, 0.2 * kVoxel);
@@ -83,7 +84,7 @@ TEST(PushJudge, TakesTheWayOffAnEdgeWhereThatIsNearest) {
   EXPECT_NEAR(judge.Judge(p_W, kUp, X_WB).askew_deg, 45, 1e-5);
 }
 
-// A slab and a wall upon it: in their corner both push, and what lies between.
+// In the corner of a slab and a wall upon it both push, and so does any direction between theirs.
 TEST(PushJudge, TakesAnyWayBetweenThoseOfFacesThatAreAsNear) {
   TriangleMesh notch = kSlab;
   Append(notch, At(Box(Vec3(0.01, 0.1, 0.02)), Vec3(-0.005, 0, 0.0099)));  // its face: x = 0
@@ -101,7 +102,7 @@ TEST(PushJudge, TakesAnyWayBetweenThoseOfFacesThatAreAsNear) {
   EXPECT_NEAR(askew(0.4, 0.3, Vec3::UnitX()), 90, 1e-5);
 }
 
-// Spherical trigonometry: from a side of a square cone, and from its corner.
+// The angles are of spherical trigonometry: from a side of a square cone, and from its corner.
 TEST(AngleFromCone, IsThatFromItsNearestSideOrEdge) {
   const std::vector<Vec3> quadrant{Vec3::UnitX(), Vec3::UnitY(), kUp};
   EXPECT_NEAR(AngleFromCone(Vec3(1, 2, 3).normalized(), quadrant), 0, 1e-6);
@@ -122,8 +123,8 @@ TEST(FalsePushes, CountsEachFaultAndWhatForceItHas) {
   EXPECT_DOUBLE_EQ(pushes.force_share(), 0.7);  // 7 N of 10
 }
 
-// What is left of a slope of 50 N when a 64th part of the way is halved 20 times is below a
-// millionth of a newton.
+// A slope of 50 N over a 64th part of the way that is halved 20 times leaves less than a millionth
+// of a newton.
 TEST(LargestForceStep, FindsAJumpAndNoSlope) {
   for (const double jump : {0.0, 3.0}) {
     const auto force_at = [jump](double share) {

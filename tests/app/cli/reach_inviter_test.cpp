@@ -20,7 +20,7 @@ Invitation ToASession() {
   return invitation;
 }
 
-// The session is gone again when its search ends, so that only what was heard before tells of it.
+// The session is gone again when its search ends, so that only what came before tells of it.
 TEST(InviterSearch, TakesAnAnnouncementThatCameBeforeItsOwnerWaited) {
   const Invitation invitation = ToASession();
   ReachOptions reach;

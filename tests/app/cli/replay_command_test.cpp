@@ -12,7 +12,7 @@
 #include "tests/app/cli/program_run.h"
 #include "tests/support/key_scene.h"
 
-// `tandem peer --record` and what `tandem replay` makes of it, as programs.
+// Tests `tandem peer --record` and what `tandem replay` makes of it, as programs.
 
 namespace tandem {
 namespace {
@@ -42,7 +42,7 @@ const std::string kPegScene =
     std::string("peer --interface lo --capacity 20000 --hold peg --scene ") + kScenes +
     "/peg_in_slot.json --hand " + kScenes + "/peg_in_slot_left.json";
 
-/// A session of one, recorded: the peg is worked towards the slot for a second.
+/// Records a session of one peer, in which the peg is worked towards the slot for a second.
 class ReplayCommand : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
@@ -59,7 +59,7 @@ class ReplayCommand : public ::testing::Test {
   static void TearDownTestSuite() { folder_.reset(); }
   static std::string File(const char* name) { return (folder_->path() / name).string(); }
 
-  /// The result of a replay that must succeed.
+  /// Returns the result of a replay that must succeed.
   static json Replayed(const std::string& arguments) {
     const Said said = RunTandem("replay --json " + arguments, "timeout 60 ");
     EXPECT_EQ(said.exit_code, 0) << said.err;
@@ -114,7 +114,7 @@ TEST_F(ReplayCommand, ExportsPosesThatDistancesCanBeHadAlong) {
   std::size_t rows = 0;
   while (std::getline(stream, line)) ++rows;
   EXPECT_EQ(rows, (run.at("frames").get<std::size_t>() + 9) / 10);  // one body, every tenth frame
-  // the first of them is where the scene has the peg at first
+  // the first row is where the scene has the peg at first
   const std::string scene = std::string(kScenes) + "/peg_in_slot.json";
   const json along =
       json::parse(RunTandem("proximity " + scene + " --json --poses " + poses, "timeout 60 ").out);
@@ -160,7 +160,7 @@ TEST_F(ReplayCommand, IsToldApartFromSomebodyWhoIsThere) {
   EXPECT_TRUE(replay.Wait(std::chrono::seconds(20)));
 }
 
-// The recorded path is of another machine, or of another day.
+// The recorded path is that of another machine, or of another day.
 TEST_F(ReplayCommand, FindsItsSceneWhereItLiesNow) {
   const ScratchFolder before;
   fs::path scene;
@@ -198,7 +198,7 @@ TEST_F(ReplayCommand, SaysWhereItLookedForASceneThatIsGone) {
   EXPECT_THAT(replayed.err, HasSubstr("--scene says where it is now"));
 }
 
-/// The bytes of a recording with other words in its header.
+/// Returns the bytes of a recording with other words in its header.
 std::string WithOtherHeader(const std::string& file,
                             const std::function<void(nlohmann::ordered_json&)>& change) {
   std::ifstream stream(file, std::ios::binary);
@@ -244,7 +244,7 @@ TEST_F(ReplayCommand, OpensNothingButASceneFileThatARecordingNames) {
                 "content is in ");
 }
 
-// They would take it for one of them, who answers for bodies and is deaf.
+// Active peers would take the replay for an active peer that answers for bodies and is deaf.
 TEST_F(ReplayCommand, IsNotShownWhereActivePeersAreNorGoesOnWhenOneComes) {
   const std::string session = NewSession();
   const std::string shown = File("run") + " --interface lo --session " + session;
@@ -294,7 +294,7 @@ TEST_F(ReplayCommand, ADamagedFileIsNotCalledGood) {
 TEST_F(ReplayCommand, WhatAKilledPeerRecordedIsRepeated) {
   const std::string file = File("killed");
   ChildProcess peer = Start(kPegScene + " --session " + NewSession() + " --record " + file);
-  // until it has written down more than a second
+  // wait until the file has more than half of the first one's length
   const auto enough = fs::file_size(File("run")) / 2;
   std::error_code none;
   for (int i = 0; i < 4000 && (!fs::exists(file) || fs::file_size(file, none) < enough); ++i) {
@@ -322,7 +322,8 @@ TEST_F(ReplayCommand, AnotherSceneOrFileIsRefused) {
   EXPECT_EQ(RunTandem("replay " + File("run") + " --threads 0").exit_code, kExitUsage);
 }
 
-// A byte changed in the middle, its frame's checksum set right again: the frame is named.
+// A byte in the middle is changed and its frame's checksum set right again. The replay names the
+// frame.
 TEST_F(ReplayCommand, AnInputThatWasChangedIsNamedByItsFrame) {
   std::ifstream stream(File("run"), std::ios::binary);
   std::string bytes{std::istreambuf_iterator<char>(stream), {}};

@@ -40,7 +40,7 @@ TEST(SceneAsItStands, NamesItsMeshesByAbsolutePaths) {
   EXPECT_EQ(again->bodies[1].mesh, scratch.path() / "b\xC3\xA9" / "part.stl");
 }
 
-// JSON is UTF-8: with a replacement for a byte the scene would name a mesh that is not there.
+// JSON is UTF-8. With a replacement for a byte the scene would name a mesh that does not exist.
 TEST(SceneAsItStands, IsNotSavedWhereItCannotNameItsMeshes) {
   const ScratchFolder scratch;
   const fs::path saved = scratch.path() / "saved.json";

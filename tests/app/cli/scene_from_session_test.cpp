@@ -17,7 +17,7 @@
 #include "engine/world/scene_hash.h"
 #include "tests/app/cli/peer_program.h"
 
-// `tandem peer --scene-from-session`: a joiner who names no scene goes by the session's.
+// Tests `tandem peer --scene-from-session`: a joiner who names no scene goes by the session's.
 
 namespace tandem {
 namespace {
@@ -31,7 +31,7 @@ using testing::Said;
 /// Programs of two people on one machine, each with folders of its own.
 class SceneFromSession : public testing::PeerCommand {
  protected:
-  /// From here on programs are started as that person.
+  /// Starts programs as that person from here on.
   void As(const std::string& person) const {
     setenv("XDG_STATE_HOME", In(person + ".state").c_str(), 1);
     setenv("TANDEM_CACHE", In(person + ".cache").c_str(), 1);
@@ -80,7 +80,7 @@ TEST_F(SceneFromSession, FetchesItFromAPeerOnceThePersonHasSaidSo) {
   EXPECT_THAT(small.err, HasSubstr("fetching scene boxes, 2 files, 1 kB, from anna"));
   EXPECT_THAT(small.err, HasSubstr("you hold right"));
   EXPECT_TRUE(anna.WaitFor("a joiner fetches the scene's files from here"));
-  // the next time it is here, by whoever looks for it
+  // the next time it is here, whoever looks for it
   const Said again =
       RunTandem("watch --interface lo --scene-from-session --seconds 1.5 --session " + session_,
                 "timeout 40 ");
@@ -105,7 +105,7 @@ TEST_F(SceneFromSession, IsNotHandedOutByAPeerThatSharesNothing) {
   EXPECT_EQ(anna.End(), kExitOk);
 }
 
-// 4 MB that no compression makes fewer, by a peer that sends 1 MB a second.
+// The scene has 4 MB that no compression makes fewer, and a peer sends 1 MB a second.
 TEST_F(SceneFromSession, GoesOnWhereAJoinerWasKilledAndWithAnotherPeerWhereOneLeft) {
   std::string box = testing::BoxObjText(0.02, 0.02, 0.02);
   std::mt19937_64 random(5);
@@ -156,7 +156,7 @@ class Greedy final : public FileParty {
     ask.wanted.set();
     ask.rate = UINT32_MAX;
     out.ask(ask);
-    // paced until it has been offered something: beyond its rate nobody hears it
+    // paced until a scene is offered: beyond the rate nobody hears this program
     return ++turns_ < 100 ? now_ns + 30'000'000 : now_ns + 100'000;
   }
   std::atomic<std::uint64_t> bytes{0};
@@ -187,7 +187,7 @@ TEST_F(SceneFromSession, AStrangerWhoAsksWithoutEndIsNotHeardForAWhileAndFillsNo
   ASSERT_TRUE(anna.WaitFor("a joiner fetches the scene's files from here"));
   const long before_kb = std::stol(anna.Memory("VmRSS"));
   std::this_thread::sleep_for(std::chrono::seconds(3));
-  // 512 kB: what one thread's heap takes at a time
+  // 512 kB: the heap of one thread grows by so much at a time
   EXPECT_LT(std::stol(anna.Memory("VmRSS")), before_kb + 512);
   EXPECT_GT(greedy.bytes, 0U);
   (*joined)->Leave();
@@ -196,7 +196,7 @@ TEST_F(SceneFromSession, AStrangerWhoAsksWithoutEndIsNotHeardForAWhileAndFillsNo
   EXPECT_GT(report.at("drops").at("flood").get<int>(), 1000);
 }
 
-// Keys as they always were: a viewer's allow no topic of files, and it asks by another.
+// A viewer's keys allow no topic of files, and the viewer asks by another topic.
 TEST_F(SceneFromSession, MembersOfASecuredSessionFetchAndViewersToo) {
   As("anna");
   for (const std::string words : {"session ", "peer ", "viewer "}) {
@@ -225,7 +225,7 @@ TEST_F(SceneFromSession, SaysInALineWhyThereIsNone) {
   ExpectRefused(RunTandem("peer --interface lo --accept-scene --session " + session_ + " --scene " +
                           In("one.json")),
                 kExitUsage, "--scene-from-session");
-  // a person who waits is told so before that
+  // a person who waits is told before that
   const Said alone = RunTandem("peer " + Joining(""), "timeout 40 ");
   EXPECT_EQ(alone.exit_code, kExitNetwork);
   EXPECT_THAT(alone.err, HasSubstr("nobody in session " + session_ +

@@ -10,7 +10,7 @@
 #include "tests/app/cli/peer_program.h"
 #include "tests/app/cli/program_run.h"
 
-// The commands of a session as a person uses them: keys, relay, watch, doctor.
+// Tests the commands of a session as a person uses them: keys, relay, watch, doctor.
 
 namespace tandem {
 namespace {
@@ -27,7 +27,7 @@ std::string RandomName() {
   return "commands-" + std::to_string(std::random_device{}());
 }
 
-/// A run that must fail: with this code, and with one line that has these words.
+/// Expects that a run fails with this code and with one line that has these words.
 void ExpectRefused(const std::string& arguments, int exit_code, const std::string& words) {
   const Said said = RunTandem(arguments, "timeout 20 ");
   EXPECT_EQ(said.exit_code, exit_code) << arguments << "\n" << said.err;
@@ -36,7 +36,8 @@ void ExpectRefused(const std::string& arguments, int exit_code, const std::strin
   EXPECT_EQ(said.out, "") << arguments;
 }
 
-/// Of CLI11's own: a line that says what, a blank line after it or not, and where help is.
+/// Expects CLI11's own refusal: a line that says what is wrong, a blank line after it or not, and
+/// where help is.
 void ExpectUsage(const std::string& arguments, const std::string& words) {
   const Said said = RunTandem(arguments, "timeout 20 ");
   EXPECT_EQ(said.exit_code, kExitUsage) << arguments << "\n" << said.err;
@@ -45,7 +46,7 @@ void ExpectUsage(const std::string& arguments, const std::string& words) {
   EXPECT_EQ(std::count(said.err.begin(), said.err.end(), '\n'), 1) << said.err;
 }
 
-/// Two secured sessions: of those who take part, and of those who look on behind the relay.
+/// Two secured sessions: one for peers, one for viewers behind the relay.
 class SecuredSession : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
@@ -74,7 +75,7 @@ class SecuredSession : public ::testing::Test {
     EXPECT_TRUE(started);
     return *std::move(started);
   }
-  /// The report of a viewer that has looked on for a few seconds.
+  /// Returns the report of a viewer that has looked on for a few seconds.
   static json Watched(const std::string& arguments, const char* seconds) {
     const Said said = RunTandem("watch --interface lo --json --seconds " + std::string(seconds) +
                                 " " + arguments);
@@ -140,14 +141,14 @@ TEST_F(SecuredSession, KeysAreNeitherOverwrittenNorMadeOfOneAuthority) {
   ExpectUsage("keys session " + Keys("new") + " --days -1", "--days");
 }
 
-// With such keys of the members' own authorities one could speak as each of them.
+// A relay with such keys of the members' own authorities could speak as each member.
 TEST_F(SecuredSession, ARelaysKeysAreMadeInTheAudiencesSessionAlone) {
   ExpectRefused("keys relay " + Keys("in") + " eve", kExitSecurity,
                 "'tandem keys session FOLDER --audience'");
   EXPECT_FALSE(std::filesystem::exists(Keys("in/eve")));
   ExpectRefused("keys peer " + Keys("out") + " eve", kExitSecurity, "nobody takes part");
   EXPECT_FALSE(std::filesystem::exists(Keys("out/eve")));
-  // nor does the mark help whose authorities are the members'
+  // the mark does not help either where the authorities are the members'
   const auto authority = [](const char* of) {
     const std::string file = Keys("in/") + of + "_ca";
     return " --" + std::string(of) + "-authority " + file + ".pem " + file + ".key";
@@ -195,7 +196,7 @@ TEST(Watch, OfASessionThatNobodyIsInItSaysWhatMayBeWrongAndNotThatItIsPlain) {
   EXPECT_TRUE(viewer.WaitFor("this machine has it: " TANDEM_SCENES "/peg_in_slot.json", 60))
       << viewer.said();
   EXPECT_EQ(viewer.End(), 0);
-  // before it heard the peer it may have heard nobody; not afterwards
+  // it may say that nobody is heard before it heard the peer, but not afterwards
   EXPECT_THAT(viewer.said().substr(viewer.said().find(" is plain")),
               Not(HasSubstr("nobody heard")));
   EXPECT_EQ(peer.End(), 0);
@@ -222,7 +223,7 @@ TEST(Relay, SaysInALineWhatKeepsItOut) {
   ExpectUsage("relay --interface lo --peers a:b" + session, "HOST:PORT");
 }
 
-// The peers' way in, over loopback: a port of one's own, the others named, no multicast.
+// The peers meet over loopback: each has a port of its own and names the others, without multicast.
 TEST(Relay, ShowsASessionThatIsReachedByNamedAddressesOnly) {
   const std::string session = RandomName();
   const auto start = [&](const std::string& arguments) {
@@ -272,7 +273,7 @@ TEST(Doctor, FindsWhatIsWrongAndSaysWhatMendsIt) {
   EXPECT_EQ(bad.exit_code, kExitNetwork);
   EXPECT_THAT(bad.out, AllOf(HasSubstr("nosuch0"), HasSubstr("usable: ")));
 
-  // a machine that is there, but where nobody answers: the path is tried, and what to do is said
+  // the machine is there, but nobody answers: the program tries the path and says what to do
   const Said deaf = RunTandem("doctor --interface lo --peers 127.0.0.1", "timeout 60 ");
   EXPECT_THAT(deaf.out, AllOf(HasSubstr("127.0.0.1"), HasSubstr("doctor --answer")));
   ExpectUsage("doctor --port 80", "--port");

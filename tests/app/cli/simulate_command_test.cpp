@@ -81,7 +81,7 @@ TEST(SimulateCommand, SaysHowFastASceneGoes) {
   // in contact for most of it
   EXPECT_GT(figures["contact_s"], 1.0);
   EXPECT_GT(figures["contact_points"], 100.0);
-  // of the processor time of this program, which cannot have taken longer than the run
+  // speed is that of this program's processor time, which cannot be longer than the run
   EXPECT_GT(figures["speed"].get<double>(), 1.5 / wall_s);
 }
 

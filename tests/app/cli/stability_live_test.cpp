@@ -14,7 +14,7 @@
 #include "tests/app/cli/program_run.h"
 #include "tests/support/tap_hub_here.h"
 
-// `tandem stability live`, as a program: peers are processes, in real time.
+// Tests `tandem stability live` as a program: peers are processes, in real time.
 
 namespace tandem {
 namespace {
@@ -42,16 +42,16 @@ TEST(StabilityLive, RealPeersDoWhatVirtualTimeSays) {
   const json out = json::parse(said.out);
   EXPECT_EQ(out.at("within"), true);
   EXPECT_EQ(out.at("metrics_live").at("frames"), 5000);
-  // a loop is two delays, and whatever else
+  // a loop is two delays, and some more
   EXPECT_GT(LiveFigure(out, "loop age"), 200);
   EXPECT_GT(LiveFigure(out, "divergence at the most"), 30);
-  // what was kept can be replayed, with the gate off
+  // the kept recordings can be replayed, with the gate off
   const Said replayed =
       RunTandem("replay --json " + out.at("kept").get<std::string>() + "/user-0.recording");
   EXPECT_EQ(replayed.exit_code, kExitOk) << replayed.err;
 }
 
-// The same where packets are late, not samples: discovery and answers too.
+// The same holds where packets are late instead of samples: discovery and answers are late too.
 TEST(StabilityLive, ANetworkOfRealPacketsHeldBackDoesAsTheConditionerDoes) {
   if (const char* lacks = testing::WhyNoTapHub()) GTEST_SKIP() << lacks;
   const ScratchFolder scratch;
@@ -65,7 +65,7 @@ TEST(StabilityLive, ANetworkOfRealPacketsHeldBackDoesAsTheConditionerDoes) {
   EXPECT_GT(LiveFigure(out, "divergence at the most"), 20);
 }
 
-/// When a user first moves at 1 mm/s, by its recording; s from when all loops are closed.
+/// Returns when each user first moves at 1 mm/s by its recording, s from when all loops are closed.
 std::vector<double> Begins(const std::filesystem::path& kept, const LabCase& test) {
   const Result<LabScene> scene = LoadLabScene(test, TANDEM_SCENES "/stability");
   EXPECT_TRUE(scene) << scene.error().what;
@@ -82,8 +82,8 @@ std::vector<double> Begins(const std::filesystem::path& kept, const LabCase& tes
   return begins;
 }
 
-// By 0.2 T one way and 1.8 T the other, and with gains of one's own: 20 ms after the first hand is
-// knocked the second feels it, and a loop is 200 ms.
+// Delays are 0.2 T one way and 1.8 T the other, and gains are the user's own. The second hand feels
+// the knock 20 ms after the first, and a loop is 200 ms.
 TEST(StabilityLive, DelaysThatDifferByDirectionAndOwnGainsReachThePeers) {
   const ScratchFolder scratch;
   const auto file = scratch.Write("case.json", R"({"hands": ["relaxed"], "motion": "kick",
@@ -96,13 +96,14 @@ TEST(StabilityLive, DelaysThatDifferByDirectionAndOwnGainsReachThePeers) {
   EXPECT_NEAR(LiveFigure(out, "stiffness at the end"), 77, 1e-6);
   EXPECT_GT(LiveFigure(out, "loop age"), 200);
   EXPECT_LT(LiveFigure(out, "loop age"), 260);
-  // 1 mm/s come of 77 N/m on 1.2 kg within 25 ms more, and of a way of 180 ms not before that
+  // 77 N/m bring 1.2 kg to 1 mm/s within another 25 ms; a way of 180 ms would take longer than both
   const std::vector<double> begins = Begins(out.at("kept").get<std::string>(), *LoadCase(file));
   EXPECT_GE(begins[1] - begins[0], 0.02);
   EXPECT_LT(begins[1] - begins[0], 0.1);
 }
 
-// 20 ms, then 120 ms, and a law of half its stiffness: 0.5 x 1.2 (B/te + B^2/3m) at the end.
+// The delay is 20 ms, then 120 ms, and the law has half its stiffness: 0.5 x 1.2 (B/te + B^2/3m) at
+// the end.
 TEST(StabilityLive, DelaysThatChangeAndARatioOfTheLawReachThePeers) {
   const ScratchFolder scratch;
   const auto file = scratch.Write("case.json", R"({"hands": ["relaxed"], "motion": "kick",

@@ -48,7 +48,7 @@ TEST(StabilityReport, OfASweepHasItsMapAndCellsRunAgainToTheSameDigest) {
   for (const auto& one : report["series"]) {
     EXPECT_TRUE(std::filesystem::exists(out / one["csv"].get<std::string>()));
   }
-  // the same page from the same results
+  // the same results give the same page
   const Said again = RunTandem("stability report " + out.string() + " --series 0 --out " +
                                (folder.path() / "again").string());
   EXPECT_EQ(again.exit_code, kExitOk) << again.err;

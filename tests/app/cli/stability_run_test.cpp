@@ -53,7 +53,7 @@ TEST(StabilityRun, TellsAllThatIsMeasuredAndWritesItsCourse) {
   EXPECT_NEAR(farthest_mm, 1e3 * out["metrics"]["peak_apart"].get<double>(), 0.1);
 }
 
-// So that a script that tries one's own gains can go by it.
+// A script that tries a user's own gains can go by the exit code.
 TEST(StabilityRun, EndsWithOneWhereACaseIsUnstable) {
   const ScratchFolder folder;
   const Said said =
@@ -65,7 +65,7 @@ TEST(StabilityRun, EndsWithOneWhereACaseIsUnstable) {
   EXPECT_THAT(said.out, HasSubstr("  growth            not measured: the run ended too early"));
 }
 
-/// The `number`th part of a document that is fenced as code.
+/// Returns the `number`th part of a document that is fenced as code.
 std::string FencedIn(const std::string& document, int number) {
   std::ostringstream text;
   text << std::ifstream(document).rdbuf();
@@ -101,7 +101,7 @@ TEST(StabilityRun, TellsTheStiffnessOfALinkFromThatOfAllLinksOfAUser) {
   EXPECT_THAT(said.out, HasSubstr("60.0 N/m of all links of a user"));
 }
 
-// Its own length is 12 s, after which it swings by 2.2 mm/s and falls by a third a second.
+// The case's own length is 12 s, after which it swings by 2.2 mm/s and falls by a third a second.
 TEST(StabilityRun, GoesOnWhereACaseDecaysAndIsNotAtRest) {
   const ScratchFolder folder;
   const std::string text = R"("users": 3, "hands": ["heavy"], "delay_s": 0.2,
@@ -113,7 +113,7 @@ TEST(StabilityRun, GoesOnWhereACaseDecaysAndIsNotAtRest) {
   EXPECT_THAT(said.out, HasSubstr("case: stable"));
   EXPECT_THAT(said.out,
               ContainsRegex("  went on +[0-9.]+ s in place of 12.00 s, since it decayed"));
-  // a case that says how long it is, is not made longer
+  // a case that gives its length is not made longer
   const Said early = RunFile(folder, R"({"seconds": 12, )" + text);
   EXPECT_EQ(early.exit_code, kExitFailed);
   EXPECT_THAT(early.out, HasSubstr("case: undecided"));
@@ -131,8 +131,8 @@ TEST(StabilityRun, AFaultyCaseIsOneLine) {
   EXPECT_THAT(scene.err, HasSubstr("nowhere.json"));
 }
 
-// The paper's linear law: 40 N/m with 10 N s/m of drag at every delay to 1 s, 200 N/m without drag
-// at none.
+// The paper's linear law holds with 40 N/m and 10 N s/m of drag at every delay to 1 s. With 200 N/m
+// and no drag it holds at none.
 TEST(StabilityRun, ThePapersLawHoldsWhereItIsSoftAndIsCaughtWhereItIsNot) {
   const ScratchFolder folder;
   const Said said = RunTandem("stability sweep " TANDEM_SCENES "/stability/paper.json --json");
@@ -150,8 +150,8 @@ TEST(StabilityRun, GainsThatALawDoesNotUseAreRefusedByAPeerToo) {
                                   "uses damping_budget, stiffness, margin and ratio"));
 }
 
-// 10 ms of jitter in the mean and lost samples age what is applied: the boundary lies lower than on
-// a clean line, where theory has it.
+// 10 ms of jitter in the mean and lost samples age what is applied. So the boundary lies lower than
+// on a clean line, for which theory gives it.
 TEST(StabilityRandom, JudgesDrawnCasesAndPrintsAny) {
   const Said said = RunTandem("stability random --seeds 2 --first 5 --jobs 2 --json");
   ASSERT_EQ(said.exit_code, kExitOk) << said.out << said.err;
@@ -162,7 +162,7 @@ TEST(StabilityRandom, JudgesDrawnCasesAndPrintsAny) {
   EXPECT_LE(out["max_energy_mJ"], 1);
   EXPECT_LT(out["max_tail_rms_mm_s"], 0.5);
   EXPECT_TRUE(out["worst"].empty());
-  // the same whatever is run beside it
+  // the result is the same whatever runs beside it
   const auto alone =
       nlohmann::json::parse(RunTandem("stability random --seeds 2 --first 5 --jobs 1 --json").out);
   EXPECT_EQ(alone["digest"], out["digest"]);

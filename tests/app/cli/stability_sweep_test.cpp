@@ -60,16 +60,16 @@ TEST(StabilitySweep, ComesToTheSameWithAnyJobsAndInShards) {
   EXPECT_EQ(nlohmann::json::parse(merged.out)["digest"], summary["digest"]);
   EXPECT_EQ(nlohmann::json::parse(merged.out)["rows"], summary["rows"]);
 
-  // a part alone is told of
+  // merging one shard alone names the missing cells
   const Said part = RunTandem("stability merge " + path("b"));
   EXPECT_EQ(part.exit_code, kExitFailed);
   EXPECT_NE(part.err.find("3 of 5 cells are missing: "), std::string::npos) << part.err;
 
-  // all is there: nothing is run
+  // all cells are there: nothing is run
   const Said again = RunSweep(folder, "--json" + out("one"));
   EXPECT_NE(again.err.find("5 cells are there already"), std::string::npos) << again.err;
   EXPECT_EQ(nlohmann::json::parse(again.out)["digest"], summary["digest"]);
-  // and it is not taken for a shard
+  // the finished log is not taken for a shard's
   EXPECT_EQ(RunSweep(folder, "--shard 1/2" + out("one")).exit_code, kExitFile);
 }
 
@@ -93,7 +93,7 @@ TEST(StabilitySweep, PrintsACaseThatRunsToTheSameDigest) {
 
 TEST(StabilitySweep, EndsWithOneAndNamesTheCellsWhereARowFails) {
   const ScratchFolder folder;
-  // a control that is none
+  // the control is stable, so it is none
   folder.Write("five.json",
                R"({"name": "tame", "blocks": [{"expect": "unstable", "delay_s": 0.02}]})");
   const Said said = RunSweep(folder, "");

@@ -42,7 +42,7 @@ TEST(StabilityTrace, IsMadeAndIsTheNetworkOfACaseAndOfASweep) {
       "network": [{"trace": "lte.csv", "stretch": 1.5}, "lossy"]}]})");
   const Said sweep = RunTandem("stability sweep " + path + "/sweep.json --json");
   EXPECT_EQ(sweep.exit_code, kExitOk) << sweep.out << sweep.err;
-  // the trace's delays alone, and the default of a network without
+  // with the trace only its delays count; the network without a trace has the default delay
   EXPECT_THAT(RunTandem("stability sweep " + path + "/sweep.json --print 0").out,
               HasSubstr("\"delay_s\":0,"));
   EXPECT_THAT(RunTandem("stability sweep " + path + "/sweep.json --print 1").out,

@@ -1,4 +1,4 @@
-// `tandem` does not end with code 0 where nobody gets what it prints.
+// Tests that `tandem` does not end with code 0 where nobody gets what it prints.
 
 #include <gmock/gmock.h>
 #include <unistd.h>

@@ -37,14 +37,14 @@ Scene SceneOfBodies(double voxel_size, const std::vector<SceneBody>& bodies) {
   return scene;
 }
 
-/// All pairs that stand too near.
+/// Returns all pairs that stand too near.
 std::vector<StartGap> GapsOf(const Scene& scene, const std::vector<TriangleMesh>& meshes_W) {
   const StartGaps found = FindStartGaps(scene, meshes_W);
   EXPECT_EQ(found.unseen, 0U);
   return found.gaps;
 }
 
-/// A key in its hole, with so much play on each side.
+/// Returns a key in its hole, with this play on each side.
 std::vector<TriangleMesh> KeyInHole(double play) {
   return {testing::KeyholeMesh(play), testing::KeyMesh()};
 }
@@ -135,7 +135,7 @@ TEST(StartGaps, WhatSeatsByItsInwardShiftIsNotTold) {
   Scene scene = SceneOfBodies(1 * kMm, {FixedBody("plate"), MovingBody("part")});
   scene.bodies[1].inward_shift_voxels = 0.5;
   EXPECT_THAT(GapsOf(scene, meshes_W), IsEmpty());
-  // what is shifted outwards needs no more in a narrow fit, and more than none
+  // a part that is shifted outwards needs what a narrow fit needs, which is more than nothing
   scene.bodies[1].inward_shift_voxels = -0.5;
   const std::vector<StartGap> gaps = GapsOf(scene, meshes_W);
   ASSERT_THAT(gaps, SizeIs(1));
@@ -143,7 +143,7 @@ TEST(StartGaps, WhatSeatsByItsInwardShiftIsNotTold) {
   EXPECT_DOUBLE_EQ(ContactBegins(scene, -0.5), 0.95 * kMm);
 }
 
-// Of two that move the smaller one has the points, and its shift is what counts.
+// If both bodies move, the smaller one has the points and its shift counts.
 TEST(StartGaps, WhatSeatsInABodyThatMovesIsNotToldEither) {
   const std::vector<TriangleMesh> meshes_W{
       BoxBetween({-50 * kMm, -50 * kMm, -30 * kMm}, {50 * kMm, 50 * kMm, 0}),
@@ -154,7 +154,7 @@ TEST(StartGaps, WhatSeatsInABodyThatMovesIsNotToldEither) {
   EXPECT_THAT(GapsOf(scene, meshes_W), IsEmpty());
 }
 
-// As the simulation has it: `pairs` goes before the number of points.
+// The gaps choose the pointshell as the simulation does: `pairs` goes before the number of points.
 TEST(StartGaps, TheShiftThatCountsIsThatOfTheScenesPointshell) {
   const std::vector<TriangleMesh> meshes_W{
       BoxBetween({-50 * kMm, -50 * kMm, -30 * kMm}, {50 * kMm, 50 * kMm, 0}),
@@ -166,7 +166,7 @@ TEST(StartGaps, TheShiftThatCountsIsThatOfTheScenesPointshell) {
   EXPECT_THAT(GapsOf(scene, meshes_W), SizeIs(1)) << "the socket's points are not shifted";
   scene.pairs = {{.pointshell = "ball", .voxmap = "socket"}};
   EXPECT_THAT(GapsOf(scene, meshes_W), IsEmpty());
-  // finer points are more: the ball becomes the voxmap
+  // finer points are more points: the ball becomes the voxmap
   scene.pairs = {};
   scene.bodies[1].point_spacing_voxels = 0.1;
   EXPECT_THAT(GapsOf(scene, meshes_W), SizeIs(1));

@@ -17,7 +17,7 @@
 #include "app/exit_codes.h"
 #include "tests/app/cli/program_run.h"
 
-// `tandem study --dry-run`, as a program, in virtual time.
+// Tests `tandem study --dry-run` as a program, in virtual time.
 
 namespace tandem {
 namespace {
@@ -43,7 +43,7 @@ constexpr const char* kFortyTrials = R"({
               "repetitions": 2}],
   "questions": [{"key": "effort", "text": "How hard was it?", "kind": "scale"}]})";
 
-/// The same with two participants and one repetition: 8 trials.
+/// Returns the same study with two participants and one repetition: 8 trials.
 std::string EightTrials() {
   std::string text = kFortyTrials;
   text.replace(text.find("\"participants\": 5"), 17, "\"participants\": 2");
@@ -71,8 +71,8 @@ std::size_t CountOf(const fs::path& log, const std::string& event) {
   }));
 }
 
-/// results.csv without the two columns that tell when and how often a trial was begun: no cell of a
-/// dry run has a comma.
+/// Returns results.csv without the two columns that tell when and how often a trial was begun. No
+/// cell of a dry run has a comma.
 std::string ResultsWithoutTimes(const fs::path& folder) {
   std::string out;
   std::vector<std::size_t> left_out;
@@ -100,10 +100,10 @@ class StudyCommand : public ::testing::Test {
   Said Run(const fs::path& folder, const std::string& more = "--dry-run --json") {
     return RunTandem("study " + file_.string() + " --into " + folder.string() + " " + more);
   }
-  /// From here on the study has fewer trials.
+  /// Gives the study fewer trials from here on.
   void TakeEightTrials() { scratch_.Write("forty.json", EightTrials()); }
 
-  /// Starts it, and kills it as soon as the log has so many of these events.
+  /// Starts the study, and kills it as soon as the log has so many of these events.
   void KillAt(const fs::path& folder, const std::string& event, std::size_t count) {
     const pid_t pid = fork();
     if (pid == 0) {
@@ -138,7 +138,8 @@ TEST_F(StudyCommand, FortyTrialsRunUnattendedAndShowThePlantedEffect) {
   EXPECT_EQ(out.at("lost"), 0);
   EXPECT_EQ(out.at("conditions").at(1).at("done"), 10);
 
-  // a fifth of the time without it, 2.5 s and the spring's lag, but for paces of trials of 3 %
+  // slow adds a fifth of the time without it, which is 2.5 s and the spring's lag; the paces of
+  // trials differ by 3 %
   const json completion = EffectOn(out, "completion_s").at("conditions");
   const double near_s = completion.at(0).at("mean");
   EXPECT_NEAR(near_s, 2.5, 0.3);
@@ -147,7 +148,7 @@ TEST_F(StudyCommand, FortyTrialsRunUnattendedAndShowThePlantedEffect) {
   EXPECT_NEAR(slow.at("mean").get<double>(), 0.2 * near_s, 0.1);
   EXPECT_GT(slow.at("low").get<double>(), 0.3);
   EXPECT_GT(slow.at("effect_size").get<double>(), 3);
-  // at the most 375 mm/s, of which the other instance learns 0.3 s later: 112 mm
+  // the body goes at most 375 mm/s, and the other instance learns it 0.3 s later: 112 mm
   const json apart = EffectOn(out, "divergence_mm").at("conditions");
   const json& far = apart.at(2).at("difference");
   EXPECT_NEAR(far.at("mean").get<double>(), 112, 30);
@@ -167,7 +168,7 @@ TEST_F(StudyCommand, KilledWithinAndBetweenTrialsItComesToTheSame) {
   const fs::path whole = scratch_.path() / "whole";
   const fs::path killed = scratch_.path() / "killed";
   ASSERT_EQ(Run(whole).exit_code, kExitOk);
-  // apart by more than a trial, so that none is cut twice
+  // the kills are more than a trial apart, so that none is cut twice
   KillAt(killed, "begun", 1);
   KillAt(killed, "begun", 3);
   KillAt(killed, "answered", 6);
@@ -178,19 +179,19 @@ TEST_F(StudyCommand, KilledWithinAndBetweenTrialsItComesToTheSame) {
   ASSERT_EQ(said.exit_code, kExitOk) << said.err;
   EXPECT_EQ(json::parse(said.out).at("done"), 40);
   EXPECT_EQ(ResultsWithoutTimes(killed), ResultsWithoutTimes(whole));
-  // one was killed within a trial at least, and no trial was measured twice
+  // at least one kill was within a trial, and no trial was measured twice
   EXPECT_GT(CountOf(killed / "trials.jsonl", "begun"), 40U);
   EXPECT_EQ(CountOf(killed / "trials.jsonl", "ran"), 40U);
 }
 
-// the log ends there where the program is killed between two of its lines
+// The log ends there where the program is killed between two of its lines.
 TEST_F(StudyCommand, GoesOnFromAnyLineOfItsLog) {
   TakeEightTrials();
   const fs::path whole = scratch_.path() / "whole";
   ASSERT_EQ(Run(whole).exit_code, kExitOk);
   const std::vector<std::string> log = LinesOf(whole / "trials.jsonl");
   const fs::path cut = scratch_.path() / "cut";
-  // header, consent, then begun, ran, answered of each trial
+  // header, consent, then begun, ran, answered for each trial
   for (const std::size_t lines : {1, 2, 3, 4, 5, 12, 13, 14}) {
     fs::remove_all(cut);
     fs::copy(whole, cut, fs::copy_options::recursive);
@@ -239,7 +240,7 @@ TEST_F(StudyCommand, ReadsInThreeLinesOfPython) {
   TakeEightTrials();
   const fs::path folder = scratch_.path() / "results";
   ASSERT_EQ(Run(folder).exit_code, kExitOk);
-  // those of docs/studies.md
+  // the three lines of docs/studies.md
   const std::string guide = TextOf(TANDEM_SOURCE_DIR "/docs/studies.md");
   const std::size_t begin = guide.find("import csv\n");
   ASSERT_NE(begin, std::string::npos);
@@ -250,7 +251,7 @@ TEST_F(StudyCommand, ReadsInThreeLinesOfPython) {
   ASSERT_EQ(std::system(command.c_str()), 0) << TextOf(scratch_.path() / "read.txt");
   const std::string read = TextOf(scratch_.path() / "read.txt");
   EXPECT_THAT(read, HasSubstr("'near': ["));
-  EXPECT_EQ(std::ranges::count(read, ','), 7);  // of 8 values in four lists
+  EXPECT_EQ(std::ranges::count(read, ','), 7);  // 8 values in four lists
 }
 
 TEST_F(StudyCommand, RefusesANameAndKeepsNoneOfIt) {
@@ -288,7 +289,7 @@ TEST_F(StudyCommand, SaysWhatIsWrongBeforeAnybodyConsents) {
                 kExitFile, "nothing is fixed in the scene free");
 }
 
-// all that is in the repository as an example can be run
+// The repository's example can be run.
 TEST_F(StudyCommand, TheExampleIsAStudy) {
   const fs::path folder = scratch_.path() / "example";
   const Said said = RunTandem("study " TANDEM_SOURCE_DIR
@@ -297,7 +298,7 @@ TEST_F(StudyCommand, TheExampleIsAStudy) {
                               folder.string());
   ASSERT_EQ(said.exit_code, kExitOk) << said.err;
   EXPECT_EQ(json::parse(said.out).at("trials"), 42);
-  // and what is shown of it has the columns of today
+  // the results that the repository shows have the same columns
   const fs::path shown = TANDEM_SOURCE_DIR "/docs/results/peg-removal";
   EXPECT_EQ(TextOf(folder / "codebook.md"), TextOf(shown / "codebook.md"));
   EXPECT_EQ(LinesOf(folder / "results.csv").front(), LinesOf(shown / "results.csv").front());

@@ -13,7 +13,7 @@
 #include "app/exit_codes.h"
 #include "tests/app/cli/program_run.h"
 
-// `tandem study` with real peers over DDS, in real time.
+// Tests `tandem study` with real peers over DDS, in real time.
 
 namespace tandem {
 namespace {
@@ -25,8 +25,8 @@ using ::testing::Not;
 using testing::RunTandem;
 using testing::Said;
 
-/// A study of one participant. Sites of equally named studies meet in one session, and tests run at
-/// the same time: each names its own.
+/// Returns a study of one participant. Sites of equally named studies meet in one session, and
+/// tests run at the same time, so each names its own.
 std::string StudyText(const std::string& name, const std::string& conditions) {
   return R"({"name": ")" + name + R"(", "seed": 3, "participants": 1,
     "tasks": [{"name": "move", "scene": "free", "time_limit_s": 4, "hands": ["relaxed"],
@@ -51,7 +51,7 @@ fs::path FirstTrial(const fs::path& folder) {
   return {};
 }
 
-/// The number in the column of that name of a row; -1: the cell is empty.
+/// Returns the number in the column of that name of a row; -1: the cell is empty.
 double ColumnOf(const std::string& header, const std::string& row, const std::string& name) {
   std::istringstream names(header);
   std::istringstream cells(row);
@@ -101,7 +101,8 @@ TEST(StudyLive, RealPeersWithModelledHandsRunUnattendedAndAreRecorded) {
   const json report = json::parse(ContentOf(trial / "user-0.report.json"));
   EXPECT_LT(report.at("traced_frames").get<double>(), 5000)
       << "it ran on to its limit of 4 s and more";
-  // what was heard of the partner, its clock by the echoes, is what the partner traced itself
+  // the motion that was heard of the partner, dated by the echoes, is the motion that the partner
+  // traced itself
   const fs::path late = trial.parent_path() / "trial-002";
   const auto own = ReadTrace(late / "user-0.report.json.trace");
   const auto partner = ReadTrace(late / "user-1.report.json.trace");
@@ -114,8 +115,8 @@ TEST(StudyLive, RealPeersWithModelledHandsRunUnattendedAndAreRecorded) {
   EXPECT_EQ(replayed.exit_code, kExitOk) << replayed.err;
 }
 
-// a person without a motor: it consents, begins, ends the trial by Enter once the hand has the
-// body, and answers; no line names the condition
+// A person without a motor consents, begins, ends the trial by Enter once the hand has the body,
+// and answers. No line names the condition.
 TEST(StudyLive, APersonIsAskedAndToldNothingOfTheCondition) {
   const ScratchFolder scratch;
   const fs::path file = scratch.Write("live.json", StudyText("live-asked", R"(["secretly_late"])"));
@@ -143,7 +144,7 @@ TEST(StudyLive, APersonIsAskedAndToldNothingOfTheCondition) {
   EXPECT_THAT(results, HasSubstr(",6,it was sticky"));
 }
 
-// no Enter ends it: the hand is where its goal is from the beginning
+// No Enter ends the trial: the hand is where its goal is from the beginning.
 TEST(StudyLive, ATrialEndsByItselfAtItsGoal) {
   const ScratchFolder scratch;
   std::string text = StudyText("live-goal", R"(["near"])");
@@ -159,7 +160,7 @@ TEST(StudyLive, ATrialEndsByItselfAtItsGoal) {
   EXPECT_LT(report.at("traced_frames").get<double>(), 20000);
 }
 
-// the participant presses Enter, the partner does nothing: neither waits for the limit
+// The participant presses Enter, the partner does nothing. Neither waits for the limit.
 TEST(StudyLive, ATrialOfTwoSitesEndsAtBoth) {
   const ScratchFolder scratch;
   std::string text = StudyText("live-both-end", R"(["near"])");
@@ -186,7 +187,7 @@ TEST(StudyLive, ATrialOfTwoSitesEndsAtBoth) {
   }
 }
 
-// the partner's site has its own consent, its own answers and what it heard
+// the partner's site has its own consent, its own answers and its own trace of what it heard
 TEST(StudyLive, TwoSitesRunTheSameTrialTogether) {
   const ScratchFolder scratch;
   std::string text = StudyText("live-both-run", R"(["secretly_late"])");
@@ -195,7 +196,7 @@ TEST(StudyLive, TwoSitesRunTheSameTrialTogether) {
   const fs::path file = scratch.Write("live.json", text);
   const auto site = [&](const std::string& name) {
     const std::string folder = (scratch.path() / name).string();
-    // what answers questions is typed once the trial has run
+    // the answers to questions are typed once the trial has run
     return "{ printf 'yes\\n\\n'; until ls " + folder +
            "/*/trial-001/case.json; do sleep 0.1; done; printf '4\\nfine\\n'; } 2>/dev/null | "
            "timeout 100 " TANDEM_PROGRAM " study --device none --interface lo --site " +

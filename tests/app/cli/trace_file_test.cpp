@@ -16,7 +16,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-/// A trace with another number in each place.
+/// Returns a trace with another number in each place.
 std::vector<TraceSample> DrawnTrace(std::size_t frames) {
   std::vector<TraceSample> trace(frames);
   for (std::size_t i = 0; i < frames; ++i) {
@@ -66,7 +66,7 @@ TEST(TraceFile, IsWrittenWhileTheTraceGrows) {
     return std::filesystem::file_size(folder.path() / "trace") / (kTraceColumns * sizeof(double));
   };
   traced = 150'000;
-  // all but what the stream still holds
+  // all frames but those that the stream still holds
   for (int looks = 0; looks < 1000 && frames_on_disk() < 149'000; ++looks) {
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
   }
@@ -87,7 +87,7 @@ TEST(TraceFile, ADiskThatIsFullIsAnErrorAtTheEnd) {
   EXPECT_THAT(closed.error().what, HasSubstr("/dev/full: cannot be written"));
 }
 
-// opening it would wait for a reader, and a peer would not begin
+// To open a pipe would be to wait for a reader, and a peer would not begin.
 TEST(TraceFile, IsNoPipe) {
   const TemporaryFolder folder;
   const std::filesystem::path pipe = folder.path() / "report.trace";

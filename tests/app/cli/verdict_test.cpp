@@ -15,14 +15,15 @@ using ::testing::SizeIs;
 
 constexpr double kVerdictVoxel = 0.0005;
 
-/// A key in a hole with a play of 0.09 mm.
+/// Returns a key in a hole with a play of 0.09 mm.
 std::shared_ptr<const WorldModel> Key() {
   static const std::shared_ptr<const WorldModel> model = testing::MakeWorldModel(
       {{testing::KeyholeMesh(0.00009), true}, {testing::KeyMesh()}}, kVerdictVoxel);
   return model;
 }
 
-/// What was met in a run in which contact pushed the key, which has less play than contact takes.
+/// Returns the bodies met in a run in which contact pushed the key, which has less play than
+/// contact takes.
 BodiesMet Met(bool pushed) {
   BodiesMet met(1);
   World world(Key());
@@ -33,7 +34,7 @@ BodiesMet Met(bool pushed) {
   return met;
 }
 
-/// The verdict of a run through these displacements.
+/// Returns the verdict of a run through these displacements.
 BodyVerdict VerdictOf(const std::vector<Vec3>& way, bool loaded, bool contact_off = false,
                       bool loaded_at_last = false) {
   const Pose& X_WB0 = Key()->bodies[0].X_WB0;
@@ -100,7 +101,8 @@ TEST(Verdict, OfAPartThatMetNothingNeedsNoSearchButWithContactOff) {
   EXPECT_NEAR(off.deepest.value_or(0), 0.0004, 1e-6);
 }
 
-/// A plate, a block 0.2 mm above it, where contact pushes, and a block that hangs far from both.
+/// Returns a plate, a block 0.2 mm above it, where contact pushes, and a block that hangs far from
+/// both.
 std::shared_ptr<const WorldModel> TwoBlocks() {
   const auto block = [](double x, double z) {
     return testing::BoxBetween({x, 0, z}, {x + 0.004, 0.004, z + 0.004});

@@ -21,7 +21,7 @@ using ::testing::HasSubstr;
 using testing::RunTandem;
 using testing::Said;
 
-/// Whether the process has a handler for SIGINT, as the kernel tells it.
+/// Returns whether the process has a handler for SIGINT, as the kernel tells it.
 bool Listens(pid_t pid) {
   std::ifstream status("/proc/" + std::to_string(pid) + "/status");
   for (std::string line; std::getline(status, line);) {
@@ -89,7 +89,7 @@ TEST_F(VoxelizeCommand, RefusesARangeThatItsMarksCannotHold) {
   EXPECT_THAT(said.err, HasSubstr("--bits 4 holds a range of 13 voxels at the most"));
 }
 
-// 100 units long: in millimetres a hand's breadth, in metres more than fits.
+// The wedge is 100 units long: in millimetres a hand's breadth, in metres more than fits.
 TEST_F(VoxelizeCommand, TakesAFileToBeInMetresAsItsBenchDoesAndSaysSoWhenItIsTooLarge) {
   const std::filesystem::path wedge = folder_.Write("millimetres.obj",
                                                     "v 0 0 0\nv 100 0 0\nv 0 100 0\nv 0 0 100\n"
@@ -104,7 +104,7 @@ TEST_F(VoxelizeCommand, TakesAFileToBeInMetresAsItsBenchDoesAndSaysSoWhenItIsToo
   ASSERT_EQ(said.exit_code, kExitOk) << said.err;
   EXPECT_NEAR(nlohmann::json::parse(said.out)["volume_m3"], 1e-3 / 6, 1e-9);
   EXPECT_EQ(said.err, "");
-  // by voxels that fit whatever it measures, too
+  // voxels that fit whatever the wedge measures are taken, too
   const Said fits = RunTandem("voxelize " + wedge.string() + " --voxel auto");
   ASSERT_EQ(fits.exit_code, kExitOk) << fits.err;
   EXPECT_THAT(fits.err, HasSubstr("read in metres it is 100 m long: in millimetres?"));

@@ -1,5 +1,5 @@
-// The device process and a controller that dies or stands still: what the motor got, write by
-// write.
+// Tests the device process with a controller that dies or stands still. The motor's writes are
+// judged one by one.
 #include "app/cli/device_process.h"
 
 #include <algorithm>
@@ -37,7 +37,7 @@ constexpr std::int64_t kMillisecond = 1'000'000;
 constexpr double kClamp = kUsersDefault.force;
 constexpr double kSlew = kClamp / MotorGuard::kSlewTicks;
 
-/// How often a controller is killed, and how often it is stopped.
+/// Returns how often a controller is killed, and how often it is stopped.
 int Rounds() {
   const char* asked = std::getenv("TANDEM_DEVICE_KILLS");
   return asked != nullptr ? std::atoi(asked) : 8;
@@ -47,7 +47,7 @@ void Sleep(double seconds) {
   std::this_thread::sleep_for(std::chrono::duration<double>(seconds));
 }
 
-/// A motor's writes, as the driver `fake` keeps them in a file.
+/// Reads a motor's writes, as the driver `fake` keeps them in a file.
 class Motor {
  public:
   explicit Motor(const std::filesystem::path& file) {
@@ -95,8 +95,8 @@ class Motor {
   FakeRecord* record_ = nullptr;
 };
 
-/// A loop that does nothing, beside the test: how late this machine made it at the worst, while it
-/// ran. It is what a device's loop is excused by, and not that loop's own lateness.
+/// Runs a loop that does nothing beside the test, and keeps how late this machine made it at the
+/// worst. This lateness excuses a device's loop, whose own lateness does not.
 class EmptyLoop {
  public:
   EmptyLoop()
@@ -113,13 +113,13 @@ class EmptyLoop {
   PeriodicThread thread_;
 };
 
-/// What became of the force after the controller was gone.
+/// The fall of the force after the controller was gone.
 struct Fall {
-  double damping_ms = 0;  // until it began to fall
-  double zero_ms = 0;     // until there was none
-  double gap_ms = 0;      // the longest between two writes meanwhile
-  double most = 0;        // N
-  double step = 0;        // N, between two writes of the loop in time
+  double damping_ms = 0;  // time until the fall began
+  double zero_ms = 0;     // time until there was no force
+  double gap_ms = 0;      // longest time between two writes meanwhile
+  double most = 0;        // N; largest force
+  double step = 0;        // N; largest change between two writes of a loop in time
 };
 
 Fall FallAfter(const std::vector<FakeRecord::Write>& writes, std::int64_t gone_ns) {
@@ -154,7 +154,7 @@ Fall FallAfter(const std::vector<FakeRecord::Write>& writes, std::int64_t gone_n
   return fall;
 }
 
-/// The worst of many falls.
+/// The worst figures of many falls.
 struct Worst {
   double damping_ms = 0, zero_ms = 0, gap_ms = 0, empty_ms = 0;
   void Add(const Fall& fall, double empty) {
@@ -165,8 +165,9 @@ struct Worst {
   }
 };
 
-/// That force began to end within 5 ms and had ended within 20, a tick later at the most, beside
-/// the lateness that an empty loop had in the same round: an order is noticed to be old at a tick.
+/// Expects that force began to end within 5 ms and had ended within 20, a tick later at the most.
+/// The lateness of an empty loop in the same round comes on top: the process notices at a tick that
+/// an order is old.
 void ExpectInTime(const Fall& fall, double empty_ms) {
   EXPECT_GT(fall.damping_ms, 0) << "the force never fell";
   EXPECT_LE(fall.damping_ms, 5 + 1 + empty_ms);
@@ -216,7 +217,7 @@ TEST(DeviceProcess, TheForceOfAKilledControllerIsGoneInTime) {
 }
 
 // The test is the parent of the device process and lives on, so nobody tells that process that its
-// controller is gone: the age of its orders alone ends the force.
+// controller is gone. The age of its orders alone ends the force.
 TEST(DeviceProcess, TheForceOfAControllerWhoseEndNobodyTellsIsGoneInTime) {
   const TemporaryFolder folder;
   const std::filesystem::path file = folder.path() / "motor";
@@ -246,9 +247,10 @@ TEST(DeviceProcess, TheForceOfAControllerWhoseEndNobodyTellsIsGoneInTime) {
     const double empty_ms = empty.WorstMs();
     ExpectInTime(fall, empty_ms);
     worst.Add(fall, empty_ms);
-    // its own rule did it: the force fell when the input of the last order was five milliseconds
-    // old, however long before its end the controller gave that order; where the machine stood
-    // still, or the end came as an order was written, another rule may have been first
+    // its own rule ended the force, which fell when the input of the last order was five
+    // milliseconds old, however long before its end the controller gave that order. Another rule
+    // may have been first where the machine stood still, or where the end came as an order was
+    // written
     DeviceOrder last;
     if (empty_ms > 2 || !orders.Read(last)) continue;
     ++judged;
@@ -287,7 +289,7 @@ TEST(DeviceProcess, TheForceOfAStoppedControllerIsGoneInTimeAndComesBack) {
   Tell("stopped", Rounds(), worst);
 }
 
-/// A device process whose controller is the test.
+/// Runs a device process whose controller is the test.
 class OwnController {
  public:
   explicit OwnController(const std::string& options, const DeviceLimits& users = kUsersDefault)
@@ -309,7 +311,7 @@ class OwnController {
                           });
     thread.Join();
   }
-  /// The largest force, and the largest change between two writes of a loop in time.
+  /// Returns the largest force, and the largest change between two writes of a loop in time.
   Fall All() const { return FallAfter(motor.Since(0), MonotonicNowNs()); }
   SafetyState state() const {
     return static_cast<SafetyState>(process->Newest().value_or(DeviceTick{}).state);
@@ -370,7 +372,8 @@ TEST(DeviceProcess, AHandleThatLeapsGetsNoForce) {
     return Motor::ForceOf(write) > 2.4;
   });
   ASSERT_GT(writes.end() - whole, 300);
-  // five ticks after the leap, until the sixteen are over in which it counts as speed
+  // no force from five ticks after the leap until the sixteen ticks are over in which the leap
+  // counts as speed
   const auto none = std::count_if(whole, whole + 300, [](const auto& write) {
     return Motor::ForceOf(write) == 0;
   });
@@ -379,7 +382,8 @@ TEST(DeviceProcess, AHandleThatLeapsGetsNoForce) {
   EXPECT_LE(own->All().step, kSlew + 1e-9);
 }
 
-// its own read takes 30 ms: the motor has an old force for as long, and then none until a ramp-in
+// The driver's own read takes 30 ms. For as long the motor has an old force, and then none until a
+// ramp-in.
 TEST(DeviceProcess, ADriverThatHangsIsAnOverrun) {
   const auto own = RunWithForce(1.9, 850, ",hang_at=800,hang_ms=30");
   EXPECT_EQ(own->motor.force(), 0);
@@ -409,7 +413,7 @@ class RunningController : public OwnController {
   ~RunningController() { thread_.reset(); }
   bool WaitForEnd(double seconds) {
     for (int i = 0; i < 200 * seconds; ++i) {
-      static_cast<void>(process->News());  // what has ended is then no process any more
+      static_cast<void>(process->News());  // a process that has ended is then gone
       if (kill(process->pid(), 0) != 0) return true;
       Sleep(5e-3);
     }
@@ -469,7 +473,7 @@ TEST(DeviceProcess, ADriverThatHangsForEverLeavesNoForceAndEndsWhenItIsToldTo) {
   ASSERT_NE(zero, writes.rbegin());
   const double kept_ms = 1e-6 * static_cast<double>(std::prev(zero)->ns - zero->ns);
   std::printf("a read that hangs: the motor kept its force for %.1f ms\n", kept_ms);
-  // 20 ms, and the look after that
+  // 20 ms, and the check after that
   EXPECT_GE(kept_ms, 15);
   EXPECT_LE(kept_ms, 60 + late_ms);
   kill(own.process->pid(), SIGTERM);
@@ -510,9 +514,9 @@ TEST(DeviceProcess, AVendorsThreadGetsNoForceFromALoopThatStandsStill) {
     own.motor.WaitForNoForce();
     EXPECT_EQ(own.motor.force(), 0) << rate;
     const std::vector<FakeRecord::Write> writes = own.motor.Since(0);
-    // It was not cut when it was 20 ms old: it had fallen by then, from 5 ms of age on, by half a
-    // newton a millisecond. Between two writes it may fall by no more, however late this machine
-    // makes the second.
+    // The force was not cut when it was 20 ms old. It had fallen by then, from 5 ms of age on, by
+    // half a newton a millisecond. Between two writes it may fall by no more, however late this
+    // machine makes the second.
     const auto last = std::find_if(writes.rbegin(), writes.rend(), [](const auto& write) {
       return Motor::ForceOf(write) > 0;
     });
@@ -529,7 +533,7 @@ TEST(DeviceProcess, AVendorsThreadGetsNoForceFromALoopThatStandsStill) {
                 rate, 1e-6 * static_cast<double>(times.asked_mean_ns),
                 1e-6 * static_cast<double>(times.asked_max_ns));
     EXPECT_GT(times.asked, 50U) << rate;
-    // by the phase of the two loops from nothing to a period
+    // the phase of the two loops adds from nothing to a period
     EXPECT_LE(1e-6 * static_cast<double>(times.asked_mean_ns),
               1e3 / std::stod(rate) + 0.1 * late_ms)
         << rate << " Hz; an empty loop was late by " << late_ms << " ms";

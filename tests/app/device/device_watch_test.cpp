@@ -12,7 +12,7 @@
 namespace tandem {
 namespace {
 
-/// Its driver takes long to stop the motors.
+/// A device whose driver takes long to stop the motors.
 class SlowToStop : public Device {
  public:
   explicit SlowToStop(std::chrono::milliseconds takes) : takes_(takes) {}
@@ -31,9 +31,9 @@ class SlowToStop : public Device {
   const std::chrono::milliseconds takes_;
 };
 
-/// A loop that stands still has its motor stopped; meanwhile the program ends. Exit code 0: nobody
-/// was in the driver any more. The watch takes over a process's signals, so each has one of its
-/// own.
+/// Ends the program while the watch stops the motor of a loop that stands still. Exit code 0 says
+/// that nobody was in the driver any more. The watch takes over a process's signals, so each run
+/// has a process of its own.
 [[noreturn]] void EndWhileTheWatchStops(std::chrono::milliseconds takes) {
   SlowToStop device(takes);
   DeviceWatch watch(getppid(), 0);
@@ -43,7 +43,7 @@ class SlowToStop : public Device {
   _exit(device.stopping.load() ? 1 : 0);
 }
 
-// The driver was destroyed under it.
+// The watch must not be in the driver when the driver is destroyed.
 TEST(DeviceWatchDeathTest, HasLeftTheDriverWhenItForgetsIt) {
   GTEST_FLAG_SET(death_test_style, "threadsafe");
   EXPECT_EXIT(EndWhileTheWatchStops(std::chrono::milliseconds(100)), ::testing::ExitedWithCode(0),

@@ -1,4 +1,4 @@
-// What tandem-device makes of a driver, with a driver whose every answer the test gives.
+// Tests what tandem-device makes of a driver whose every answer the test gives.
 #include "app/device/driver_device.h"
 
 #include <cmath>
@@ -18,7 +18,7 @@ namespace {
 using testing::AllocationCounter;
 using ::testing::HasSubstr;
 
-/// What the driver under the test's hand answers, and what it got.
+/// The answers of the driver under the test's hand, and the calls that it got.
 struct Puppet {
   std::int32_t open = TANDEM_OK;
   std::int32_t start = TANDEM_OK;
@@ -101,7 +101,7 @@ class DriverDeviceTest : public ::testing::Test {
     for (int i = 0; i < 3; ++i) puppet.state.position[i] = p[i];
     for (int i = 0; i < 4; ++i) puppet.state.orientation[i] = q.coeffs()[i];
   }
-  /// A pose a millisecond after the last one.
+  /// Gives a pose a millisecond after the last one.
   void Go(const Vec3& p, const Quat& q = Quat::Identity()) {
     MoveTo(p, q);
     puppet.state.time_ns = time_ns_ += 1'000'000;
@@ -158,7 +158,7 @@ TEST_F(DriverDeviceTest, ASpeedThatIsNotReportedIsThatOfTheLastPoses) {
   }
   EXPECT_NEAR(handle.V_WA.v.x(), 0.2, 2e-4);
   EXPECT_NEAR(handle.V_WA.w.z(), 1.0, 1e-3);
-  // a driver that says so knows better
+  // a driver that says that it has a velocity knows better
   puppet.state.valid |= TANDEM_HAS_VELOCITY;
   puppet.state.velocity[0] = 0.7;
   EXPECT_EQ((*device)->Read().V_WA.v.x(), 0.7);
@@ -235,7 +235,7 @@ TEST_F(DriverDeviceTest, AVendorsThreadTakesTheForceUntilItIsCut) {
   ASSERT_TRUE(device);
   EXPECT_TRUE((*device)->capabilities().asks_us);
   TandemDeviceForce taken{};
-  // a second's ramp: by its end the whole is there
+  // a ramp takes a second: by its end the whole force is there
   for (int i = 0; i < 1300; ++i) {
     (*device)->Render({Vec3::Zero(), Vec3(2, 0, 0)});
     puppet.host->take(puppet.host->context, &taken);

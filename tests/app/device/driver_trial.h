@@ -18,8 +18,8 @@
 
 namespace tandem::testing {
 
-/// A driver of the build tree, used as tandem-device uses it, in the test's own process. Ticks come
-/// a thousand times a second. It times read() and write(), counts what they allocate, and prints
+/// Uses a driver of the build tree as tandem-device does, in the test's own process. Ticks come a
+/// thousand times a second. It times read() and write(), counts what they allocate, and prints
 /// both.
 class DriverTrial {
  public:
@@ -51,7 +51,7 @@ class DriverTrial {
   DriverTrial(const DriverTrial&) = delete;
   DriverTrial& operator=(const DriverTrial&) = delete;
 
-  /// What list() says, at most 16.
+  /// Returns what list() says, at most 16 devices.
   std::vector<TandemDeviceFound> List() const {
     std::vector<TandemDeviceFound> found(16);
     for (TandemDeviceFound& one : found) one.struct_size = sizeof one;
@@ -59,7 +59,7 @@ class DriverTrial {
     found.resize(static_cast<std::size_t>(std::max(0, count)));
     return found;
   }
-  /// Opens the device; a driver's refusal is what error() then says.
+  /// Opens the device. error() then has the driver's refusal.
   std::int32_t Open(const std::string& options, const Vec3& home = Vec3::Zero()) {
     TandemDeviceOpen how{};
     how.struct_size = sizeof how;
@@ -76,7 +76,7 @@ class DriverTrial {
   }
   std::int32_t Start() { return driver_->start(device_); }
 
-  /// One read and one write of `force`, timed, with what they allocate counted.
+  /// Does one read and one write of `force`, timed, and counts what they allocate.
   std::int32_t Tick(const Vec3& force_N = Vec3::Zero(), const Vec3& moment_Nm = Vec3::Zero()) {
     TandemDeviceState next{};
     next.struct_size = sizeof next;
@@ -101,7 +101,7 @@ class DriverTrial {
     if (read_ == TANDEM_OK) state_ = next;
     return read_;
   }
-  /// So many ticks, a millisecond apart.
+  /// Does so many ticks, a millisecond apart.
   void Ticks(int count, const Vec3& force_N = Vec3::Zero(), const Vec3& moment_Nm = Vec3::Zero()) {
     auto due = std::chrono::steady_clock::now();
     for (int i = 0; i < count; ++i) {
@@ -131,13 +131,13 @@ class DriverTrial {
 
   const TandemDriver& driver() const { return *driver_; }
   TandemDevice* device() const { return device_; }
-  const TandemDeviceState& state() const { return state_; }  // of the newest read that had news
+  const TandemDeviceState& state() const { return state_; }  // newest that had news
   Vec3 position() const { return Vec3(state_.position); }
   std::int32_t read() const { return read_; }
   std::int32_t written() const { return written_; }
   const std::vector<std::string>& said() const { return said_; }
   long allocations() const { return allocations_; }
-  /// What a vendor's thread gets; called on that thread.
+  /// Sets a function that is called with the force that a vendor's thread gets, on that thread.
   void SetTake(std::function<void(TandemDeviceForce&)> take) { take_ = std::move(take); }
 
   /// Prints the times, and expects that no tick allocated.

@@ -1,6 +1,6 @@
-// puppet_controller DRIVER: a controller that asks its device for 2.5 N, a thousand times a second,
-// until it is killed. puppet_controller --memory N: the same, of a device process that another
-// program has started and whose memory has that descriptor.
+// puppet_controller DRIVER is a controller that asks its device for 2.5 N, a thousand times a
+// second, until it is killed. puppet_controller --memory N does the same with a device process that
+// another program has started; N is the descriptor of that process's memory.
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>

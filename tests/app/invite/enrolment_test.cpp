@@ -29,7 +29,8 @@ using Kind = EnrolmentFault::Kind;
 
 constexpr const char* kRequest = "a request";
 
-/// An inviter on this machine, in a thread. It signs whatever is asked by naming it.
+/// Runs an inviter on this machine in a thread. It signs whatever is asked: the signature is a word
+/// and the request.
 class Inviter {
  public:
   explicit Inviter(const std::string& session = "gear", std::time_t for_s = 600) {
@@ -62,7 +63,7 @@ class Inviter {
     stop_ = true;
     return Wait();
   }
-  /// How it ended by itself.
+  /// Waits until it ends by itself, and returns how it ended.
   End Wait() {
     if (thread_.joinable()) thread_.join();
     return end_;
@@ -101,7 +102,7 @@ class Caller {
   void Send(const std::string& bytes) const {
     static_cast<void>(send(socket_, bytes.data(), bytes.size(), MSG_NOSIGNAL));
   }
-  /// What comes within so long; nothing: the other end has hung up.
+  /// Returns what comes within so long; nothing: the other end has hung up.
   std::optional<std::string> Receive(int wait_ms) const {
     pollfd wait{socket_, POLLIN, 0};
     if (poll(&wait, 1, wait_ms) <= 0) return "";
@@ -110,7 +111,7 @@ class Caller {
     if (size <= 0) return std::nullopt;
     return std::string(buffer.data(), static_cast<std::size_t>(size));
   }
-  /// Shakes hands.
+  /// Shakes hands over TLS.
   TlsEnd Greet() const {
     TlsEnd tls = TlsEnd::Client();
     while (!tls.open() && !tls.failed()) {
@@ -231,7 +232,7 @@ TEST(Enrolment, AnotherSessionsInviterIsToldFromOurs) {
   EXPECT_EQ(wing.told(), "");  // nothing was said to it
 }
 
-// whoever stands at the port without the certificate's key hears nothing of the secret
+// A program at the port without the certificate's key hears nothing of the secret.
 TEST(Enrolment, NothingIsSaidToAStranger) {
   Inviter gear;
   const Result<TlsIdentity> own = TlsIdentity::Make();
@@ -325,7 +326,7 @@ TEST(Enrolment, ALongOrMalformedRequestIsRefused) {
   EXPECT_EQ(WhyNot(inviter.invitation), "");
 }
 
-// by the program openssl, which knows nothing of ours
+// The program openssl, which knows nothing of ours, judges the listener.
 TEST(Enrolment, TheListenerSpeaksTls13AndNothingOlder) {
   Inviter inviter;
   const std::string at = "127.0.0.1:" + std::to_string(inviter.invitation.enrolment.port);

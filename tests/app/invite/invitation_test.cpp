@@ -65,8 +65,8 @@ TEST(Invitation, ALineGivesBackWhatItWasMadeOf) {
   }
 }
 
-// what RFC 3986 leaves unreserved, and '/', ':', ',', '=', '%', '#': no mail program breaks a line
-// there, and no shell takes one for its own within a word
+// A line has what RFC 3986 leaves unreserved, and '/', ':', ',', '=', '%', '#'. No mail program
+// breaks a line there, and no shell takes one of them for its own within a word.
 TEST(Invitation, ALineSurvivesMailAndAShell) {
   Invitation invitation = SecuredOne();
   invitation.session = "Nose gear & \"bay\" $HOME `x` ä;|<>*?!";
@@ -122,7 +122,7 @@ TEST(Invitation, WhatIsNoLineIsRefusedInOneLine) {
   }
 }
 
-// LineOf() spells what it is given, so that these have a good CHECK
+// LineOf() spells whatever it is given, so that these lines have a good CHECK.
 TEST(Invitation, WhatCannotBeIsRefusedThoughItIsWellSpelt) {
   const auto with = [](const auto& change) {
     Invitation invitation = SecuredOne();

@@ -29,7 +29,7 @@ std::vector<PolylineShape> CurvesOf(const Picture& picture) {
 TEST(Chart, HasItsLogarithmicTicksAtOneTwoAndFiveOfADecade) {
   EXPECT_EQ(TextsOf({"delay, ms", 10, 1000, true}, 8),
             (std::vector<std::string>{"10", "20", "50", "100", "200", "500", "1000"}));
-  // too many for the place: whole decades
+  // too many ticks for the place: whole decades
   EXPECT_EQ(TextsOf({"delay, ms", 10, 1000, true}, 4),
             (std::vector<std::string>{"10", "100", "1000"}));
   EXPECT_EQ(TextsOf({"stiffness, N/m", 4, 2000, true}, 12),
@@ -95,7 +95,7 @@ TEST(Chart, HasNoTicksOnALogarithmicAxisThatHasNoLength) {
   EXPECT_TRUE(TicksOf({"x", kNaN, 10, true}, 8).empty());
 }
 
-// At 1e17 a step of 10 is less than what the next number in double differs by.
+// At 1e17 a step of 10 is less than the gap to the next number in double.
 TEST(Chart, EndsItsLinearTicksFarFromZero) {
   EXPECT_LE(TicksOf({"x", 1e17, 1e17 + 64, false}, 8).size(), 10U);
 }

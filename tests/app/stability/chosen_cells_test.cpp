@@ -47,9 +47,9 @@ TEST(ChosenCells, AreTheWorstOfTheDefaultLawTheControlsAndOneOfEachScene) {
   EXPECT_THAT(WhyOf(chosen, 10), HasSubstr("farthest apart"));
   EXPECT_THAT(WhyOf(chosen, 4), HasSubstr("control"));
   EXPECT_THAT(WhyOf(chosen, 5), HasSubstr("slot"));
-  // of the free ones the one of 100 ms
+  // the one of 100 ms among those of scene free
   EXPECT_THAT(WhyOf(chosen, 6), HasSubstr("one of scene free"));
-  // 30 of 42 N/m
+  // 30 N/m, of a boundary of 42 N/m
   EXPECT_THAT(WhyOf(chosen, 16), HasSubstr("nearest below the boundary"));
   EXPECT_LE(chosen.size(), 7U);
 }

@@ -57,7 +57,7 @@ TEST(DataFiles, GiveAllOfTheReportAsJson) {
   EXPECT_EQ(json["tables"][0]["rows"][0][0], "1");
 }
 
-// A stiffness of a case is that of all links of a user: among three a link has half of it.
+// A case's stiffness is that of all links of a user: among three users a link has half of it.
 TEST(DataFiles, TellTheStiffnessOfALinkAndTheSeed) {
   Results results = TwentyCells();
   testing::ReplaceInCase(results.records.at(7), "\"users\":2", "\"users\":3");
@@ -66,7 +66,7 @@ TEST(DataFiles, TellTheStiffnessOfALinkAndTheSeed) {
   std::getline(csv, line);
   EXPECT_THAT(line, ::testing::EndsWith(",fault,seed,link_stiffness_N_m"));
   for (int i = 0; i < 8; ++i) std::getline(csv, line);
-  EXPECT_THAT(line, ::testing::EndsWith(",,7,45"));  // of 90
+  EXPECT_THAT(line, ::testing::EndsWith(",,7,45"));  // 45 N/m of 90
 }
 
 TEST(DataFiles, NameANetworkAndAHandOfOnesOwnByWhatTheyAre) {

@@ -98,7 +98,7 @@ TEST(HtmlReport, LetsNoTextBecomeMarkup) {
   EXPECT_THAT(html, HasSubstr("1 &lt; 2 &amp; &quot;3&quot;"));
 }
 
-// A boundary of a law that no bar stands for: nothing passes, and nothing fails.
+// No bar stands for the boundary of a law: nothing passes, and nothing fails.
 TEST(HtmlReport, OfNoClaimSaysSoInPlaceOfNoneOfNone) {
   ReportData data;
   data.searches = 3;

@@ -7,7 +7,7 @@
 
 namespace tandem::testing {
 
-/// A cell of constant gains in free space, heavy hands.
+/// Makes a cell of constant gains in free space with heavy hands.
 inline CellRecord MadeCell(std::size_t number, double delay_s, double stiffness, double critical) {
   CellRecord record;
   record.cell.number = number;
@@ -34,7 +34,7 @@ inline CellRecord MadeCell(std::size_t number, double delay_s, double stiffness,
   return record;
 }
 
-/// Four delays by five stiffnesses.
+/// Makes the cells of four delays by five stiffnesses.
 inline Results TwentyCells() {
   Results results;
   results.header = {"made",
@@ -55,7 +55,7 @@ inline Results TwentyCells() {
   return results;
 }
 
-/// The first cell made one of the default law, or of another scene.
+/// Replaces text of a cell's case, which makes it one of the default law, or of another scene.
 inline void ReplaceInCase(CellRecord& record, const std::string& what, const std::string& with) {
   std::string& text = record.cell.case_json;
   text.replace(text.find(what), what.size(), with);

@@ -64,14 +64,14 @@ TEST(GrowthColour, IsWhiteAtNoneBlueBelowAndRedAbove) {
   EXPECT_EQ(none.r, none.b);  // grey
 }
 
-// WCAG 2.1, 1.4.11: what is not text needs 3 to 1
+// WCAG 2.1, 1.4.11: graphics need a contrast of 3 to 1.
 TEST(GrowthColour, IsNeverSoDarkThatABlackMarkIsLost) {
   for (double growth = -2.5; growth <= 2.5; growth += 0.05) {
     EXPECT_GT((Luminance(GrowthColour(growth)) + 0.05) / 0.05, 5.0) << growth;
   }
 }
 
-// blue is what the commonest kinds of colour-blindness leave
+// The commonest kinds of colour-blindness leave blue.
 TEST(GrowthColour, TellsStableFromUnstableByBlueAlone) {
   for (const double growth : {0.5, 1.0, 2.0}) {
     EXPECT_GT(GrowthColour(-growth).b, GrowthColour(growth).b + 30) << growth;
@@ -88,7 +88,7 @@ TEST(StabilityMap, HasATileAndAMarkForEveryCellWithItsHint) {
   std::size_t crosses = 0;
   std::size_t marks = 0;
   for (const MarkerShape& mark : All<MarkerShape>(picture)) {
-    if (mark.hint.empty()) continue;  // of the legend
+    if (mark.hint.empty()) continue;  // mark of the legend
     ++marks;
     crosses += mark.kind == MarkerKind::kCross ? 1 : 0;
   }
@@ -170,7 +170,7 @@ TEST(StabilityMap, HasMarksOfOneSizeInTheMapAndInItsLegend) {
   EXPECT_EQ(of_crosses[0], of_crosses[1]);
 }
 
-// From 4 to 2000 N/m and 10 ms to 1 s.
+// The map goes from 4 to 2000 N/m and from 10 ms to 1 s.
 TEST(StabilityMap, ExplainsNoLineThatItDoesNotReach) {
   StabilityMap map = OfGrid();
   const double none = std::nan("");

@@ -50,7 +50,7 @@ TEST(Maps, PutCellsThatDifferInDelayAndStiffnessAloneOnOneMap) {
   EXPECT_NE(maps[0].name, maps[1].name);
 }
 
-// Maps that differ in what is only in the note would otherwise have one title.
+// Maps that differ only in their note would otherwise have one title.
 TEST(Maps, HaveTitlesThatTellThemApart) {
   Results results;
   std::size_t number = 0;
@@ -124,9 +124,8 @@ TEST(Maps, AreNotMadeOfOneStiffnessAtEachDelay) {
   EXPECT_TRUE(MapsOf(results, Cube).empty());
 }
 
-// heavy: 1 kg and 2 N s/m, beside the device's 0.2 kg and 0.3 N s/m, the body's
-// 0.3 kg and the law's 10 N s/m; what is applied is half a sample and half a
-// frame old beside its delay
+// heavy: 1 kg and 2 N s/m, beside the device's 0.2 kg and 0.3 N s/m, the body's 0.3 kg and the
+// law's 10 N s/m. The applied sample is half a sample and half a frame old beside its delay
 TEST(Maps, HaveTheClosedFormsAsTheirLines) {
   const StabilityMap map = MapsOf(TwentyCells(), Cube).at(0);
   constexpr double kMass = 1.5;
@@ -178,7 +177,7 @@ TEST(Maps, ShowAsFastestGrowthWhatBlewUp) {
   EXPECT_EQ(blown, 5U);
 }
 
-// The slope of a course that ended long ago is none: forces saturate, or all is at rest.
+// The slope of a course that ended long ago means nothing: forces saturate, or all is at rest.
 TEST(Maps, ShowWhatIsOutOfBoundsAsGrowthAndWhatIsAtRestAsDecay) {
   Results results = TwentyCells();
   Metrics& wild = results.records.at(9).outcome.result.metrics;  // 810 N/m at 100 ms
@@ -200,7 +199,7 @@ TEST(Maps, ShowWhatIsOutOfBoundsAsGrowthAndWhatIsAtRestAsDecay) {
   EXPECT_EQ(growth_at(0.02, 10), -std::numeric_limits<double>::infinity());
 }
 
-// Else an axis of seeds would put tiles of no height on one another.
+// Otherwise an axis of seeds would put tiles of no height on one another.
 TEST(Maps, ShowACaseWithSeveralSeedsAsOneCellTheWorst) {
   Results results = TwentyCells();
   for (const std::size_t seed : {8U, 9U}) {

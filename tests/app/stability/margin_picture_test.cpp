@@ -17,7 +17,7 @@ namespace {
 using testing::ReplaceInCase;
 using testing::TwentyCells;
 
-/// The height of the mark of a cell's hint in the picture, from above.
+/// Returns the height of the mark of a cell's hint in the picture, from above.
 double HeightOf(const Picture& picture, const std::string& cell) {
   for (const PictureShape& shape : picture.shapes) {
     const auto* const mark = std::get_if<MarkerShape>(&shape);
@@ -34,7 +34,8 @@ bool HasText(const Picture& picture, const std::string& text) {
   });
 }
 
-// Forces saturate: such a run no longer grows, and is no nearer to stability than one that parts.
+// Forces saturate: a run that swings at its bounds no longer grows, and is no nearer to stability
+// than a run that parts.
 TEST(MarginPicture, PutsWhatSwingsAtItsBoundsWhereRunsThatBlewUpAre) {
   Results results = TwentyCells();
   CaseResult& swings = results.records.at(8).outcome.result;  // 270 N/m at 100 ms

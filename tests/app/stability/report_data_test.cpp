@@ -73,7 +73,7 @@ TEST(ReportData, FailsARowIfACellRunAgainByTheSameBuildHasAnotherDigest) {
   ReportData data;
   data.series.resize(3);
   for (ReportSeries& one : data.series) one.same = true;
-  EXPECT_TRUE(data.AllRows().empty());  // of other builds
+  EXPECT_TRUE(data.AllRows().empty());  // all of other builds
   for (ReportSeries& one : data.series) one.same_build = true;
   EXPECT_TRUE(data.AllRows().at(0).pass);
   data.series[1].same = false;

@@ -19,7 +19,8 @@ namespace {
 
 using ::testing::ElementsAreArray;
 
-/// The first column of the table below a heading of docs/results-files.md, without backticks.
+/// Returns the first column of the table below a heading of docs/results-files.md, without
+/// backticks.
 std::vector<std::string> DocumentedColumns(const std::string& heading) {
   std::ifstream document(TANDEM_SOURCE_DIR "/docs/results-files.md");
   std::vector<std::string> columns;
@@ -77,7 +78,7 @@ TEST(ResultsFiles, DocumentTheColumnsOfTheSpreadOverSeedsInTheirOrder) {
   EXPECT_THAT(spread->columns, ElementsAreArray(DocumentedColumns("Spread over seeds")));
 }
 
-// pandas takes other spellings, R does not.
+// pandas takes other spellings too, R does not.
 TEST(ResultsFiles, HaveTheTruthValuesThatRTakes) {
   const std::string csv = CsvOf(testing::TwentyCells());
   const std::vector<std::string> names = NamesIn(csv);

@@ -13,7 +13,7 @@ namespace {
 
 using testing::ExampleStudy;
 
-// tables of Student's distribution
+// The numbers are from tables of Student's distribution.
 TEST(Effect, QuantilesAreThoseOfTheTables) {
   EXPECT_NEAR(StudentT975(1), 12.706, 1e-3);
   EXPECT_NEAR(StudentT975(9), 2.262, 1e-3);
@@ -31,8 +31,8 @@ TEST(Effect, AnIntervalIsStudents) {
   EXPECT_TRUE(std::isnan(IntervalOf({3}).low));
 }
 
-/// All trials done; a path of 10 mm times the participant, 5 mm more when far, 1 mm more in a
-/// second repetition, and effort 2 or 6.
+/// Returns rows of trials that are all done: a path of 10 mm times the participant, 5 mm more when
+/// far, 1 mm more in a second repetition, and effort 2 or 6.
 std::vector<ResultRow> PlantedRows(const Study& study) {
   std::vector<ResultRow> rows;
   const std::vector<std::string> names = PseudonymsOf(study);

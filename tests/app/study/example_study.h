@@ -6,7 +6,7 @@
 
 namespace tandem::testing {
 
-/// A study of three conditions, with a question of each kind.
+/// Returns a study of three conditions, with a question of each kind.
 inline std::string ExampleStudyText() {
   return R"({
     "name": "example", "title": "An example", "seed": 5, "participants": 6,

@@ -17,7 +17,7 @@ namespace {
 using testing::ExampleStudy;
 using ::testing::HasSubstr;
 
-/// A terminal at which this was typed before.
+/// A terminal at which a text was typed before.
 class Typed {
  public:
   explicit Typed(const std::string& text) {
@@ -66,7 +66,7 @@ TEST(Interview, TextIsTakenAsItIsWithoutControlCharacters) {
   EXPECT_FALSE(AnswerOf(ExampleStudy().questions[2], std::string(501, 'x')));
 }
 
-// a participant who presses Enter twice has not answered the question that comes then
+// A participant who presses Enter twice has not answered the question that comes then.
 TEST(Interview, ForgetsWhatATerminalGotBeforeAnybodyWasAsked) {
   const int keyboard = posix_openpt(O_RDWR | O_NOCTTY);
   ASSERT_GE(keyboard, 0);

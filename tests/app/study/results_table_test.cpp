@@ -19,7 +19,7 @@ using ::testing::HasSubstr;
 using ::testing::Not;
 using ::testing::StartsWith;
 
-/// Cells of a line without quotes.
+/// Counts the cells of a line without quotes.
 std::size_t CellsIn(const std::string& line) {
   return static_cast<std::size_t>(std::count(line.begin(), line.end(), ',')) + 1;
 }
@@ -105,7 +105,7 @@ TEST_F(ResultsTableTest, ThePageOfADryRunSaysSoAndCountsChoicesOutsidePractice) 
   EXPECT_THAT(StudyPage(study, rows, effects, "persons"), Not(HasSubstr("dry run")));
 }
 
-// a difference is marked by its interval, and what never differs is not drawn
+// A difference is marked by its interval. A measure that never differs is not drawn.
 TEST(StudySummary, MarksWhatLeavesOutZero) {
   const Study study = ExampleStudy();
   MeasureEffect effect{"pull", "completion_s", "s", 0, {}};
@@ -121,7 +121,7 @@ TEST(StudySummary, MarksWhatLeavesOutZero) {
   EXPECT_TRUE(AllTheSame(effect));
 }
 
-// by the widths of usual letters
+// Widths are those of usual letters.
 TEST(StudyPicture, NoTextStandsOnAnother) {
   Study study = ExampleStudy();
   MeasureEffect effect{"pull", "completion_s", "s", 0, {}};

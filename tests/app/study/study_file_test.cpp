@@ -12,7 +12,7 @@ using testing::ExampleStudy;
 using testing::ExampleStudyText;
 using ::testing::HasSubstr;
 
-/// The example with one text in place of another; what is said of it.
+/// Returns the refusal of the example with one text in place of another.
 std::string RefusalOf(const std::string& instead_of, const std::string& text) {
   std::string study = ExampleStudyText();
   const std::size_t at = study.find(instead_of);

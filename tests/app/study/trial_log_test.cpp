@@ -75,8 +75,8 @@ TEST_F(TrialLogTest, ATrialThatHasBegunAndNotEndedIsCutAndLostTheSecondTime) {
   EXPECT_EQ(log->Of("P07", 1).attempts, 2);
 }
 
-// a program that is killed leaves a line without an end: wherever it ends, the log opens, and has
-// all whole lines
+// A program that is killed leaves a line without an end. Wherever it ends, the log opens and has
+// all whole lines.
 TEST_F(TrialLogTest, OpensWhereverItsLastLineEnds) {
   {
     Result<TrialLog> log = Open();

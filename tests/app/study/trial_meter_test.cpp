@@ -13,7 +13,7 @@ TrialFrame At(double t_s, double x, double force = 0, bool contact = false) {
   return frame;
 }
 
-/// 100 mm a second along x, frames of a millisecond, for `seconds`.
+/// Moves a body by 100 mm a second along x for `seconds`, in frames of a millisecond.
 void MoveFor(TrialMeter& meter, double seconds) {
   for (int i = 0; i <= static_cast<int>(std::lround(1e3 * seconds)); ++i) {
     meter.See(At(1e-3 * i, 1e-4 * i));
@@ -24,7 +24,7 @@ bool IsBeyond150mm(const Pose& X_WB) {
   return X_WB.p.x() > 0.15;
 }
 
-// at 100 mm/s a body has gone 100 mm after a second; looks are 10 ms apart
+// At 100 mm/s a body has gone 100 mm after a second. Looks are 10 ms apart.
 TEST(TrialMeter, CompletesWhenTheBodyHasGoneFarEnough) {
   TrialMeter meter({.moved_mm = 100, .time_s = 1.05}, {}, nullptr);
   MoveFor(meter, 2);
@@ -82,7 +82,7 @@ TEST(TrialMeter, ABreakBeginsTheTimeOfHoldingAnew) {
   EXPECT_NEAR(meter.Finish().completion_s, 1.44, 1e-9);
 }
 
-// contact at 0.1, at 0.15 after 0.03 s without, at 0.4 after 0.2 s without: two collisions
+// Contact at 0.1, at 0.15 after 0.03 s without, at 0.4 after 0.2 s without: two collisions.
 TEST(TrialMeter, ContactThatFluttersIsOneCollision) {
   TrialMeter meter({.collisions = 1}, {}, nullptr);
   for (int i = 0; i < 600; ++i) {

@@ -13,7 +13,7 @@ namespace {
 
 using testing::ExampleStudy;
 
-/// How often each treatment stands at each place, and directly after each other one.
+/// Counts how often each treatment stands at each place, and directly after each other one.
 struct Counts {
   std::map<std::pair<std::size_t, std::size_t>, int> places;
   std::map<std::pair<std::size_t, std::size_t>, int> follows;
@@ -24,7 +24,7 @@ struct Counts {
       if (i > 0) ++follows[{row[i - 1], row[i]}];
     }
   }
-  /// Each of the n n places and of the n (n-1) pairs as often as any other.
+  /// Returns whether each of the n n places and of the n (n-1) pairs comes as often as any other.
   bool AreBalanced(std::size_t treatments) const {
     const auto even = [](const auto& counts, std::size_t size) {
       if (counts.size() != size) return false;

@@ -24,7 +24,7 @@ Bounds Box(const Vec3& min, const Vec3& max) {
   return box;
 }
 
-/// The same answer by the matrices that OpenGL uses.
+/// Computes the same answer by the matrices that OpenGL uses.
 Vec2 ProjectByMatrices(const CameraModel& camera, const Vec3& p_W) {
   const Eigen::Vector4d clip = camera.Projection() * camera.ViewFromWorld() * p_W.homogeneous();
   return {(0.5 + 0.5 * clip.x() / clip.w()) * camera.width_px(),
@@ -120,7 +120,7 @@ TEST(CameraModel, LooksAlongTheAxesFromTheStandardViews) {
 TEST(CameraModel, KeepsBothTheSceneAndBodiesFarOutsideItBetweenItsPlanes) {
   const Bounds box = Box({-0.1, -0.1, -0.1}, {0.1, 0.1, 0.1});
   const CameraModel camera = CameraOn(box);
-  for (const double along : {-0.3, 0.0, 1.0}) {  // of the way from the target away from the eye, m
+  for (const double along : {-0.3, 0.0, 1.0}) {  // m; distance from the target away from the eye
     const Vec3 p = camera.target_W() - along * camera.R_WC().col(2);
     const Eigen::Vector4d clip = camera.Projection() * camera.ViewFromWorld() * p.homogeneous();
     EXPECT_LT(std::abs(clip.z() / clip.w()), 1.0) << along;

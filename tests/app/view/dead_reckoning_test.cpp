@@ -9,13 +9,13 @@ namespace {
 
 const Vec3 kMiddle(0.5, -0.2, 0.1);  // m, far from the origin that displacements are about
 
-/// Displacement of a body whose middle has gone by `p` and which has turned by `w`.
+/// Returns the displacement of a body whose middle has gone by `p` and which has turned by `w`.
 Pose Moved(const Vec3& p, const Vec3& w) {
   const Quat q = RotationBy(w);
   return {q, kMiddle + p - q * kMiddle};
 }
 
-/// The twist of that displacement where the middle goes at v and the body turns at w.
+/// Returns the twist of that displacement where the middle goes at v and the body turns at w.
 Twist Going(const Pose& X_W, const Vec3& v, const Vec3& w) {
   return {w, v + w.cross(X_W.p - X_W * kMiddle)};
 }
@@ -63,8 +63,9 @@ TEST(DeadReckoning, IsNeverMoreThanThirtyMillimetresAhead) {
   EXPECT_NEAR(most, DeadReckoning::kFarthest, 1e-9);
 }
 
-// Frames 60 times a second of a hand that goes to and fro, each third one lost, drawn at 60 Hz: the
-// picture is nearer to the truth than what was told, and moves without jumps.
+// A hand goes to and fro. Its frames come 60 times a second, each third one is lost, and the
+// picture is drawn at 60 Hz. The picture is nearer to the truth than the frames are, and moves
+// without jumps.
 TEST(DeadReckoning, FollowsAHandSmoothlyOverLostFrames) {
   const auto place = [](double t) {
     return Vec3(0.1 * std::sin(4 * t), 0, 0);
@@ -83,7 +84,7 @@ TEST(DeadReckoning, FollowsAHandSmoothlyOverLostFrames) {
     const double t = i / 60.0;
     if (i % 3 != 2) {
       told.seq = static_cast<std::uint32_t>(i);
-      told.X_W = Moved(place(t - 0.01), Vec3::Zero());  // as it was when the frame was sent
+      told.X_W = Moved(place(t - 0.01), Vec3::Zero());  // pose as it was when the frame was sent
       told.V_W = Going(told.X_W, speed(t - 0.01), Vec3::Zero());
     }
     const Vec3 shown = body.Show(told, kMiddle, t) * kMiddle - kMiddle;
@@ -102,7 +103,7 @@ TEST(DeadReckoning, AWrongGuessIsPutRightWithinAFewFramesNotAtOnce) {
   const Pose X_W;
   body.Show({1, X_W, Going(X_W, Vec3(0.3, 0, 0), Vec3::Zero())}, kMiddle, 0);
   const Pose stopped = Moved(Vec3(0.005, 0, 0), Vec3::Zero());
-  // it stopped at 5 mm, and is drawn at 30 mm
+  // the hand stopped at 5 mm, and is drawn at 30 mm
   double last = 0.03;
   for (int i = 0; i <= 60; ++i) {
     const double t = 0.1 + i / 60.0;

@@ -10,7 +10,8 @@
 namespace tandem {
 namespace {
 
-/// 2 * around * (rings - 1) triangles with area towards the equator: three pieces and a bit.
+/// Returns a ball of 2 * around * (rings - 1) triangles with area towards the equator: three pieces
+/// and a bit.
 ShadedMesh LargeBall() {
   return Shade(SphereMesh(0.1, 201, 128), kCreaseAngle);
 }

@@ -21,12 +21,12 @@ struct FakeController {
   std::string refuse;     // when not empty, every grab is refused with these words
   bool heard = true;      // else the controller is silent
   bool reachable = true;  // else nobody can attach
-  double wall_x = 1e9;    // of the grasped point
-  std::atomic<bool> wanted_secured = false;  // by who attached last
+  double wall_x = 1e9;    // m; limit of the grasped point's x
+  std::atomic<bool> wanted_secured = false;  // the host that attached last wanted it
   std::string ended;  // when not empty, the process has ended with these words
   std::vector<HandRequest> launched;
-  int processes = 0;  // that run
-  Pose X_GB;          // of what is in hand, displacement as seen from the grasp frame
+  int processes = 0;  // number that run
+  Pose X_GB;          // displacement of the body in hand, as seen from the grasp frame
 
   FakeController() {
     now.self = 1;

@@ -24,15 +24,15 @@ inline bool ProcessEventsUntil(const std::function<bool()>& done, int patience_m
   return true;
 }
 
-/// A session without a network: what the viewer says is written down, and what it hears is called
-/// on `inbox`.
+/// A session without a network. It writes down what the viewer says, and a test calls `inbox` with
+/// what the viewer hears.
 struct FakeSession {
   std::string refuse;  // when not empty, joining fails with these words
   Inbox* inbox = nullptr;
   JoinRequest request;
   PeerId peer = 0;
   std::vector<PeerInfo> said;
-  std::string keys_end;  // what there is to say of keys that have ended
+  std::string keys_end;  // words on keys that have ended
   int left = 0;
   int destroyed = 0;
 
@@ -47,7 +47,7 @@ struct FakeSession {
         };
   }
 
-  /// A frame of a peer that holds one body.
+  /// Returns a frame of a peer that holds one body.
   static ViewFrame Frame(PeerId from, ObjectId object, const Vec3& displacement, float delay_ms) {
     ViewFrame frame;
     frame.peer = from;

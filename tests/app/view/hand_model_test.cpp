@@ -54,7 +54,7 @@ TEST_F(Hand, AttachesToNoPlainControllerWhereItHasStartedASecuredOne) {
     return hand_.ready();
   }));
   EXPECT_TRUE(controller_.wanted_secured);
-  // a new window after a crash of the first one
+  // a new window opens after a crash of the first one
   hand_.TakeUp("test", "anna", true, "keys/anna");
   ASSERT_TRUE(ProcessEventsUntil([&] {
     return hand_.ready();
@@ -111,7 +111,7 @@ TEST_F(Hand, ASilentControllerIsSaidAndTakenUpAgain) {
     return hand_.state() == HandModel::State::kLost;
   }));
   EXPECT_TRUE(hand_.trouble().contains("not heard"));
-  EXPECT_TRUE(hand_.shows());  // how it was last
+  EXPECT_TRUE(hand_.shows());  // state as it was last
   hand_.Grab(kBallInHand, kGrabbedAt);
   EXPECT_TRUE(controller_.asked.empty());
   controller_.heard = true;

@@ -16,7 +16,7 @@
 #include "tests/app/view/fake_session.h"
 #include "tests/app/view/shapes.h"
 
-// Taking part from the window, with a controller that has no physics.
+// Tests taking part from the window, with a controller that has no physics.
 
 namespace tandem {
 namespace {
@@ -47,7 +47,7 @@ class HandWindow : public ::testing::Test {
     view().LookFrom(StandardView::kFront);
     controller_.now.scene = "block_and_ball.json";
   }
-  /// For a person who wants to see what the test has done.
+  /// Saves a picture for a person who wants to see what the test has done.
   void TearDown() override {
     const QString folder = qEnvironmentVariable("TANDEM_KEEP_PICTURES");
     const auto* test = ::testing::UnitTest::GetInstance()->current_test_info();
@@ -198,7 +198,7 @@ TEST_F(HandWindow, ForceIsSeenAsATetherAndContactAsAColour) {
   EXPECT_TRUE(BallComesTo(Vec3::Zero(), 1e-6));
 }
 
-// what drives a part back, hands it over or names a force would spoil a trial
+// Buttons that drive a part back, hand it over or name a force would spoil a trial.
 TEST_F(HandWindow, OfTheSceneAloneOnlyTheStopCanBePressedAndNoForceIsTold) {
   window_.ShowSceneAlone();
   controller_.wall_x = 0.02;
@@ -359,7 +359,7 @@ TEST_F(HandWindow, TakingPartInASessionLooksForItsSceneFirst) {
   EXPECT_EQ(hand_.state(), HandModel::State::kNone);  // a viewer has no hand
 }
 
-// by the program `tandem` itself, which lies beside this test
+// The program `tandem` itself, which lies beside this test, reads the invitation.
 TEST_F(HandWindow, AnInvitationLeadsIntoItsSession) {
   const std::size_t launched = controller_.launched.size();
   Action("join_session_action")->trigger();

@@ -15,7 +15,7 @@
 #include "tests/app/view/fake_session.h"
 #include "tests/support/scratch_folder.h"
 
-// How the window invites, and joins by an invitation.
+// Tests how the window invites, and joins by an invitation.
 
 namespace tandem {
 namespace {
@@ -109,7 +109,7 @@ TEST(JoinDialog, ListsOpenSessionsAndTakesTheChosenOne) {
   JoinDialog dialog;
   auto* list = dialog.findChild<QListWidget*>("join_sessions");
   dialog.ShowSessions("{\"sessions\":[]}");
-  EXPECT_EQ(list->count(), 1);  // that there is none
+  EXPECT_EQ(list->count(), 1);  // a line says that there is none
   dialog.ShowSessions(R"({"sessions":[{"session":"gear","secured":true,"relay":false},)"
                       R"({"session":"wing","secured":false,"relay":false},)"
                       R"({"session":"wing","secured":false,"relay":true}]})");

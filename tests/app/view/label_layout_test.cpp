@@ -10,7 +10,7 @@ namespace {
 const QSizeF kPicture(900, 700);
 const QSizeF kLabel(130, 26);
 
-/// Points of a label's line, a pixel from one another.
+/// Returns points of a label's line, a pixel from one another.
 std::vector<QPointF> PointsOf(const LabelPlace& place, const QPointF& anchor) {
   const QPointF way = anchor - place.foot;
   const int steps = 1 + static_cast<int>(std::hypot(way.x(), way.y()));

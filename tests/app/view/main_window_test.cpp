@@ -59,7 +59,7 @@ class Window : public ::testing::Test {
       return view().frames_drawn() > frames;
     });
   }
-  /// Of the picture as it is now.
+  /// Returns the colour of the picture as it is now.
   QColor PixelAt(const Vec3& p_W) {
     const QImage image = window_.Screenshot();
     const auto px = view().camera().Project(p_W);
@@ -168,7 +168,7 @@ TEST_F(Window, AfterLeavingSaysThatOneHasLeftOneselfAndThatNothingComes) {
   EXPECT_EQ(samples->text(), "0 samples/s");
 }
 
-/// How a text stands out from its ground, 1 to 21 (WCAG 2.1); from 4.5 on it is legible.
+/// Returns how a text stands out from its ground, 1 to 21 (WCAG 2.1). From 4.5 on it is legible.
 double Contrast(const QColor& a, const QColor& b) {
   const auto luminance = [](const QColor& colour) {
     const auto linear = [](double x) {
@@ -253,12 +253,12 @@ TEST_F(Window, KeepsABodyInThePictureThatComesOut) {
   ASSERT_TRUE(move_to(out));
   EXPECT_TRUE(in_picture(p_WBall_ + out));
   EXPECT_TRUE(in_picture(Vec3::Zero()));
-  // to fit comes as near again as can be
+  // the fit comes as near again as can be
   const double followed = view().camera().distance();
   ASSERT_TRUE(move_to(Vec3::Zero()));
   view().FitScene();
   EXPECT_LT(view().camera().distance(), 0.8 * followed);
-  // who moves the camera has it
+  // a person who moves the camera has it
   auto* follow = Child<QAction>("follow");
   EXPECT_TRUE(follow->isChecked());
   Drag(Qt::MiddleButton, Qt::NoModifier, {5, 0});
@@ -270,7 +270,7 @@ TEST_F(Window, KeepsABodyInThePictureThatComesOut) {
   EXPECT_TRUE(ProcessEventsUntil([&] {
     return in_picture(p_WBall_ + farther);
   }));
-  // what flies off is let go
+  // a body that flies off is let go
   const double distance = view().camera().distance();
   ASSERT_TRUE(move_to(Vec3(0, -1e4, 0)));
   EXPECT_EQ(view().camera().distance(), distance);
@@ -305,14 +305,14 @@ TEST_F(Window, FiguresInThePictureAndBesideItAreOfOneMoment) {
     fake_.inbox->OnView(FakeSession::Frame(5, kBall, moved, static_cast<float>(100 + sent)), 0);
     return delays.size() > 2 && distances.size() > 2;
   }));
-  // digits that can be read: not each frame brings others
+  // a person can read the digits: not each frame brings others
   EXPECT_LT(delays.size(), static_cast<std::size_t>(sent));
 }
 
 TEST_F(Window, TellsHowManyTrianglesTheFilesHave) {
   OpenScene();
   const auto* size = Child<QLabel>("scene_size");
-  const std::size_t read = 12 + 2 * 32 * 15;  // of the box and the ball
+  const std::size_t read = 12 + 2 * 32 * 15;  // lines of the box and the ball
   EXPECT_EQ(size->text(), QStringLiteral("2 bodies, %1 triangles").arg(read));
 }
 
@@ -371,7 +371,7 @@ TEST_F(Window, ListsPeersWithTheirDelay) {
   }));
 }
 
-// the table and the labels in the picture are made of the same figures, from the first sample on
+// The table and the labels in the picture show the same figures, from the first sample on.
 TEST_F(Window, OfTheSceneAloneNothingTellsTheDelay) {
   window_.ShowSceneAlone();
   JoinSession();
@@ -396,7 +396,7 @@ TEST_F(Window, WritesPeersNamesBesideTheirInstances) {
   fake_.inbox->OnView(FakeSession::Frame(5, kBall, Vec3::Zero(), 104), 0);
   ASSERT_TRUE(FrameAfter(frames));
   const QImage with = window_.Screenshot();
-  // the ball has not moved: what is new above it in the picture is the name
+  // the ball has not moved: only the name is new above it in the picture
   const auto px = view().camera().Project(p_WBall_);
   const QPoint ball =
       view().mapTo(&window_, QPoint(static_cast<int>(px->x()), static_cast<int>(px->y())));
@@ -454,7 +454,7 @@ TEST_F(Window, DrawsNothingWhenNothingChanges) {
   ASSERT_TRUE(ProcessEventsUntil([&] {
     return window_.ShowsPoses();
   }));
-  // a picture comes to rest: half a second passes without a frame, though the same pose is sent
+  // the picture comes to rest: half a second passes without a frame, though the same pose is sent
   // again and again
   quint64 frames = 0;
   const QDeadlineTimer deadline(10'000);

@@ -18,8 +18,8 @@
 #include "collab/controller/controller.h"
 #include "tests/app/view/x_mouse.h"
 
-// A person's way through the program, by mouse and keys of the X server alone. What happens is seen
-// on the screen and, by an onlooker of the controller, in numbers.
+// Goes a person's way through the program, by mouse and keys of the X server alone. The tests see
+// what happens on the screen and, by an onlooker of the controller, in numbers.
 
 namespace tandem {
 namespace {
@@ -60,9 +60,9 @@ class OpenWindow {
     }
     return false;
   }
-  /// A program looks on at one controller at a time.
+  /// Ends looking on: a program looks on at one controller at a time.
   void Detach() { controller_.reset(); }
-  /// Why it could not attach.
+  /// Returns why it could not attach.
   const std::string& why() const { return why_; }
   const ControllerSnapshot& now() {
     controller_->Poll();
@@ -116,12 +116,12 @@ class Person : public ::testing::Test {
     return true;
   }
   static void QThreadSleep() { usleep(20'000); }
-  /// For a person who wants to see how far a test has come.
+  /// Saves a picture for a person who wants to see how far a test has come.
   void TearDown() override {
     if (HasFailure()) Keep("failed.png");
   }
-  /// The highest pixels of the actuator within a part of the screen, or nothing: a few below its
-  /// top, where one can take hold of it.
+  /// Returns a place a few pixels below the highest of the actuator within a part of the screen,
+  /// where one can take hold of it. Returns nothing if none is seen.
   std::optional<QPoint> ActuatorsTop(const QRect& within) {
     const QImage screen = mouse_.Screen();
     for (int y = within.top(); y <= within.bottom(); ++y) {
@@ -150,8 +150,8 @@ class Person : public ::testing::Test {
     }
     return std::nullopt;
   }
-  /// Presses on the actuator until it is held: the picture may still be on its way to its new size,
-  /// or the window may not have heard of its controller yet. Where it is held, or nothing.
+  /// Presses on the actuator until it is held, and returns where, or nothing. The picture may still
+  /// be on its way to its new size, or the window may not have heard of its controller yet.
   std::optional<QPoint> TakeActuator(OpenWindow& window, const QRect& within) {
     QElapsedTimer clock;
     clock.start();
@@ -181,7 +181,7 @@ class Person : public ::testing::Test {
 
   XMouse mouse_;
   QTemporaryDir folder_;
-  const QRect picture_{0, 60, 900, 660};  // of a window alone: without menu, docks, status
+  const QRect picture_{0, 60, 900, 660};  // picture of a window alone: without menu, docks, status
 };
 
 TEST_F(Person, FeelsContactOfThePartThatIsTakenAndLifted) {
@@ -257,7 +257,7 @@ TEST_F(Person, DrawsTheActuatorOutOfItsBracketThroughContact) {
   EXPECT_LE(verdict.at("deepest_mm").get<double>(), 0.5);  // half a voxel of 1 mm
 }
 
-/// The process that runs with these words in a row among its arguments; 0: there is none.
+/// Returns the process that runs with these words in a row among its arguments; 0: there is none.
 pid_t ProcessWith(const std::string& words) {
   for (const auto& entry : std::filesystem::directory_iterator("/proc")) {
     const std::string name = entry.path().filename().string();
@@ -279,7 +279,7 @@ TEST_F(Person, AKilledWindowLeavesNothingInTheTemporaryFolder) {
   using namespace std::string_literals;
   const pid_t view = ProcessWith("bracket_actuator.json\0--control\0"s + window.control() + "\0"s);
   ASSERT_GT(view, 0);
-  // who watches the window would start another one
+  // a program that watches the window would start another view
   window.process().kill();
   ASSERT_TRUE(window.process().waitForFinished(15'000));
   ASSERT_EQ(kill(view, SIGKILL), 0);
@@ -327,7 +327,7 @@ TEST_F(Person, TwoWindowsHoldTheSamePartAtATenthOfASecond) {
   const unsigned long right = windows[0] == left ? windows[1] : windows[0];
   ASSERT_TRUE(ben.Attach()) << ben.why();
   ben.Detach();
-  // one below the other: each with its picture free
+  // the windows lie one below the other, so that each picture is free
   mouse_.Place(left, {0, 0, 1400, 490});
   mouse_.Place(right, {0, 500, 1400, 490});
   const QRect upper(0, 60, 1000, 400);

@@ -12,7 +12,7 @@
 
 namespace tandem {
 
-/// A context with a framebuffer of its own: what the renderer draws, as an image.
+/// A context with a framebuffer of its own, which gives the renderer's drawing as an image.
 class OffscreenGl {
  public:
   explicit OffscreenGl(const QSize& size, int samples = 0) {
@@ -28,7 +28,8 @@ class OffscreenGl {
   OffscreenGl& operator=(const OffscreenGl&) = delete;
 
   bool ready() const { return ready_; }
-  /// A new framebuffer in place of the one before. `samples` of a pixel; 0: not multisampled.
+  /// Takes a new framebuffer in place of the one before, with `samples` for a pixel; 0: not
+  /// multisampled.
   void SetTarget(const QSize& size, int samples,
                  QOpenGLFramebufferObject::Attachment depth = QOpenGLFramebufferObject::Depth) {
     QOpenGLFramebufferObjectFormat format;
@@ -39,7 +40,7 @@ class OffscreenGl {
   QImage Draw(Renderer& renderer, const CameraModel& camera, const DrawList& list) {
     return DrawInPart(renderer, camera, list, {}).first;
   }
-  /// The second value is what the renderer returns: whether the picture is whole.
+  /// Returns the image, and what the renderer returns: whether the picture is whole.
   std::pair<QImage, bool> DrawInPart(Renderer& renderer, const CameraModel& camera,
                                      const DrawList& list, const Renderer::MayGoOn& may_go_on) {
     target_->bind();

@@ -9,7 +9,7 @@
 namespace tandem {
 namespace {
 
-/// A camera before a scene of 20 cm, from the front (along +Y) unless said.
+/// Returns a camera before a scene of 20 cm, from the front (along +Y) unless said.
 CameraModel FrontCamera(StandardView from = StandardView::kFront) {
   CameraModel camera;
   camera.SetViewport(800, 600);
@@ -105,11 +105,11 @@ TEST(PartDrag, ALockKeepsTheMotionOnItsAxisAndTheCursorAtItsFoot) {
   for (int axis = 0; axis < 3; ++axis) {
     PartDrag drag = Grabbed(camera, p_W);
     drag.Lock(AxisLock{axis});
-    // to where the point of the axis at 4 cm is seen
+    // the cursor goes to where the point of the axis at 4 cm is seen
     const Vec3 wanted = p_W + 0.04 * Vec3::Unit(axis);
     drag.Follow(camera, *camera.Project(wanted), {});
     EXPECT_LT((drag.point_W() - wanted).norm(), 1e-9) << axis;
-    // and anywhere: never off the axis
+    // the cursor goes anywhere: the part never leaves the axis
     drag.Follow(camera, {650, 80}, {});
     EXPECT_LT(Vec3::Unit(axis).cross(drag.point_W() - p_W).norm(), 1e-12) << axis;
   }

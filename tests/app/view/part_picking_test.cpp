@@ -25,7 +25,7 @@ class Picking : public ::testing::Test {
   DrawnScene scene_ = BlockAndBall();
   DrawList list_;
   CameraModel camera_;
-  const Vec3 middle_W_{0, -0.1, 0};  // of the ball, 3 cm in radius
+  const Vec3 middle_W_{0, -0.1, 0};  // middle of the ball, 3 cm in radius
 };
 
 TEST_F(Picking, FindsTheSurfaceThatFacesTheEye) {

@@ -61,7 +61,7 @@ TEST_F(PeerTable, ShowsLagForceAndWhoIsTrapped) {
   EXPECT_EQ(Text(model_, 0, PeerTableModel::kLag), "\u2013");
 }
 
-// What it means is told where the mouse rests on it.
+// The table tells what a mark means where the mouse rests on it.
 TEST_F(PeerTable, ShowsWhatAPeersFramesGaveUp) {
   ViewedPeer anna = Peer(1, "Anna", Role::kActive, 20);
   const FrameLimits limits{.travel_limited = 0.12, .over_capacity = 0, .contacts_full = 0.03};

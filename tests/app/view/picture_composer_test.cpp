@@ -67,14 +67,15 @@ TEST_F(Composed, TheInstanceOfThePeerThatClaimsABodyIsSolidWhateverOthersSend) {
   EXPECT_EQ(list.ghosts.size(), 2U);
   EXPECT_EQ(list.labels[0].text, "Mallory \u00b7 ghost");
   EXPECT_EQ(list.labels[2].text, "Ben \u00b7 solid");
-  // of two claims the later counts, of one epoch the lower id's
+  // the later of two claims counts; if both have one epoch, that of the lower id does
   picture_.peers[1].info.claims = {{1, 6, true}};
   EXPECT_EQ(At(1).solids[1].X_W.p.x(), kX);
   picture_.peers[2].info.claims = {{1, 6, true}};
   EXPECT_EQ(At(2).solids[1].X_W.p.x(), kX);
   picture_.peers[2].info.claims = {{1, 7, true}};
   EXPECT_EQ(At(3).solids[1].X_W.p.x(), 2 * kX);
-  // no claim on another body counts, nor that of a peer that is gone, nor one without a picture
+  // neither a claim on another body counts, nor that of a peer that is gone, nor one without a
+  // picture
   picture_.peers[0].info.claims = {{0, 9, true}, {7, 9, true}};
   EXPECT_EQ(At(4).solids[1].X_W.p.x(), 2 * kX);
   picture_.peers[2].presence = Presence::kLost;
@@ -83,14 +84,14 @@ TEST_F(Composed, TheInstanceOfThePeerThatClaimsABodyIsSolidWhateverOthersSend) {
   EXPECT_EQ(At(6).solids[1].X_W.p.x(), -kX);
 }
 
-// An epoch costs nothing either: what the others go by decides first.
+// An epoch costs nothing either, so the beliefs of the others decide first.
 TEST_F(Composed, AClaimThatTheOthersDoNotGoByIsNotSolid) {
   picture_.peers = {PeerAt(2, "Mallory", -kX), PeerAt(3, "Anna", kX), PeerAt(8, "Ben", 2 * kX)};
   picture_.peers[0].info.claims = {{1, 0xFFFFFFFF, true}};
   picture_.peers[1].info.claims = {{1, 6, true}};
   picture_.peers[2].info.beliefs = {{1, 3, 6}};
   EXPECT_EQ(At(0).solids[1].X_W.p.x(), kX);
-  // a word for oneself is none, and each counts once
+  // a belief in oneself does not count, and each peer counts once
   picture_.peers[0].info.beliefs = {{1, 2, 9}, {1, 2, 9}, {1, 2, 9}};
   EXPECT_EQ(At(1).solids[1].X_W.p.x(), kX);
   ViewedPeer vera = PeerAt(9, "Vera", 3 * kX);
@@ -132,7 +133,7 @@ TEST_F(Composed, TellsWhichBodiesAreInHand) {
   EXPECT_TRUE(At(2).held.empty());
 }
 
-// A body in hand is drawn ahead of its frame; what is measured stays where it was told to be.
+// A body in hand is drawn ahead of its frame. Measured values stay at the pose that was told.
 TEST_F(Composed, WhatAHandMovesFreelyIsDrawnAhead) {
   picture_.peers = {PeerAt(3, "Anna", kX), PeerAt(8, "Ben", 2 * kX)};
   for (ViewedPeer& peer : picture_.peers) {
@@ -146,7 +147,7 @@ TEST_F(Composed, WhatAHandMovesFreelyIsDrawnAhead) {
   EXPECT_NEAR(list.labels[0].X_W.p.x(), kX + 0.01, 1e-12);
   EXPECT_EQ(list.told[1].p.x(), kX);
   EXPECT_EQ(list.told[0].p, Vec3::Zero());
-  // not where it touches something, nor where its peer is silent
+  // a body is not drawn ahead where it touches something, nor where its peer is silent
   picture_.peers[0].bodies[0].flags |= ViewBody::kInContact;
   picture_.peers[0].seq = 1;
   picture_.peers[1].presence = Presence::kLost;
@@ -193,7 +194,8 @@ TEST_F(Composed, APeerThatWasLostAndComesBackIsShownAtOnce) {
   EXPECT_FLOAT_EQ(list.ghosts[0].opacity, PictureComposer::kGhostOpacity);
 }
 
-// A viewer keeps so many peers: of those that it has forgotten nothing is kept here either.
+// A viewer keeps a limited number of peers. Nothing is kept here either of a peer that it has
+// forgotten.
 TEST_F(Composed, APeerThatWasForgottenIsNewWhenItComesBack) {
   picture_.peers = {PeerAt(3, "Anna", kX)};
   picture_.peers[0].presence = Presence::kLost;

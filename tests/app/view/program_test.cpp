@@ -19,7 +19,7 @@
 #include "tests/app/view/fake_session.h"
 #include "tests/support/obj_text.h"
 
-// The program as people start it, under an X server, in sessions of its own on the loopback
+// Runs the program as people start it, under an X server, in sessions of its own on the loopback
 // interface.
 
 namespace tandem {
@@ -58,7 +58,7 @@ class Program : public ::testing::Test {
     ASSERT_TRUE(puppet->waitForStarted());
     puppets_.push_back(std::move(puppet));
   }
-  /// Says over DDS that its scene lies where it does not lie on this machine.
+  /// Starts a peer that says over DDS that its scene lies where it does not lie on this machine.
   void StartPuppetFromElsewhere(const char* name,
                                 const QString& file = "/home/anna/scenes/scene.json") {
     auto puppet = std::make_unique<QProcess>();
@@ -71,7 +71,7 @@ class Program : public ::testing::Test {
   QStringList JoinArguments() const {
     return {"--session", session_, "--name", "Dora", "--interface", "lo"};
   }
-  /// Its exit code; what it says on stderr is then in said_.
+  /// Runs the program and returns its exit code. Its stderr is then in said_.
   int Run(const QStringList& arguments, const QProcessEnvironment& environment) {
     QProcess view;
     view.setProcessEnvironment(environment);
@@ -98,14 +98,14 @@ class Program : public ::testing::Test {
 
   QTemporaryDir folder_;
   QString session_ = QStringLiteral("view-test-%1").arg(getpid());
-  QString work_folder_;  // of the program; empty: the test's own
+  QString work_folder_;  // folder of the program; empty: the test's own
   QProcessEnvironment here_ = QProcessEnvironment::systemEnvironment();
   std::vector<std::unique_ptr<QProcess>> puppets_;
   std::string said_;
 };
 
 TEST_F(Program, WritesAPictureOfASessionOfTwoWithSolidAndGhostAndReportsWhatItHeard) {
-  work_folder_ = folder_.path();  // where the scene is found by its content
+  work_folder_ = folder_.path();  // the program finds the scene there by its content
   StartPuppet("Anna", "0.05");
   StartPuppet("Ben", "-0.05");
   const int exit_code =
@@ -128,7 +128,7 @@ TEST_F(Program, WritesAPictureOfASessionOfTwoWithSolidAndGhostAndReportsWhatItHe
   const nlohmann::json report = Report();
   EXPECT_EQ(report.at("peers_seen"), 2);
   EXPECT_GT(report.at("samples").get<int>(), 50);
-  EXPECT_GT(report.at("samples_per_s").get<double>(), 50.0);  // of 120 sent
+  EXPECT_GT(report.at("samples_per_s").get<double>(), 50.0);  // 120 are sent
   EXPECT_GT(report.at("age_ms_p99").get<double>(), 0.0);
 }
 
@@ -142,8 +142,8 @@ TEST_F(Program, TimesThePicturesOfAScene) {
   EXPECT_EQ(pictures[0].at("samples"), 1);
   EXPECT_EQ(pictures[1].at("samples"), 4);
   for (const nlohmann::json& one : pictures) {
-    EXPECT_EQ(one.at("static_triangles"), 12);  // of the plate, a box
-    EXPECT_EQ(one.at("moving_triangles"), 12);  // of the part, a box
+    EXPECT_EQ(one.at("static_triangles"), 12);  // the plate, a box
+    EXPECT_EQ(one.at("moving_triangles"), 12);  // the part, a box
     const double full_ms = one.at("full_redraw_ms").at("median");
     const double fixed_ms = one.at("fixed_eye_ms").at("median");
     EXPECT_GT(full_ms, 0);
@@ -163,15 +163,15 @@ TEST_F(Program, FindsTheSessionsSceneWhereItLiesOnThisMachine) {
       return c.green() > 110 && c.red() < 60 && c.blue() < 90;
     });
   };
-  // nowhere: it says so, and where it looked
+  // the scene is nowhere: the program says so, and where it looked
   EXPECT_EQ(Run(arguments + QStringList{"--seconds", "12"}, here_), 0) << said_;
   EXPECT_THAT(said_, ::testing::HasSubstr("The scene is missing"));
   EXPECT_LT(green(), 150);
-  // in the current folder
+  // the scene is in the current folder
   work_folder_ = folder_.path();
   EXPECT_EQ(Run(arguments, here_), 0) << said_;
   EXPECT_GT(green(), 1000);
-  // and where a scene was named the last time
+  // the scene is where a scene was named the last time
   work_folder_ = state.path();
   EXPECT_EQ(Run({"--scene", In("scene.json"), "--fit", "--screenshot", In("named.png")}, here_), 0);
   QFile::remove(In("found.png"));
@@ -212,7 +212,7 @@ TEST_F(Program, TakesAPictureWithProximityOnceItIsVoxelized) {
   const auto count = [&](const auto& like) {
     return Count(image, like);
   };
-  // the part's lower rim is warm and its sides are blue; of green there is the Y axis only
+  // the part's lower rim is warm and its sides are blue; only the Y axis is green
   EXPECT_LT(count([](const QColor& c) {
               return c.green() > 110 && c.red() < 60 && c.blue() < 90;
             }),
@@ -261,7 +261,8 @@ TEST_F(Program, LeavesWithAGoodbyeAndReportsWhenItIsTerminated) {
   (*joined)->Leave();
 }
 
-// A pipe that nobody writes to held the window for ever, and SIGTERM did not end it.
+// A pipe that nobody writes to must neither hold the window for ever nor keep SIGTERM from ending
+// it.
 TEST_F(Program, EndsInTimeWhateverFileTheSessionNames) {
   const QString pipe = In("pipe.json");
   ASSERT_EQ(mkfifo(pipe.toLocal8Bit().constData(), 0600), 0);
@@ -279,7 +280,7 @@ TEST_F(Program, EndsInOneLineWithoutADisplay) {
   EXPECT_EQ(Run({}, bare), 4);
   EXPECT_THAT(said_, ::testing::HasSubstr("no display"));
   EXPECT_EQ(std::count(said_.begin(), said_.end(), '\n'), 1);
-  bare.insert("DISPLAY", ":4711");  // where nobody listens
+  bare.insert("DISPLAY", ":4711");  // nobody listens there
   EXPECT_EQ(Run({}, bare), 4);
   EXPECT_THAT(said_, ::testing::HasSubstr(":4711"));
 }

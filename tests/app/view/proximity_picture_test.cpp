@@ -79,7 +79,7 @@ TEST(DistanceText, RoundsTheErrorUp) {
   EXPECT_EQ(DistanceText(near), "3.200 mm \u00b1 1.733 mm");
 }
 
-/// Beside the block and the ball a second ball, 0.1 m to the left.
+/// Returns a scene with a second ball beside the block and the ball, 0.1 m to the left.
 std::shared_ptr<const DrawnScene> WithASecondBall() {
   DrawnScene scene = BlockAndBall();
   TriangleMesh ball = SphereMesh(0.03, 16, 32);
@@ -99,10 +99,10 @@ TEST(SeveralMovingBodiesNear, ThePartInHandIsToldOfToo) {
   EXPECT_EQ(picture.held_part, "ball");
   EXPECT_EQ(picture.held_other, "block");
   EXPECT_NEAR(picture.of_held.distance, kGap, 1e-6);
-  // where that is the nearest of all, or nothing is in hand, there is nothing to add
+  // there is nothing to add if that is the nearest of all, or nothing is in hand
   EXPECT_EQ(composer.Compose(X_W, std::vector<std::size_t>{2}).of_held.other, SceneNearness::kNone);
   EXPECT_EQ(composer.Compose(X_W, {}).of_held.other, SceneNearness::kNone);
-  // of several in hand the nearer one
+  // the nearer of several in hand counts
   X_W[1].p.y() = kGap - 0.010;
   X_W[2].p.y() = kGap - 0.020;
   picture = composer.Compose(X_W, std::vector<std::size_t>{1, 2});

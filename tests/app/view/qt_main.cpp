@@ -5,7 +5,7 @@
 
 #include "tests/support/environment.h"
 
-// Tests of Qt's models: an event loop, and no window.
+// Runs tests of Qt's models with an event loop and no window.
 int main(int argc, char** argv) {
   tandem::testing::KeepOutOfPersonsFolders();
   ::testing::InitGoogleMock(&argc, argv);

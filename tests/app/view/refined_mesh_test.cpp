@@ -36,7 +36,7 @@ double LongestSideOf(const ShadedMesh& mesh) {
   return longest;
 }
 
-/// Sides that have no counterpart running the other way: cracks.
+/// Counts the sides that have no counterpart running the other way: cracks.
 std::size_t CracksOf(const ShadedMesh& mesh) {
   using Point = std::array<float, 3>;
   std::map<std::pair<Point, Point>, int> sides;

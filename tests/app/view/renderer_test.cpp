@@ -92,7 +92,7 @@ TEST_F(Drawn, AGhostAtTheSolidInstancesPlaceIsNotSeen) {
 }
 
 TEST_F(Drawn, NoInnerFaceShowsThroughAGhost) {
-  // two walls of a box one behind the other: the same picture as of its front wall alone
+  // two walls of a box, one behind the other, give the same picture as the front wall alone
   DrawnScene box;
   box.bodies = {MakeDrawnBody("box", {}, BoxMesh({-0.05, -0.05, -0.05}, {0.05, 0.05, 0.05}))};
   TriangleMesh front = BoxMesh({-0.05, -0.05, -0.05}, {0.05, 0.05, 0.05});

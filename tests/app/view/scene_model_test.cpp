@@ -265,7 +265,7 @@ TEST(SceneModel, EndsThoughItsFileCannotBeReadToTheEnd) {
   }
   EXPECT_LT(std::chrono::steady_clock::now() - before, std::chrono::seconds(5));
   EXPECT_FALSE(*ended);
-  disk->set_value();  // what comes then harms nobody
+  disk->set_value();  // a file that comes then harms nobody
   ASSERT_TRUE(ProcessEventsUntil([&] {
     return ended->load();
   }));

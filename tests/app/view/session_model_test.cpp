@@ -76,7 +76,7 @@ TEST(SessionModel, LeavesWithAGoodbyeKeepsTheLastPictureAndCanJoinAgain) {
   EXPECT_EQ(session.state(), SessionModel::State::kLeft);
   EXPECT_EQ(fake.left, 1);
   EXPECT_EQ(fake.destroyed, 1);
-  // who was here may be so still; who had left has left
+  // a peer that was here may be so still; a peer that had left has left
   EXPECT_EQ(session.Picture().peers.at(0).presence, ViewedPeer::Presence::kUnknown);
   EXPECT_EQ(session.Picture().peers.at(1).presence, ViewedPeer::Presence::kLeft);
   EXPECT_EQ(session.Picture().samples, 1U);
@@ -111,7 +111,7 @@ TEST(SessionModel, LeavesWhenItsKeysEndAndSaysSo) {
   EXPECT_EQ(fake.left, 2);
 }
 
-/// Other sessions, as a test has them.
+/// Other sessions, which a test sets.
 struct FakeNearby : SessionsNearby {
   explicit FakeNearby(const std::vector<AnnouncedSession>& s) : sessions(s) {}
   std::vector<AnnouncedSession> Heard() override { return sessions; }
@@ -149,7 +149,7 @@ TEST(SessionModel, SaysOfASessionThatNobodyWasHeardInWhichOthersThereAre) {
   }));
   EXPECT_EQ(changes, 1);
   EXPECT_TRUE(session.nobody_heard().isEmpty());
-  // of the next one that is joined nobody has been heard
+  // nobody has been heard of the next session that is joined
   session.Leave();
   session.Join({"bracket", "Dora", 42, ""});
   EXPECT_FALSE(session.heard());

@@ -7,7 +7,7 @@
 
 namespace tandem {
 
-/// A closed box, counter-clockwise from outside.
+/// Returns a closed box, counter-clockwise from outside.
 inline TriangleMesh BoxMesh(const Vec3& min, const Vec3& max) {
   TriangleMesh mesh;
   for (unsigned corner = 0; corner < 8; ++corner) {
@@ -20,7 +20,7 @@ inline TriangleMesh BoxMesh(const Vec3& min, const Vec3& max) {
   return mesh;
 }
 
-/// A closed sphere about the origin, of `rings` rings between two poles.
+/// Returns a closed sphere about the origin, of `rings` rings between two poles.
 inline TriangleMesh SphereMesh(double radius, unsigned rings, unsigned around) {
   constexpr double kPi = 3.14159265358979323846;
   TriangleMesh mesh;
@@ -50,7 +50,7 @@ inline TriangleMesh SphereMesh(double radius, unsigned rings, unsigned around) {
   return mesh;
 }
 
-/// A grey block, fixed, with a green ball of 3 cm radius before it (at -Y) that moves.
+/// Returns a grey block, fixed, with a green ball of 3 cm radius before it (at -Y) that moves.
 inline DrawnScene BlockAndBall() {
   TriangleMesh ball = SphereMesh(0.03, 16, 32);
   for (Vec3& p : ball.vertices) p += Vec3(0, -0.1, 0);

@@ -66,7 +66,7 @@ class KeptPicture : public ::testing::TestWithParam<int> {
   std::unique_ptr<ProximityPicture> proximity_;
 };
 
-/// A large ball, fixed, and the one that moves, both smooth.
+/// Returns a large ball, fixed, and the one that moves, both smooth.
 DrawnScene TwoBalls() {
   DrawnScene scene = BlockAndBall();
   scene.bodies[kFixed] =
@@ -74,7 +74,7 @@ DrawnScene TwoBalls() {
   return scene;
 }
 
-// from before what is fixed, past its side, to behind it
+// the way goes from before the fixed body, past its side, to behind it
 const std::array<Vec3, 5> kWay{Vec3(0, 0, 0), Vec3(0.05, 0.08, 0.03), Vec3(0.09, 0.1, 0.09),
                                Vec3(0, 0.2, 0), Vec3(-0.11, 0.13, 0.09)};
 
@@ -213,7 +213,7 @@ TEST_P(KeptPicture, IsDrawnAgainForAnotherScene) {
   EXPECT_TRUE(DrawsAnew());
 }
 
-/// A fixed ball of four pieces that comes out of the block.
+/// Returns a scene with a fixed ball of four pieces that comes out of the block.
 DrawnScene LargeScene() {
   DrawnScene scene = BlockAndBall();
   scene.bodies.push_back(

@@ -11,7 +11,7 @@
 namespace tandem {
 namespace {
 
-/// The picture alone, where the processor draws and where it does not.
+/// Tests the picture alone, where the processor draws and where it does not.
 class View : public ::testing::TestWithParam<bool> {
  protected:
   void Show(const DrawnScene& scene) {

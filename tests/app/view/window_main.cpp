@@ -7,7 +7,7 @@
 #include "app/view/render/gl_check.h"
 #include "tests/support/environment.h"
 
-// Tests of the window and the renderer; need a display.
+// Runs tests of the window and the renderer, which need a display.
 int main(int argc, char** argv) {
   tandem::testing::KeepOutOfPersonsFolders();
   ::testing::InitGoogleMock(&argc, argv);

@@ -12,9 +12,9 @@
 namespace tandem {
 
 namespace {
-constexpr int kLeastWindow = 400;  // px of width
+constexpr int kLeastWindow = 400;  // px; width
 
-/// A window may be gone when it is asked about: that is no fault.
+/// Goes on after an error: a window may be gone when it is asked about.
 int GoOn(::Display*, XErrorEvent*) {
   return 0;
 }

@@ -9,8 +9,8 @@
 
 namespace tandem {
 
-/// Mouse, keys and screen of the X server that DISPLAY names, by its XTEST extension: what a
-/// program gets is what a person's devices would give it.
+/// Mouse, keys and screen of the X server that DISPLAY names, by its XTEST extension. A program
+/// gets what a person's devices would give it.
 class XMouse {
  public:
   XMouse();
@@ -18,18 +18,18 @@ class XMouse {
   bool ready() const;
 
   void MoveTo(const QPoint& at);
-  /// In steps of a few pixels, a few milliseconds each.
+  /// Drags in steps of a few pixels, a few milliseconds each.
   void DragTo(const QPoint& to, int step_px = 4, int step_ms = 8);
   void Press(int button = 1);
   void Release(int button = 1);
   void Wheel(int notches);  // > 0: up
-  /// By X's name of the key: "Escape", "g", "Control_L".
+  /// Presses a key by X's name of it: "Escape", "g", "Control_L".
   void KeyDown(const std::string& key);
   void KeyUp(const std::string& key);
   void Key(const std::string& key);
   const QPoint& at() const { return at_; }
 
-  /// Windows that are as large as a program's own, the newest last.
+  /// Returns windows that are as large as a program's own, the newest last.
   std::vector<unsigned long> Windows() const;
   void Place(unsigned long window, const QRect& where);
   void Focus(unsigned long window);

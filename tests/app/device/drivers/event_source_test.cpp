@@ -1,4 +1,4 @@
-// What the drivers `mouse` and `keyboard` list, of plain files in place of the kernel's.
+// Tests what the drivers `mouse` and `keyboard` list, with plain files in place of the kernel's.
 #include "app/device/drivers/event_source.h"
 
 #include <array>
@@ -15,7 +15,7 @@ namespace {
 
 using driver::EventSource;
 
-/// A file that is not empty is of the kind.
+/// Returns whether a file is of the kind: it is if it is not empty.
 bool HasBytes(int file) {
   struct stat facts {};
   return fstat(file, &facts) == 0 && facts.st_size > 0;

@@ -72,9 +72,9 @@ class HeldPart {
       if (i > ticks / 2) fastest_ = std::max(fastest_, std::abs(state.velocity[0]));
     }
   }
-  double lead() const { return lead_; }        // m, of the handle ahead of the part
+  double lead() const { return lead_; }        // m; distance of the handle ahead of the part
   double force() const { return -felt_; }      // N
-  double fastest() const { return fastest_; }  // m/s, in the second half of Go()
+  double fastest() const { return fastest_; }  // m/s; largest speed in the second half of Go()
 
  private:
   RateHand hand_;
@@ -105,7 +105,8 @@ TEST(RateHandTest, TheHandleLeavesAtOnceWhenTheUserTurnsBack) {
   HeldPart part(800, 8);
   part.Go(0.1, 4000);
   ASSERT_GT(part.lead(), 0.001);
-  // at most 2.5 mm ahead: gone in as many hundredths of a second, and a few for the damper
+  // the handle is at most 2.5 mm ahead, which is gone in as many hundredths of a second, and a few
+  // more for the damper
   part.Go(-0.1, 50);
   EXPECT_LT(part.lead(), 0);
 }
@@ -117,7 +118,7 @@ TEST(RateHandTest, AlongAWallTheHandGoesAsTheUserMeans) {
   TandemDeviceState state{};
   hand.Tell(state);
   EXPECT_NEAR(state.velocity[1], 0.1, 1e-12);
-  // the way into the wall is none, and the force moves the hand slowly out of it
+  // the hand does not go into the wall, and the force moves it slowly out of it
   EXPECT_NEAR(state.velocity[0], -1.5 * RateHand::kYield, 1e-6);
 }
 

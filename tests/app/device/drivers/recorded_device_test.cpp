@@ -13,7 +13,7 @@
 namespace tandem {
 namespace {
 
-/// A recording of a hand that goes a millimetre a frame along x.
+/// Records a hand that goes a millimetre a frame along x.
 void RecordHand(const std::filesystem::path& file, int frames) {
   RecordingHeader header;
   header.program = "test";

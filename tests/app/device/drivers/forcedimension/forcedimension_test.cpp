@@ -81,7 +81,7 @@ class ForceDimensionTest : public ::testing::Test {
       return trial_->read() == result;
     });
   }
-  /// V's force that the device got last.
+  /// Returns the force that the device got last, in V's axes.
   Vec3 Given() const { return {fake_->force[1], fake_->force[2], fake_->force[0]}; }
 
   FakeDhd* fake_;
@@ -319,7 +319,7 @@ TEST_F(ForceDimensionTest, AnUnpluggedDeviceIsFoundAgain) {
   EXPECT_EQ(trial_->position().x(), 0.07);
   EXPECT_EQ(fake_->opens, opens + 1);
   EXPECT_EQ(fake_->closes, 1);
-  // by errors alone
+  // unplugged by errors alone
   fake_->status_result = -1;
   for (const int code : {2, 5, 7}) {
     opens = fake_->opens;

@@ -37,7 +37,7 @@ struct FakeService::Parts {
     std::thread thread;
   };
 
-  /// What all devices say; `full`: with their configuration.
+  /// Returns the state of all devices; `full`: with their configuration.
   std::string State(bool full) const {
     std::string text = R"({"session_id":7,"inverse3":[)";
     if (!world.arm.empty()) {
@@ -74,7 +74,7 @@ struct FakeService::Parts {
     try {
       force = said.at("inverse3").at(0).at("commands").at("set_cursor_force").at(world.follows);
     } catch (const nlohmann::json::exception&) {
-      // no force in the form that it follows
+      // the message has no force in the form that the service follows
     }
     if (world.silent) return {};
     return world.instead.empty() ? State(false) : world.instead;

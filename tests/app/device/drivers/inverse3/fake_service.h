@@ -9,7 +9,7 @@
 
 namespace tandem::testing {
 
-/// What the fake service says of its devices, and how it behaves.
+/// The devices that the fake service tells of, and how it behaves.
 struct FakeWorld {
   std::string arm = "049D";             // empty: not connected
   double x = 0.01, y = 0.02, z = 0.15;  // m, in the service's frame
@@ -20,14 +20,14 @@ struct FakeWorld {
   std::string grip_state = R"("orientation":{"w":1,"x":0,"y":0,"z":0})";
   std::string grip_status = R"("connected":true,"awake":true,"ready":true)";
   bool silent = false;  // answers nothing
-  std::string instead;  // what it answers in place of a state; empty: a state
+  std::string instead;  // answer in place of a state; empty: a state
 };
 
 /// A service of the published interface: HTTP and WebSocket on one port, events on another. On
 /// connecting it tells what there is; then it answers each message with one state.
 class FakeService {
  public:
-  /// `port` 0: any.
+  /// Listens at `port`; 0: at any.
   explicit FakeService(int port = 0);
   ~FakeService();
   FakeService(const FakeService&) = delete;
@@ -35,17 +35,17 @@ class FakeService {
 
   int port() const;
   int events_port() const;
-  /// Options for the driver that name both ports.
+  /// Returns options for the driver that name both ports.
   std::string ports() const;
   /// Changes the world between two messages.
   void Change(const std::function<void(FakeWorld&)>& change);
-  /// Tells all who listen.
+  /// Sends an event to all who listen.
   void Tell(const std::string& event);
   /// Breaks all connections of both ports. New ones are taken, unless it is `shut`.
   void Kick(bool shut = false);
   void Reopen();
 
-  std::string first() const;  // message of the newest connection
+  std::string first() const;  // first message of the newest connection
   std::string newest() const;
   long messages() const;
   long connections() const;

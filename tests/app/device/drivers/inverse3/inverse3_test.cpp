@@ -2,14 +2,18 @@
 //
 // | fault | test |
 // |---|---|
-// | no service; a service without devices | ListSaysWhatIsThereAndWhatMendsIt,
-// OpenSaysWhatIsMissing | | a service that restarts | GoesOnAfterTheServiceWasRestarted | | a
-// service that is silent | ASilentServiceIsAnUnpluggedDevice | | device lacks in states; no power;
-// not ready; not calibrated | EachConditionOfTheArmHasItsCodeAndLine | | grip asleep, not connected
-// | AGripThatSleepsIsAnUnpluggedDevice | | forces in a form that the service does not read |
-// SaysThatTheServiceDoesNotFollow | | events: safety, busy, disconnected, calibration failed |
-// EventsTakeTheForceOff | | no JSON, wrong types, NaN, infinite numbers, deep and long messages |
-// UnsoundMessagesAreNoStates… | | a force that is no number | NeverAsksForAForceThatIsNoNumber |
+// | no service; a service without devices | ListSaysWhatIsThereAndWhatMendsIt |
+// | wrong options, no arm, no service | OpenSaysWhatIsMissing |
+// | a service that restarts | GoesOnAfterTheServiceWasRestarted |
+// | a service that is silent | ASilentServiceIsAnUnpluggedDevice |
+// | no device in states; no power; not ready | EachConditionOfTheArmHasItsCodeAndLine |
+// | not calibrated | EachConditionOfTheArmHasItsCodeAndLine |
+// | grip asleep, not connected | AGripThatSleepsIsAnUnpluggedDevice |
+// | forces in a form that the service does not read | SaysThatTheServiceDoesNotFollow |
+// | events: safety, busy, disconnected, calibration failed | EventsTakeTheForceOff |
+// | no JSON, wrong types, NaN, infinite numbers | UnsoundMessagesAreNoStates… |
+// | deep and long messages | UnsoundMessagesAreNoStates… |
+// | a force that is no number | NeverAsksForAForceThatIsNoNumber |
 #include <algorithm>
 #include <atomic>
 #include <chrono>
@@ -30,7 +34,7 @@ namespace {
 
 using nlohmann::json;
 
-/// A driver and a service, and what the vendor's thread is given.
+/// A driver and a service, and the forces that the vendor's thread is given.
 struct Inverse3Trial {
   explicit Inverse3Trial(const std::string& options = "",
                          const std::function<void(FakeWorld&)>& change = {}) {
@@ -58,7 +62,7 @@ struct Inverse3Trial {
     fy = y;
     fz = z;
   }
-  /// The force of the newest message that came to the service.
+  /// Returns the force of the newest message that came to the service.
   Vec3 Asked(const char* form = "vector") const {
     const json message = json::parse(service.newest(), nullptr, false);
     try {

@@ -39,17 +39,17 @@ class DeviceEnd {
   Bytes Hello(std::int64_t now_ns, const net::Hello& hello = SomeHello());
   Bytes State(std::int64_t now_ns, const net::State& state);
   Bytes End(std::int64_t now_ns);
-  /// What the other end sent. False: it is refused.
+  /// Takes what the other end sent. False: the device refuses it.
   bool Take(std::span<const std::uint8_t> bytes, std::int64_t now_ns);
 
   bool welcome() const { return header_.host_session != 0; }
   bool host_ended() const { return host_ended_; }
-  /// The force for the motors: nothing once it is void.
+  /// Returns the force for the motors: nothing once it is void.
   net::Force ForceAt(std::int64_t now_ns) const;
-  /// How old the state is that the newest force follows from.
+  /// Returns the age of the state that the newest force follows from.
   std::int64_t AgeAt(std::int64_t now_ns) const { return now_ns - force_echo_ns_; }
   std::uint64_t forces() const { return forces_; }
-  /// Names numbers in packets as it likes.
+  /// The header of its packets, in which a test may change the numbers.
   net::Header& header() { return header_; }
   const net::Key& key() const { return key_; }
 
@@ -58,7 +58,7 @@ class DeviceEnd {
   net::PacketWriter Begin(net::Kind kind, std::int64_t now_ns);
 
   net::Key key_;
-  net::Header header_;  // of what it sends
+  net::Header header_;  // header of the packets that it sends
   std::uint64_t newest_ = 0;
   net::Force force_;
   std::int64_t force_echo_ns_ = 0;
@@ -69,11 +69,11 @@ class DeviceEnd {
 /// A device program: calls until it is welcome, then sends a state each millisecond.
 class FarEnd {
  public:
-  /// How the network treats its packets.
+  /// Treatment of its packets by the network.
   struct Network {
     double loss = 0;
     double twice = 0;
-    double swapped = 0;  // share that comes after the packet behind it
+    double swapped = 0;  // share of packets that come after the packet behind them
   };
   FarEnd(int port, net::Key key, std::uint64_t session, double x);
   ~FarEnd();
@@ -89,9 +89,9 @@ class FarEnd {
   net::Force force() const;
   bool host_ended() const;
   std::uint64_t forces() const;
-  /// The age of forces as they came.
+  /// Returns the ages of forces as they came.
   Histogram ages() const;
-  /// The newest packets that it sent, newest last.
+  /// Returns the newest packets that it sent, newest last.
   std::deque<Bytes> sent() const;
   /// Sends bytes to Tandem; `own`: from the device's own address.
   void Inject(const Bytes& bytes, bool own) const;

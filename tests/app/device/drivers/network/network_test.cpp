@@ -145,7 +145,7 @@ TEST(Network, GoesOnUnderLossReorderingAndDuplicates) {
   NetworkTrial it;
   ASSERT_TRUE(it.IsAt(0.1));
   it.far->SetNetwork({.loss = 0.3, .twice = 0.3, .swapped = 0.3});
-  // x rises: what comes in a wrong order must not take it back
+  // x rises: a packet in a wrong order must not take it back
   double highest = 0.1;
   int unplugged = 0;
   for (int i = 0; i < 1000; ++i) {
@@ -156,7 +156,7 @@ TEST(Network, GoesOnUnderLossReorderingAndDuplicates) {
     highest = std::max(highest, it.trial.position().x());
   }
   EXPECT_GT(highest, 0.9);
-  EXPECT_LT(unplugged, 300);  // only where this machine stood
+  EXPECT_LT(unplugged, 300);  // only where this machine stood still
   EXPECT_TRUE(it.FeelsX(1));
   it.trial.ExpectRealtime();
 }

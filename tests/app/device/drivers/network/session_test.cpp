@@ -50,7 +50,7 @@ net::State StateAt(double x) {
   return state;
 }
 
-/// A session, and time.
+/// A session and its time.
 struct Tandem {
   explicit Tandem(net::Key key = {}, const char* secret = "a secret of this run")
       : session(std::move(key), KeyOf(secret), {}) {}
@@ -63,7 +63,7 @@ struct Tandem {
     return taken.refusal;
   }
   Refusal Take(const Bytes& bytes) { return Take(bytes, here); }
-  /// The whole greeting, up to the first state.
+  /// Greets a device, up to its first state.
   Refusal Greet(DeviceEnd& device) {
     const Refusal hello = Take(device.Hello(device_ns()));
     if (hello != Refusal::kNone) return hello;
@@ -74,7 +74,7 @@ struct Tandem {
     const net::PacketWriter packet = session.ForcePacket({}, session.sent_ns(), now_ns);
     EXPECT_TRUE(device.Take(packet.bytes(), device_ns()));
   }
-  /// The device's clock is another one.
+  /// Returns the device's time, which is another one.
   std::int64_t device_ns() const { return now_ns - 987'654'321; }
 
   Session session;
@@ -174,7 +174,7 @@ TEST(NetworkSession, RefusesAPacketWithAnyByteChanged) {
     EXPECT_NE(tandem.Take(forged), Refusal::kNone) << i;
   }
   EXPECT_GT(tandem.session.refused(Refusal::kForged), 170U);
-  // with another key, and without one
+  // packets with another key, and without one
   DeviceEnd stranger(KeyOf("another key, 16 b"));
   EXPECT_EQ(tandem.Take(stranger.Hello(1)), Refusal::kForged);
   EXPECT_EQ(tandem.Take(DeviceEnd().Hello(1)), Refusal::kForm);
@@ -251,9 +251,9 @@ TEST(NetworkSession, AHelloThatIsPlayedAgainBeginsNothing) {
   DeviceEnd device(KeyOf(kKey), 7);
   ASSERT_EQ(tandem.Take(device.Hello(tandem.device_ns())), Refusal::kNone);
   ASSERT_TRUE(device.Take(tandem.answer, 0));
-  // while the device is being greeted, and then
+  // while the device is being greeted, and after that
   for (int i = 0; i < 100; ++i) EXPECT_EQ(tandem.Take(hello), Refusal::kNone);
-  EXPECT_LT(tandem.answer.size(), hello.size());  // nobody is flooded by our answers
+  EXPECT_LT(tandem.answer.size(), hello.size());  // our answers flood nobody
   EXPECT_FALSE(tandem.session.on());
   EXPECT_EQ(tandem.Take(device.State(tandem.device_ns(), StateAt(0))), Refusal::kNone);
   EXPECT_EQ(tandem.Take(hello), Refusal::kBusy);
@@ -293,7 +293,7 @@ TEST(NetworkSession, OnlyAKeyLetsADeviceMove) {
   EXPECT_EQ(tandem.Take(keyed.State(tandem.device_ns(), StateAt(2)), elsewhere), Refusal::kNone);
   EXPECT_TRUE(tandem.session.address() == elsewhere);
   EXPECT_EQ(tandem.Take(old, At("127.0.0.1:5002")), Refusal::kReplayed);
-  EXPECT_TRUE(tandem.session.address() == elsewhere);  // what is old moves nothing
+  EXPECT_TRUE(tandem.session.address() == elsewhere);  // an old packet moves nothing
 }
 
 TEST(NetworkSession, OneDeviceAtATime) {
@@ -305,7 +305,7 @@ TEST(NetworkSession, OneDeviceAtATime) {
   EXPECT_EQ(tandem.Take(second.State(2, StateAt(5)), At("127.0.0.1:6000")), Refusal::kSession);
   EXPECT_EQ(tandem.Take(second.Hello(3), At("127.0.0.1:6000")), Refusal::kBusy);
   EXPECT_NE(tandem.session.state().position[0], 5);
-  // once the first one is silent
+  // once the first device is silent
   tandem.now_ns += 101 * kMs;
   EXPECT_EQ(tandem.Greet(second), Refusal::kNone);
 }

@@ -39,7 +39,7 @@ std::atomic<bool> device_is_open{false};
 std::atomic<bool> stop{false};
 unsigned (*callback)(void*) = nullptr;
 void* callback_of = nullptr;
-bool in_frame = false;     // the scheduler's
+bool in_frame = false;     // the scheduler is in a frame
 bool wrote_force = false;  // in this frame
 int frames_of_tick = 0;
 
@@ -50,7 +50,7 @@ void Fail(unsigned code) {
   const std::lock_guard lock(errors_lock);
   errors.push_back(code);
 }
-/// Whether the device refuses to tell this.
+/// Returns whether the device refuses to tell this.
 bool Refuses(unsigned what) {
   Expect(device_is_open);
   if (Fake().refused_get != what) return false;
@@ -84,7 +84,7 @@ extern "C" {
 SHOWN tandem::testing::FakeHd* fake_hd() {
   return &Fake();
 }
-/// As after a new start of the process: the library is never unloaded.
+/// Puts the library back as after a new start of the process: it is never unloaded.
 SHOWN void fake_hd_forget() {
   {
     const std::lock_guard lock(errors_lock);

@@ -115,7 +115,7 @@ TEST_F(OpenHapticsTest, SaysWhatIsMissingAndWhatMendsIt) {
   EXPECT_THAT(trial_->Error(), HasSubstr("'speed' is none of its options"));
 }
 
-// A library stays loaded, so that each try is in a process of its own.
+// A library stays loaded, so each try is in a process of its own.
 TEST_F(OpenHapticsTest, SaysWhatTheLibraryLacks) {
   GTEST_FLAG_SET(death_test_style, "threadsafe");
   const auto said_of = [this](const char* library) {
@@ -341,7 +341,7 @@ TEST_F(OpenHapticsTest, UncalibratedIsSaidWithWhatToDo) {
   wanted_[0] = 1;
   EXPECT_TRUE(Gives(Vec3(1, 0, 0)));
   fake_->style = 1;
-  // where an uncalibrated Touch is stuck
+  // an uncalibrated Touch is stuck there
   fake_->x_mm = 0;
   fake_->y_mm = -110;
   fake_->z_mm = -35;

@@ -1,4 +1,4 @@
-// What the kernel shows of a Touch at USB, in a folder as /sys and /dev are.
+// Tests what the kernel shows of a Touch at USB, in a folder like /sys and /dev.
 #include "app/device/drivers/openhaptics/usb_touch.h"
 
 #include <filesystem>

@@ -23,7 +23,7 @@ class FakeDaemon {
  public:
   using Packet = std::array<std::int32_t, 8>;
 
-  /// `version`: 0 or 1 of the protocol.
+  /// `version` of the protocol: 0 or 1.
   FakeDaemon(const std::filesystem::path& socket, int version) : path_(socket), version_(version) {
     Listen();
   }
@@ -55,10 +55,10 @@ class FakeDaemon {
 
   std::atomic<int> axes{6};                     // 0: no device
   std::atomic<bool> event_before_hello{false};  // a motion comes before the handshake's answer
-  std::atomic<int> hello_ms{0};                 // that the handshake's answer takes
-  std::atomic<bool> answers{true};              // to requests and to the handshake
+  std::atomic<int> hello_ms{0};                 // duration of the handshake's answer
+  std::atomic<bool> answers{true};              // it answers requests and the handshake
   std::atomic<bool> event_first{false};         // a motion comes before each answer
-  std::atomic<float> sensitivity{0};            // that a client of version 0 sent
+  std::atomic<float> sensitivity{0};            // sensitivity that a client of version 0 sent
   std::atomic<int> clients{0};
 
  private:

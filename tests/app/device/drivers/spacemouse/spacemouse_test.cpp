@@ -3,14 +3,14 @@
 // | fault | test |
 // |---|---|
 // | no daemon, no device | SaysWhatIsMissingAndWhatMendsIt |
-// | a daemon of protocol version 0, one that does not answer the handshake |
-// SpeaksBothVersionsOfTheProtocol | | an event before an answer | SpeaksBothVersionsOfTheProtocol |
+// | a daemon of protocol version 0 | SpeaksBothVersionsOfTheProtocol |
+// | a daemon that does not answer the handshake | SpeaksBothVersionsOfTheProtocol |
+// | an event before an answer | SpeaksBothVersionsOfTheProtocol |
 // | a puck held still tells nothing more | APuckThatIsHeldStillGoesOnMoving |
 // | an event in two parts; unknown events; an all-zero packet | ReadsWhateverPartsEventsComeIn |
 // | unplugged without a last zero; plugged in again | APulledPuckStandsStillAndGoesOnWhenItIsBack |
-// | the daemon dies while the puck is pushed, and comes back |
-// ADeadDaemonStopsTheHandAndIsFoundAgain | | buttons beyond all numbers |
-// ButtonsAreTheClutchAndTheStopAsAsked |
+// | the daemon dies as the puck is pushed, and is back | ADeadDaemonStopsTheHandAndIsFoundAgain |
+// | buttons beyond all numbers | ButtonsAreTheClutchAndTheStopAsAsked |
 #include <cmath>
 #include <cstdlib>
 #include <memory>
@@ -90,7 +90,7 @@ TEST_F(SpaceMouseTest, SpeaksBothVersionsOfTheProtocol) {
     EXPECT_TRUE(Moves(Vec3(0.1, 0, 0))) << version;
     trial_.Close();
   }
-  // an event comes before the answer to what devices there are
+  // an event comes before the answer to the request for devices
   daemon_->event_first = true;
   ASSERT_EQ(trial_.Open("dead_zone=0"), TANDEM_OK) << trial_.Error();
   ASSERT_EQ(trial_.Start(), TANDEM_OK);
@@ -195,7 +195,7 @@ TEST_F(SpaceMouseTest, ReadsWhateverPartsEventsComeIn) {
   for (const std::size_t first : {1U, 4U, 31U}) {
     daemon_->Send({0, 350, 0, 0, 0, 0, 0, 8}, first);
     EXPECT_TRUE(Moves(Vec3(0.1, 0, 0))) << first;
-    daemon_->Send({});  // what a masked event may come as: no motion
+    daemon_->Send({});  // a masked event may come like this: no motion
     EXPECT_TRUE(Moves(Vec3::Zero()));
   }
   for (const std::int32_t kind : {4, 5, 6, 99, -1, 0x7faa2002}) daemon_->Send({kind, 350, 350});
