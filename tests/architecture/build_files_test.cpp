@@ -12,12 +12,12 @@ namespace tandem {
 namespace {
 
 // A glob that checks itself runs CMake in every dry run of ninja, and ./tandem says "building" at
-// every command; one that nothing checks misses new files. The folder's own time does neither.
+// every command. A glob that nothing checks misses new files. The folder's own time does neither.
 TEST(BuildFiles, GlobsAreNoticedByTheirFoldersAndLeaveNinjaWithoutWork) {
   std::vector<std::string> wrong;
   std::size_t globs = 0;
   for (const std::filesystem::path& file : testing::TreeFiles()) {
-    if (file.filename() != "CMakeLists.txt") continue;  // each is of what is built apart
+    if (file.filename() != "CMakeLists.txt") continue;  // other files build things apart
     const std::string text = testing::TreeText(file);
     std::istringstream lines(text);
     for (std::string line; std::getline(lines, line);) {

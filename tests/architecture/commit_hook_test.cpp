@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
-// The hook that CONTRIBUTING.md says how to enable.
+// Tests the hook that CONTRIBUTING.md says how to enable.
 namespace tandem {
 namespace {
 

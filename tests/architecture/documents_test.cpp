@@ -23,7 +23,7 @@ std::vector<std::filesystem::path> Documents() {
   return documents;
 }
 
-// The paths of this tree that a text names in `code` or as a [link](target).
+// Returns the paths of this tree that a text names in `code` or as a [link](target).
 std::vector<std::string> PathsNamedIn(const std::string& text) {
   static const std::regex path(R"((`|\]\()((engine|collab|app|idl|tests|docs)/[\w./-]+)[`)])");
   std::vector<std::string> paths;
@@ -49,7 +49,7 @@ TEST(Documents, NameOnlyFilesThatExist) {
   EXPECT_THAT(missing, ::testing::IsEmpty());
 }
 
-// A heading's anchor as web pages of repositories make it: small letters, digits, - and _.
+// Returns a heading's anchor as web pages of repositories make it: small letters, digits, - and _.
 std::string AnchorOf(const std::string& heading) {
   std::string anchor;
   for (const char c : heading) {
@@ -72,7 +72,7 @@ std::set<std::string> AnchorsIn(const std::string& text) {
   return anchors;
 }
 
-/// The links of a document to files and headings of this tree that lead nowhere.
+/// Returns the links of a document to files and headings of this tree that lead nowhere.
 std::vector<std::string> BrokenLinks(const std::filesystem::path& document,
                                      const std::string& text) {
   static const std::regex link(R"(\]\(([^)\s#]*)(?:#([^)\s]*))?\))");
@@ -113,8 +113,9 @@ TEST(Documents, BrokenLinksAreFound) {
                              "docs/design.md links to notation.md#gone)"));
 }
 
-/// What a text cites that a reader of this tree cannot find: documents that are not in it, whatever
-/// their folder, decisions without a file, and notes, studies and issues that were never here.
+/// Returns the citations in a text that a reader of this tree cannot find: documents that are not
+/// in it, whatever their folder, decisions without a file, and notes, studies and issues that were
+/// never here.
 std::vector<std::string> CitedInVain(const std::string& text, const std::set<std::string>& names,
                                      const std::set<std::string>& decisions) {
   static const std::regex document(R"(\b([\w-]+\.md)\b)");

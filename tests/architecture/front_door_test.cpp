@@ -35,8 +35,8 @@ std::string ProjectVersion() {
   return FirstMatch(testing::TreeText("CMakeLists.txt"), version).value_or("");
 }
 
-/// The keys of a CFF file's first level with their values, without quotes. A key whose value is a
-/// list or a text of several lines has the value "".
+/// Returns the keys of a CFF file's first level with their values, without quotes. A key whose
+/// value is a list or a text of several lines has the value "".
 std::map<std::string, std::string> CitationFields(const std::string& text) {
   static const std::regex field(R"re(([a-z-]+):\s*"?([^"]*?)"?)re");
   std::map<std::string, std::string> fields;
@@ -47,8 +47,9 @@ std::map<std::string, std::string> CitationFields(const std::string& text) {
   return fields;
 }
 
-/// What in a changelog goes against its form: "## Unreleased" first, then versions with their date,
-/// the newest first; in each the headings of Keep a Changelog, each once; entries below a heading.
+/// Returns the faults in a changelog's form. It has "## Unreleased" first, then versions with their
+/// date, the newest first. Each has the headings of Keep a Changelog, each once, and entries below
+/// a heading.
 std::vector<std::string> ChangelogFaults(const std::string& text) {
   static const std::regex release(R"(## (\d+)\.(\d+)\.(\d+) - \d{4}-\d{2}-\d{2})");
   static const std::set<std::string> kinds = {"### Added",   "### Changed", "### Deprecated",
@@ -82,7 +83,7 @@ std::vector<std::string> ChangelogFaults(const std::string& text) {
   return faults;
 }
 
-/// The packages that ./tandem installs.
+/// Returns the packages that ./tandem installs.
 std::vector<std::string> PackagesOf(const std::string& script) {
   static const std::regex list(R"(\npackages=\(\n([^)]*)\n\))");
   std::vector<std::string> packages;
@@ -93,7 +94,7 @@ std::vector<std::string> PackagesOf(const std::string& script) {
   return packages;
 }
 
-/// The words that do not stand in a text by themselves.
+/// Returns the words that do not stand in a text by themselves.
 std::vector<std::string> NotNamed(const std::vector<std::string>& words, const std::string& text) {
   std::vector<std::string> missing;
   for (const std::string& word : words) {
@@ -155,7 +156,7 @@ TEST(FrontDoor, FaultsOfAChangelogAreFound) {
   EXPECT_THAT(ChangelogFaults("# C\n\n## Unreleased\n"), ::testing::ElementsAre("no version"));
 }
 
-// What everybody reads is short; the rest has its place behind links.
+// The page that everybody reads is short. The rest has its place behind links.
 TEST(FrontDoor, ReadmeIsShort) {
   const std::string readme = testing::TreeText("README.md");
   EXPECT_LE(LinesOf(readme).size(), 130U);
@@ -227,7 +228,7 @@ TEST(FrontDoor, ArchitectureNamesEveryFolderWithSources) {
   EXPECT_THAT(folders, ::testing::IsEmpty());
 }
 
-// A variable that a build file sets for its tests is nobody's to set.
+// Nobody but a build file sets a variable that it sets for its tests.
 TEST(FrontDoor, ContributingNamesEveryVariableThatTestsRead) {
   static const std::regex read(R"re(getenv\("(TANDEM_\w+)"\))re");
   std::set<std::string> variables;

@@ -11,8 +11,8 @@
 namespace tandem::testing {
 namespace {
 
-// A folder with its own place in the order, and the folders that it may see beside itself. The
-// longest name that a path begins with is the path's folder.
+// Returns each folder with its own place in the order, and the folders that it may see beside
+// itself. The longest name that a path begins with is the path's folder.
 const std::map<std::string, std::set<std::string>>& Arrows() {
   static const auto* arrows = [] {
     auto* map = new std::map<std::string, std::set<std::string>>;
@@ -44,7 +44,7 @@ const std::map<std::string, std::set<std::string>>& Arrows() {
     may_see("collab/recording", {"collab"});
     may_see("collab/lab", {"collab/simulated", "collab/recording", "collab/trace"});
     may_see("scenes", {"engine/haptics"});  // the generators write hand files too
-    may_see("app", {"engine/realtime"});    // what all programs share
+    may_see("app", {"engine/realtime"});    // all programs share it
     may_see("app/device", {"app", "collab/recording"});
     may_see("app/invite", {"app", "collab"});
     may_see("app/reach", {"app", "app/invite", "collab/dds"});
@@ -72,7 +72,7 @@ std::optional<std::string> FolderOf(const std::string& path) {
   return longest;
 }
 
-// What only the named places may do.
+// Something that only the named places may do.
 struct Reserved {
   std::regex pattern;
   std::string what;

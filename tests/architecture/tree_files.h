@@ -6,11 +6,11 @@
 
 namespace tandem::testing {
 
-/// The files of this tree in the order of their names, as paths from its top. What is built or
-/// hidden is left out.
+/// Returns the files of this tree in the order of their names, as paths from its top. Built and
+/// hidden files are left out.
 std::vector<std::filesystem::path> TreeFiles();
 
-/// The text of a file of this tree; empty where there is none.
+/// Returns the text of a file of this tree; empty where there is none.
 std::string TreeText(const std::filesystem::path& from_top);
 
 }  // namespace tandem::testing
