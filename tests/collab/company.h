@@ -23,8 +23,8 @@ inline WorldModel TwoBodies() {
   return model;
 }
 
-/// Peers that hear one another's events and claims `delay` frames later, but for links that are
-/// cut; frames of 1 ms.
+/// Peers that hear one another's events and claims `delay` frames later, except over links that are
+/// cut. Frames are 1 ms long.
 class Company {
  public:
   using Kind = MembershipChange::Kind;
@@ -47,9 +47,9 @@ class Company {
   void Run(int frames) {
     for (int i = 0; i < frames; ++i) Frame();
   }
-  /// Stopped as by SIGSTOP: no frames, nothing out; what comes in waits.
+  /// Stops a peer as by SIGSTOP: it has no frames and sends nothing, and what comes in waits.
   void Stop(PeerId id, bool stopped) { peers_.at(id).stopped = stopped; }
-  /// Cuts one off from all others, who lose it as it loses them.
+  /// Cuts a peer off from all others, who lose it as it loses them.
   void Sever(PeerId id) {
     ForOthers(id, [this](PeerId from, PeerId at) {
       peers_.at(at).holdings->OnMembership({.kind = Kind::kLost, .peer = from});
@@ -78,7 +78,7 @@ class Company {
     }
   }
 
-  /// The one peer that all who are here take for the authority; 0: they differ.
+  /// Returns the one peer that all who are here take for the authority; 0: they differ.
   PeerId Authority(std::size_t body) {
     std::set<PeerId> named;
     for (auto& [id, node] : peers_) {
@@ -93,11 +93,11 @@ class Company {
     }
     return holders;
   }
-  /// Own body in two hands at once, or parked by two, in any frame so far.
+  /// Counts how often a frame had an own body in two hands at once, or parked by two peers.
   int doubles() const { return doubles_; }
 
  private:
-  /// Calls `link(from, at)` both ways between one and each other.
+  /// Calls `link(from, at)` both ways between a peer and each other.
   template <typename Link>
   void ForOthers(PeerId id, const Link& link) {
     for (const auto& [other, node] : peers_) {

@@ -53,7 +53,8 @@ TEST(CouplingLaw, PlusDampingStaysBelowTheExactBoundary) {
   }
 }
 
-// 4 b_i b_j >= (k L)^2 for two, b >= sum k L/2 for more: what is beyond B/te is the mass's.
+// For two users 4 b_i b_j >= (k L)^2, for more b >= sum k L/2. The mass pays for the stiffness
+// beyond B/te.
 TEST(CouplingLaw, PlusDampingsDelayTermIsPaidForByItsDrag) {
   const auto law = Law("p+d");
   for (const std::size_t users : {2U, 3U, 5U, 8U}) {
@@ -109,8 +110,8 @@ TEST(CouplingLaw, PlusTwoDampingsIsHalfAsFirmAgainAsPlusDamping) {
   EXPECT_NEAR(StiffnessAt(*law, 0.005), 500, 1e-9);
 }
 
-// Where k te would be more than drag can pay for with any mass, it is softer: it falls as 1/te, and
-// never to nothing.
+// Where drag could not pay for k te with any mass, the link is softer: it falls as 1/te, and never
+// to nothing.
 TEST(CouplingLaw, PlusTwoDampingsFallsAsOneOverTheDelayBeyondASecond) {
   const auto law = Law("p+dd");
   EXPECT_NEAR(StiffnessAt(*law, 1.5), 42.0 / 1.5, 1e-9);
@@ -134,7 +135,7 @@ TEST(CouplingLaw, AllShareTheWholeAmongTheLinks) {
   }
 }
 
-// The stiffness alone: drags are those of the law itself.
+// The ratio scales the stiffness alone: drags are those of the law itself.
 TEST(CouplingLaw, ARatioOfOneIsForTheLabOnly) {
   EXPECT_FALSE(MakeLaw("p+dd", {.ratio = 0.5}));
   EXPECT_FALSE(MakeLaw("p+dd", {.ratio = 0}, true));

@@ -10,8 +10,8 @@ namespace {
 constexpr PeerId kSelf = 1;
 constexpr PeerId kPartner = 2;
 
-/// Our end of a loop to one other, frame by frame; each of our stamps comes back `loop_ms` after it
-/// went out, while it answers.
+/// Runs our end of a loop to one other peer, frame by frame. Each of our stamps comes back
+/// `loop_ms` after it went out, while the other answers.
 class Bench {
  public:
   Bench() { Claims(true); }
@@ -75,7 +75,7 @@ TEST(Echoes, ALoopThatIsNotClosedYetIsAsOldAsTheWait) {
   EXPECT_DOUBLE_EQ(bench.loop().peak_s, 0.4);
 }
 
-// A line that is cut while both hold grows older with the clock, and what it was counts on.
+// A line that is cut while both hold grows older with the clock, on from the age that it had.
 TEST(Echoes, WhileBothHoldASilentLoopGrowsOlder) {
   Bench bench;
   bench.Run(500, 20);
@@ -112,7 +112,7 @@ TEST(Echoes, ALoopEndsWithTheHoldingOnEitherSide) {
   }
 }
 
-// Who takes something else at once keeps what was known of the line.
+// A peer that takes something else at once keeps what was known of the line.
 TEST(Echoes, ThePeakOutlivesTheLoopByTwoSeconds) {
   Bench bench;
   bench.Run(500, 300);
@@ -122,7 +122,7 @@ TEST(Echoes, ThePeakOutlivesTheLoopByTwoSeconds) {
   EXPECT_DOUBLE_EQ(bench.loop().peak_s, 0.3);
 }
 
-// The other goes on telling the last stamp that it has of us: it is as old as our pause.
+// The other peer goes on telling the last stamp that it has of us, which is as old as our pause.
 TEST(Echoes, StampsOfAnEarlierGraspDoNotCount) {
   Bench bench;
   bench.Run(500, 20);

@@ -38,7 +38,7 @@ TEST(EnergyGate, GivesBackWhatAWayHomeReleases) {
   EXPECT_NEAR(gate.overflow(), 0.0, 1e-9);
 }
 
-// What one end has too much of pays for the other; a counter is no energy by itself.
+// The overflow of one end pays for the other. A counter is no energy by itself.
 TEST(EnergyGate, TheOverflowGoesToTheOtherEnd) {
   EnergyGate here;
   EnergyGate there;

@@ -25,7 +25,7 @@ TEST(FrameLimits, AreSharesOfAllFramesAndOfTheLastSecond) {
   EXPECT_EQ(count.all(), (FrameLimits{0.125, 0.01, 0.25, 0.0025}));
 }
 
-// Beside the bits that flags are for, and none of them is mistaken for these.
+// Limits stand beside the bits that flags are for, and no flag is mistaken for them.
 TEST(FrameLimits, TravelInFlagsToAPercent) {
   const FrameLimits limits{.travel_limited = 1, .over_capacity = 0.374, .contacts_full = 1e-3};
   const std::uint32_t flags = AsFlags(limits);
@@ -38,9 +38,9 @@ TEST(FrameLimits, TravelInFlagsToAPercent) {
   EXPECT_EQ(LimitsIn(flags | view), told);
   EXPECT_EQ(AsFlags({}), 0U);
   EXPECT_EQ(LimitsIn(state), FrameLimits{});
-  // whatever comes over the network is a share
+  // every number that comes over the network gives shares
   EXPECT_EQ(LimitsIn(0xFFFFFFFF), (FrameLimits{1, 1, 1, 0.01}));
-  // of waiting only whether there was any
+  // flags tell only whether there was any waiting
   EXPECT_EQ(LimitsIn(AsFlags({.waited = 0.3}) | state), (FrameLimits{.waited = 0.01}));
 }
 

@@ -5,7 +5,7 @@
 
 #include "tests/collab/link_bench.h"
 
-// What a link takes from a hand, or gives it, goes gently, whatever becomes of the partner.
+// Tests that a link takes force from a hand, or gives it, gently, whatever becomes of the partner.
 
 namespace tandem {
 namespace {
@@ -13,8 +13,8 @@ namespace {
 using testing::kOther;
 using testing::LinkBench;
 
-// 400 N/m stretched by 7.5 mm, 3 N: of a partner that falls silent, then is told to be lost, and
-// the other way when a third one comes; at most 1 N within 100 ms each.
+// A link of 400 N/m stretched by 7.5 mm pulls with 3 N. Its partner falls silent and is then told
+// to be lost, or a third peer comes. The force falls by at most 1 N within 100 ms.
 TEST(GentleLinks, APullOfThreeNewtonsGoesGently) {
   for (const bool third_comes : {false, true}) {
     SCOPED_TRACE(third_comes);
@@ -76,7 +76,7 @@ TEST(GentleLinks, AnEchoToldAgainIsNoDelay) {
   }
 }
 
-/// Of all links along x, N, where each is stretched by so much.
+/// Returns the force of all links along x, N, where each is stretched by so much.
 double PullOf(const LinkBench& bench, double stretch) {
   double sum = 0;
   for (std::size_t i = 0; i < bench.inputs.link_count; ++i) {
@@ -85,7 +85,8 @@ double PullOf(const LinkBench& bench, double stretch) {
   return sum;
 }
 
-// Four at once fall silent, are capped, or want next to nothing: together they take what one may.
+// Four links at once fall silent, are capped, or want next to nothing. Together they take no more
+// than one may.
 TEST(GentleLinks, LinksThatFallTogetherShareWhatAHandMayFeel) {
   constexpr double kStretch = 0.02;
   for (const bool capped : {false, true}) {
@@ -116,8 +117,8 @@ TEST(GentleLinks, LinksThatFallTogetherShareWhatAHandMayFeel) {
   }
 }
 
-// The peak of a loop of 600 ms is forgotten after two seconds of 40 ms: what drags there are fall
-// by 10 N s/m in a tenth of a second, not in a frame.
+// The peak of a loop of 600 ms is forgotten after two seconds of 40 ms. The drags then fall by 10 N
+// s/m in a tenth of a second, not in a frame.
 TEST(GentleLinks, DragsFallGentlyWhenALoopGrowsShorter) {
   LinkBench bench({*MakeLaw("p+dd"), false});
   bench.body.Join(kOther);
@@ -139,8 +140,8 @@ TEST(GentleLinks, DragsFallGentlyWhenALoopGrowsShorter) {
   EXPECT_LT(ground, 6);
 }
 
-// A sample that comes late shows another place and another speed: 0.8 N a frame by both together,
-// and in the end all of it.
+// A sample that comes late shows another place and another speed. Both together change the force by
+// 0.8 N a frame, and in the end by all of it.
 TEST(GentleLinks, NoSampleChangesALinksForceByMoreThanSoMuchAFrame) {
   LinkBench bench({*MakeLaw("p+dd"), false});
   bench.body.Join(kOther);
@@ -163,7 +164,8 @@ TEST(GentleLinks, NoSampleChangesALinksForceByMoreThanSoMuchAFrame) {
   EXPECT_NEAR(bench.inputs.links[0].copy.X_WA.p.x(), 0.02, 1e-12);
 }
 
-// 30 N on a held copy; then the partner answers, and wants next to nothing: 0.8 N a frame.
+// A link has 30 N on a held copy; then the partner answers, and wants next to nothing. The force
+// falls by 0.8 N a frame.
 TEST(GentleLinks, NoFallOfStiffnessTakesMoreThanSoMuchForceAFrame) {
   LinkBench bench({*MakeLaw("p+d"), false});
   bench.body.Join(kOther);

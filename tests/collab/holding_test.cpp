@@ -1,4 +1,4 @@
-// Taking, letting go and handing over by whole peers on the simulated network.
+// Tests taking, letting go and handing over by whole peers on the simulated network.
 #include <gtest/gtest.h>
 
 #include "collab/simulated/simulated_session.h"
@@ -20,7 +20,7 @@ std::shared_ptr<const WorldModel> TwoBoxes() {
 
 class Holding : public ::testing::Test {
  protected:
-  /// A peer whose hand carries what it has by `by` within a second.
+  /// Adds a peer whose hand carries what it has by `by` within a second.
   std::size_t Add(PeerId id, int object, const Vec3& by) {
     NodeOptions options;
     options.peer.id = id;
@@ -46,7 +46,7 @@ class Holding : public ::testing::Test {
 
   std::shared_ptr<const WorldModel> model_ = TwoBoxes();
   SimulatedSession session_;
-  double delay_ms_ = 20;  // of states
+  double delay_ms_ = 20;  // delay of states
 };
 
 TEST_F(Holding, WhatIsLetGoStaysWhereItIsForAllAndForThoseWhoComeLater) {
@@ -100,7 +100,8 @@ TEST_F(Holding, WhatIsHandedOverIsInOneHandInEveryFrame) {
   EXPECT_LT((Place(1) - Vec3(0.1, 0, 0)).norm(), 2e-3);
 }
 
-// Given while it moves, on a slow line: where it is now is known before its picture is there.
+// A body is given while it moves, on a slow line: where it is now is known before its picture is
+// there.
 TEST_F(Holding, WhatComesToAHandFromAfarComesAtAHandsPaceAndAtRest) {
   delay_ms_ = 300;
   Add(1, kBox, Vec3(0.2, 0, 0));

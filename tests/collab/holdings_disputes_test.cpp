@@ -45,7 +45,8 @@ TEST(HoldingsDisputes, OnlyTheAuthoritysSamplesCount) {
   EXPECT_FALSE(company[9].Accepts(state));
 }
 
-// Someone who has forged, or a counter that was corrupted, does not mute the true holder for ever.
+// A peer that has forged a claim, or whose counter was corrupted, does not mute the true holder for
+// ever.
 TEST(HoldingsDisputes, AClaimFarAheadIsNotBelieved) {
   Company company({3, 5}, 0);
   company[5].Ask(kOwn);
@@ -56,7 +57,7 @@ TEST(HoldingsDisputes, AClaimFarAheadIsNotBelieved) {
   EXPECT_EQ(company[3].authority(0), 5U);
 }
 
-/// Mallory, who comes with the claim that it holds kOwn under this epoch.
+/// Returns the change by which Mallory comes with the claim that it holds kOwn under this epoch.
 MembershipChange Forged(std::uint32_t epoch, Kind kind = Kind::kJoined) {
   MembershipChange forged{.kind = kind, .peer = 77, .claim_count = 1};
   forged.claims[0] = {kOwn, epoch, true};
@@ -77,8 +78,8 @@ TEST(HoldingsDisputes, AGreaterClaimOnWhatAnotherHoldsIsNotBelieved) {
   EXPECT_EQ(company.Authority(0), 5U);
 }
 
-// The last is believed by nobody, and what nobody has claimed does not come to it either: counting
-// on from there would wrap.
+// Nobody believes the last epoch, and a body that nobody has claimed does not come to it either:
+// counting on from there would wrap.
 TEST(HoldingsDisputes, AFirstClaimAtTheLastEpochIsNotBelieved) {
   Company company({3, 5}, 0);
   company.Run(10);
@@ -98,8 +99,8 @@ TEST(HoldingsDisputes, AFirstClaimAtTheLastEpochIsNotBelieved) {
   EXPECT_EQ(company.doubles(), 0);
 }
 
-// By steps that are each allowed nobody comes far either: ten a second of everybody, and a
-// thousand; of its own a hundred more, and ten a second.
+// By steps that are each allowed nobody comes far either. All together raise an epoch by a thousand
+// and ten a second; a peer by itself by a hundred more and ten a second.
 TEST(HoldingsDisputes, EpochsRiseNoFasterThanAnybodyCanGrab) {
   const WorldModel model = TwoBodies();
   DropTable drops;
@@ -139,7 +140,8 @@ TEST(HoldingsDisputes, GrantsAndRefusalsCountFromTheAuthorityAlone) {
   EXPECT_EQ(company[3].wanted(), 0) << "5 was asked, not 9";
 }
 
-// Ben alone was cut off, and has what Anna went on to hold: most of those here say that it is hers.
+// Ben alone was cut off, and has the body that Anna went on to hold. Most of those here say that it
+// is hers.
 TEST(HoldingsDisputes, AfterACutThoseWhoAreMoreKeepWhatTheyHold) {
   Company company({3, 5, 9}, 5);
   company[5].Ask(kOwn);
@@ -156,7 +158,7 @@ TEST(HoldingsDisputes, AfterACutThoseWhoAreMoreKeepWhatTheyHold) {
   EXPECT_EQ(company.Authority(0), 5U);
 }
 
-// Nobody but the authority raises its claim, and what one that is gone had is granted in turn.
+// Nobody but the authority raises its claim. The grants of an authority that is gone count in turn.
 TEST(HoldingsDisputes, GrantsOfOthersCountWhereTheAuthorityIsGoneAndOnlyInTurn) {
   Company company({3, 5, 9}, 0);
   company[5].Ask(kOwn);
@@ -180,8 +182,8 @@ TEST(HoldingsDisputes, GrantsOfOthersCountWhereTheAuthorityIsGoneAndOnlyInTurn) 
   EXPECT_EQ(company[9].epoch(0), 2U);
 }
 
-// A newcomer hears the liar first, who says that it is far along; then all the others. What they
-// name is no hearsay once it has known them for a while.
+// A newcomer hears the liar first, who says that it is far along, and then all the others. The
+// names that they give are no hearsay once it has known them for a while.
 TEST(HoldingsDisputes, WhoWasMisledGoesBackToWhomTheOthersName) {
   Holdings late(9, TwoBodies());
   std::array<Event, 8> out;
@@ -202,8 +204,8 @@ TEST(HoldingsDisputes, WhoWasMisledGoesBackToWhomTheOthersName) {
   EXPECT_EQ(late.epoch(0), 3U);
 }
 
-// Who was handed a body a moment ago is named by nobody yet: names of whom it has it from are old
-// news, and no votes for a third.
+// Nobody names yet the peer that was handed a body a moment ago. Names of the giver are old news,
+// and no votes for a third peer.
 TEST(HoldingsDisputes, WhatWasGrantedAMomentAgoIsNotTakenByAGreaterClaim) {
   Company company({3, 5, 9}, 50);
   company[5].Ask(kOwn);
@@ -217,7 +219,7 @@ TEST(HoldingsDisputes, WhatWasGrantedAMomentAgoIsNotTakenByAGreaterClaim) {
   EXPECT_EQ(company.Authority(0), 9U);
 }
 
-// Who wakes up has missed things, but not what most of the others say that it has.
+// A peer that wakes up has missed things, but not what most of the others say that it has.
 TEST(HoldingsDisputes, WhoWasStoppedKeepsWhatTheOthersNameItFor) {
   Company company({3, 5, 9}, 0);
   company[9].Ask(kOwn);
@@ -232,7 +234,8 @@ TEST(HoldingsDisputes, WhoWasStoppedKeepsWhatTheOthersNameItFor) {
   EXPECT_EQ(company.Authority(0), 9U);
 }
 
-// Those who named the giver have not heard yet, and what it claims is no longer its own.
+// The peers that name the giver have not heard of the gift yet, and the giver's claim is for what
+// is no longer its own.
 TEST(HoldingsDisputes, WhatWasGivenIsNotTakenBackByAGreaterClaimOfTheGiver) {
   Company company({3, 5, 77}, 50);
   company[77].Ask(kOwn);
@@ -245,8 +248,8 @@ TEST(HoldingsDisputes, WhatWasGivenIsNotTakenBackByAGreaterClaimOfTheGiver) {
   EXPECT_EQ(company[5].held(), 0);
 }
 
-// Two have it by the same epoch, and the one of the higher id yields after a while: until then it
-// does not claim above the other, or each would answer the other for ever.
+// Two peers have it by the same epoch, and the one of the higher id yields after a while. Until
+// then it does not claim above the other, or each would answer the other for ever.
 TEST(HoldingsDisputes, WhoIsAboutToYieldDoesNotClaimAnew) {
   Company company({3, 9}, 5);
   company.Sever(9);
@@ -262,7 +265,8 @@ TEST(HoldingsDisputes, WhoIsAboutToYieldDoesNotClaimAnew) {
   EXPECT_LE(company[3].epoch(0), before + 2);
 }
 
-// The one that answers goes, and all who stay have heard already to whom it had given the body.
+// The peer that answers for the body goes, and all who stay have heard already to whom it gave the
+// body.
 TEST(HoldingsDisputes, WhomAllTheOthersNameTakesOverWithoutWaitingForTheLowest) {
   Holdings high(9, TwoBodies());
   std::array<Event, 8> out;
@@ -280,8 +284,8 @@ TEST(HoldingsDisputes, WhomAllTheOthersNameTakesOverWithoutWaitingForTheLowest) 
   EXPECT_EQ(high.authority(0), 9U);
 }
 
-// Who has been here for long could believe more than who has just come, and would count on from
-// there out of the newcomer's sight.
+// A peer that has been here for long could believe more than one that has just come, and would
+// count on from there out of the newcomer's sight.
 TEST(HoldingsDisputes, WhoIsHereForLongBelievesNoMoreThanWhoCameLast) {
   Holdings old(5, TwoBodies());
   Holdings young(3, TwoBodies());
@@ -332,7 +336,7 @@ TEST(HoldingsDisputes, OfTwoThatWereNeverApartTheLowerKeepsWhatLies) {
   EXPECT_EQ(company.Authority(0), 3U);
 }
 
-// One that says it holds a body beside others could give it away, and put it into a third one's
+// A peer that says it holds a body beside others could give it away, and put it into a third peer's
 // hand.
 TEST(HoldingsDisputes, ASharedBodyIsLeftToThoseWhoHoldItAlone) {
   Company company({3, 5, 9}, 0);
@@ -382,14 +386,15 @@ TEST(HoldingsDisputes, WhatWasTradedDuringALongCutIsBelieved) {
   EXPECT_EQ(cut_off.authority(0), 5U);
 }
 
-/// Frames of 1 ms in which nothing is heard; what it says is thrown away.
+/// Runs frames of 1 ms in which nothing is heard, and throws away what the peer says.
 void RunAlone(Holdings& holdings, std::int64_t& now_ns, int frames) {
   std::array<Event, 8> out;
   std::size_t count = 0;
   for (int i = 0; i < frames; ++i) holdings.Tick(now_ns += 1'000'000, out, count);
 }
 
-/// `peer` says of the shared body that it holds it, or that `owner` answers for it.
+/// Returns the change in which `peer` says of the shared body that it holds it, or that `owner`
+/// answers for it.
 MembershipChange Beside(PeerId peer, std::uint32_t epoch, bool held, PeerId owner,
                         Kind kind = Kind::kClaims) {
   MembershipChange said{.kind = kind, .peer = peer};
@@ -398,8 +403,8 @@ MembershipChange Beside(PeerId peer, std::uint32_t epoch, bool held, PeerId owne
   return said;
 }
 
-// It answered for the body, too, and under an epoch of its own handed it back: all others have
-// heard of that one.
+// The peer answered for the body, too, and handed it back under an epoch of its own, of which all
+// others have heard.
 TEST(HoldingsDisputes, WhatIsLeftToItsHolderByOneWhoHeldItForAMomentIsCountedOn) {
   Holdings nine(9, TwoBodies());
   std::array<Event, 8> out;
@@ -422,7 +427,7 @@ TEST(HoldingsDisputes, WhatIsLeftToItsHolderByOneWhoHeldItForAMomentIsCountedOn)
   EXPECT_EQ(nine.epoch(1), 2U) << "no farther than anybody can grab";
 }
 
-// The lowest of those who hold it under one epoch answers, and another may have heard of that
+// The lowest of the peers that hold it under one epoch answers, and another may have heard of that
 // before we do.
 TEST(HoldingsDisputes, WhoIsSaidToAnswerForASharedBodyMaySaySoItself) {
   Holdings nine(9, TwoBodies());

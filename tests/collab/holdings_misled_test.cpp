@@ -32,9 +32,9 @@ class Listener {
       said_ += count;
     }
   }
-  /// The events that it has said.
+  /// Returns how many events it has said.
   std::size_t said() const { return said_; }
-  /// `peer` says that it has the body, or whom it names.
+  /// Hears `peer` say that it has the body, or which peer it names.
   void HearClaim(PeerId peer, std::uint32_t epoch, bool held, Kind kind = Kind::kClaims) {
     MembershipChange change{.kind = kind, .peer = peer, .claim_count = 1};
     change.claims[0] = {object_, epoch, held};
@@ -61,8 +61,8 @@ class Listener {
   std::int64_t now_ns_ = 1'000'000'000;
 };
 
-// Whom each newcomer lets begin anew with what it may take at once, would be believed anything: by
-// its own comings, too.
+// If each newcomer let a peer's allowance begin anew, the peer would be believed anything, by its
+// own comings, too.
 TEST(HoldingsMisled, WhoComesAgainAndAgainIsBelievedNoMoreThanWhoStays) {
   Listener three(3);
   three.HearClaim(kLiar, 1, false, Kind::kJoined);
@@ -78,7 +78,7 @@ TEST(HoldingsMisled, WhoComesAgainAndAgainIsBelievedNoMoreThanWhoStays) {
   EXPECT_LE(three.holdings().epoch(0), 1U + 1000 + 100 + 2 * 10 * (kSeconds + 6));
 }
 
-// Its answers would be more than others hear of one peer, and its own words would be lost.
+// Answers to all would be more than others hear of one peer, and its own words would be lost.
 TEST(HoldingsMisled, AFloodOfAsksGetsFewAnswers) {
   Listener nine(9);
   nine.holdings().Ask(kOwn);
@@ -119,8 +119,8 @@ TEST(HoldingsMisled, TheEpochOfASharedBodyInHandIsNotRaisedAllTheTime) {
   }
 }
 
-// The peer that is granted a body says for a while that the granter has it. That is no word by
-// which the granter gets it back.
+// The peer that is granted a body says for a while that the granter has it. The granter does not
+// get it back by that word.
 TEST(HoldingsMisled, AnOlderWordOfTheNewOwnerDoesNotReturnTheBodyToTheGranter) {
   Listener three(3);
   three.HearClaim(kLiar, 1, false, Kind::kJoined);
@@ -135,7 +135,7 @@ TEST(HoldingsMisled, AnOlderWordOfTheNewOwnerDoesNotReturnTheBodyToTheGranter) {
   EXPECT_EQ(three.holdings().epoch(0), 2U);
 }
 
-// As many name the one as the other, and both peers know who has the body in hand.
+// As many peers name the one as the other, and both know who has the body in hand.
 TEST(HoldingsMisled, OfTwoThatAsManyNameTheOneWithTheBodyInHandKeepsIt) {
   Listener nine(9);
   nine.holdings().Ask(kOwn);
@@ -169,7 +169,7 @@ TEST(HoldingsMisled, AStoppedPeerNamesItselfWhereAnotherNamesIt) {
   EXPECT_EQ(company.Authority(0), 9U);
 }
 
-// A newcomer is told by the liar that the body is its own, while a hand holds it.
+// The liar tells a newcomer that the body is its own, while a hand holds it.
 TEST(HoldingsMisled, ANewcomerDoesNotTakeInHandWhatAnotherHasInHand) {
   Listener nine(9);
   nine.HearClaim(kLiar, 5, false, Kind::kJoined);
@@ -226,7 +226,7 @@ TEST(HoldingsMisled, NamesFromBeforeABodyCameToAHandDoNotTakeItAway) {
   EXPECT_EQ(three.holdings().held(), 0);
 }
 
-// The owner is cut off from this peer, and whoever has the body from it is still to be heard.
+// The owner is cut off from this peer, and the peer that has the body from it is still to be heard.
 TEST(HoldingsMisled, ALostOwnersBodyIsNoClaimantsAtOnce) {
   Listener three(3);
   three.HearClaim(5, 1, true, Kind::kJoined);
@@ -302,7 +302,8 @@ TEST(HoldingsMisled, ANameFromBeforeAGiftDoesNotLeaveTheBodyToTheGiver) {
   EXPECT_EQ(nine.holdings().authority(0), 7U);
 }
 
-// As for a body of one hand: to wait for a claim above ours would take two ways more.
+// The same holds as for a body of one hand: to wait for a claim above ours would take two ways
+// more.
 TEST(HoldingsMisled, AnOwnerYieldsASharedBodyToALesserClaimThatMoreName) {
   Listener three(3, kShared);
   three.HearClaim(5, 1, false, Kind::kJoined);
@@ -382,8 +383,8 @@ TEST(HoldingsMisled, AnotherRunOfOneThatGaveABodyAwayDoesNotTakeItByNamesFromBef
   EXPECT_EQ(three.holdings().authority(0), 3U);
 }
 
-// It had the body by the liar's word once, gave it away, and took it over as 5 was lost (hostile
-// seed 114).
+// This peer had the body by the liar's word once, gave it away, and took it over as 5 was lost
+// (hostile seed 114).
 TEST(HoldingsMisled, AGrantFromBeforeDoesNotPutAwayWhatAPeerTookOver) {
   for (const EventKind kind : {EventKind::kGrant, EventKind::kRelease}) {
     Listener three(3);
@@ -467,8 +468,8 @@ TEST(HoldingsMisled, WhoSaysThatItHasLessThanWasSaidOfItIsGoneBy) {
   EXPECT_EQ(nine.holdings().epoch(0), 4U);
 }
 
-// The liar gave it to each of two, and one had it in hand as the other took it. Of those who name
-// them the other hears only then, and neither was ever away (hostile seed 388).
+// The liar gave it to each of two peers, and one had it in hand as the other took it. Only then
+// does the other hear those who name them, and neither was ever away (hostile seed 388).
 TEST(HoldingsMisled, OfTwoHandsTheLaterOneYieldsWhereAsManyNameTheOther) {
   enum class Case { kLater, kEarlier, kNamedByNobody, kLetGoMeanwhile };
   for (const PeerId self : {3U, 8U}) {

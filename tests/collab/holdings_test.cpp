@@ -271,8 +271,8 @@ TEST(Holdings, ALateJoinerHearsWhoAnswers) {
   EXPECT_EQ(company.doubles(), 0);
 }
 
-// What it missed has been decided without it: it knows that it was stopped before it judges, asks
-// nobody to give way at once, and answers no question from before.
+// The others have decided without it what it missed. It knows that it was stopped before it judges,
+// asks nobody to give way at once, and answers no question from before.
 TEST(Holdings, AStoppedPeerListensBeforeItClaimsAnythingAnew) {
   Company company({3, 5, 9});
   company[3].Ask(kOwn);
@@ -292,7 +292,7 @@ TEST(Holdings, AStoppedPeerListensBeforeItClaimsAnythingAnew) {
   EXPECT_TRUE(company[3].listening());
 }
 
-// The one who answers for it is here, and holds something else: it goes on to answer.
+// The peer that answers for the body is here and holds something else. It goes on to answer.
 TEST(Holdings, TheLastHandOnASharedBodyLeavesItToItsAuthority) {
   Company company({3, 5, 9}, 10);
   company[9].Ask(kShared);
@@ -335,7 +335,8 @@ TEST(Holdings, AGrantThatIsLostIsGivenAgain) {
   EXPECT_EQ(company.Authority(0), 5U);
 }
 
-// Its force parameters are not the others': what it is given it answers for, but does not hold.
+// Its force parameters are not the others'. It answers for a body that it is given, but does not
+// hold it.
 TEST(Holdings, WhoInsistsOnOtherParametersTakesOwnBodiesAndNoSharedOnes) {
   Company company({1}, 3);
   company.Add(2, true);
@@ -356,7 +357,7 @@ TEST(Holdings, WhoInsistsOnOtherParametersTakesOwnBodiesAndNoSharedOnes) {
   EXPECT_EQ(company.Holders(0), std::vector<PeerId>{2});
 }
 
-/// Frames of 1 ms of one peer by itself; what it says of kind `kind`.
+/// Runs frames of 1 ms of one peer by itself, and returns the events of kind `kind` that it says.
 std::vector<Event> Said(Holdings& holdings, std::int64_t& now_ns, int frames, EventKind kind) {
   std::vector<Event> said;
   for (int i = 0; i < frames; ++i) {
@@ -370,8 +371,8 @@ std::vector<Event> Said(Holdings& holdings, std::int64_t& now_ns, int frames, Ev
   return said;
 }
 
-// Granted a body and killed before it could say so: it is lost when it is lost, and the lowest goes
-// first.
+// The peer is granted a body and killed before it can say so. It counts as gone when it is lost,
+// and the lowest goes first.
 TEST(Holdings, WhoNeverAnsweredIsGoneOnlyFromWhenItIsLost) {
   const WorldModel model = TwoBodies();
   Holdings nine(9, model);
@@ -459,7 +460,7 @@ TEST(Holdings, AHandOverThatArrivedIsNotSaidAgainToOneWhoStartedAnew) {
   EXPECT_EQ(three.authority(0), 3U) << "nobody answered for it for five seconds";
 }
 
-// It came as the authority crashed, and would not take over: nobody waits for it.
+// The peer came as the authority crashed, and would not take over: nobody waits for it.
 TEST(Holdings, WhoCameTooLateToHearOfAClaimIsNotInLineForIt) {
   const WorldModel model = TwoBodies();
   Holdings nine(9, model);

@@ -1,4 +1,5 @@
-// Free bodies, which their authority simulates: they are with whose hand pushed them last.
+// Tests free bodies, which their authority simulates: they are with the peer whose hand pushed them
+// last.
 #include <gtest/gtest.h>
 
 #include "collab/holdings.h"
@@ -68,7 +69,7 @@ TEST_F(HoldingsTouch, WhoPushesItTooKeepsIt) {
 
 TEST_F(HoldingsTouch, WhoHasJustGotItKeepsItForAWhile) {
   Run(400, {});
-  // it pushed for a moment, longer ago than a touch counts for, when that of another arrives
+  // 9 pushed for a moment, longer ago than a touch counts for, when the push of another arrives
   Run(1, {9});
   Run(2 * kDelay + 4, {});
   ASSERT_TRUE(company_[9].Parks(0));
@@ -76,7 +77,7 @@ TEST_F(HoldingsTouch, WhoHasJustGotItKeepsItForAWhile) {
   Run(1, {5});
   Run(kDelay + 10, {});
   EXPECT_TRUE(company_[9].Parks(0));
-  // and after that while it does not
+  // a push that arrives later, while 9 does not push, takes the body
   Run(kTouching, {});
   Run(1, {5});
   Run(2 * kDelay + 10, {});

@@ -1,4 +1,4 @@
-// What a session has room for: how many take part, hold one body, and see how many.
+// Tests the room of a session: how many peers take part, hold one body, and see how many bodies.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -17,7 +17,7 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
-/// So many boxes in a row, the first of them shared.
+/// Returns so many boxes in a row, the first of them shared.
 std::shared_ptr<const WorldModel> Boxes(int count) {
   std::vector<testing::TestBody> bodies;
   for (int i = 0; i < count; ++i) {
@@ -126,7 +126,7 @@ TEST(PeerNode, OfElevenHoldersOfOneBodyThoseWhoAreNotCoupledAreNamed) {
   EXPECT_THAT(Links(session, 9), Each(8U));
 }
 
-/// What a viewer hears.
+/// Keeps what a viewer hears.
 class ToViewer final : public Transport {
  public:
   explicit ToViewer(Viewer& viewer) : viewer_(&viewer) {}

@@ -14,22 +14,23 @@ inline constexpr PeerId kMe = 1;
 inline constexpr PeerId kOther = 2;
 inline constexpr ObjectId kObject = 3;
 
-/// Our end of a link, and a partner of which each test says what it sends.
+/// Runs our end of a link, with a partner of which each test says what it sends.
 struct LinkBench {
   explicit LinkBench(const SharedBody::Options& options = {*MakeLaw("p+d")})
       : body(kMe, kObject, {0.3, 1e-4 * Mat3::Identity()}, options) {
     inputs.bodies.resize(1);
-    for (int i = 0; i < 3000; ++i) Alone();  // what was sent may be echoed
+    for (int i = 0; i < 3000; ++i) Alone();  // sent stamps may be echoed
   }
 
-  /// A frame in which nothing comes.
+  /// Runs a frame in which nothing comes.
   void Alone() {
     now += kMs;
     body.Prepare(now, own, inputs);
     body.Describe(now, ++frame, report, out);
   }
 
-  /// A frame: the partner's state, held still at `place`, which echoes our stamp of `loop_ms` ago.
+  /// Runs a frame with the partner's state, held still at `place`. The state echoes our stamp of
+  /// `loop_ms` ago.
   void Frame(double place_m, std::int64_t loop_ms, double its_stiffness, bool heard = true) {
     if (!heard) return Alone();
     Hear(kOther, place_m, loop_ms, its_stiffness);
@@ -60,7 +61,7 @@ struct LinkBench {
     links.entries[0].applied_B_W.f.x() = its_force;
     body.OnLinks(links);
   }
-  /// Of the one link's energy gate, J.
+  /// Returns the energy of the one link's gate, J.
   double tank() const {
     std::array<LinkView, kMaxLinks> views;
     EXPECT_EQ(body.Links(now, views), 1U);
@@ -70,8 +71,8 @@ struct LinkBench {
     return inputs.link_count == 0 ? 0.0 : inputs.links[0].gains.stiffness;
   }
 
-  double its_force = 0;    // N, that the partner says is on its instance
-  double its_speed = 0;    // m/s, of its instance
+  double its_force = 0;    // N; force that the partner says is on its instance
+  double its_speed = 0;    // m/s; speed of its instance
   double its_turning = 0;  // rad/s
   SharedBody body;
   RigidState own;
@@ -80,7 +81,7 @@ struct LinkBench {
   CouplingLinks out;
   std::uint32_t frame = 0;
   std::int64_t now = 1000 * kMs;
-  std::int64_t heard_ns = 0;  // when a partner was heard last
+  std::int64_t heard_ns = 0;  // time at which a partner was heard last
   std::uint32_t seq = 0;
 };
 

@@ -12,7 +12,7 @@
 namespace tandem {
 namespace {
 
-// When the only copy of a sample is due, or nothing: lost.
+// Returns when the only copy of a sample is due, or nothing: lost.
 std::optional<std::int64_t> DueOf(LinkConditioner& link, std::int64_t arrival_ns) {
   std::array<std::int64_t, 2> due_ns{};
   const std::size_t copies = link.Due(arrival_ns, due_ns);
@@ -32,7 +32,7 @@ TEST(LinkConditioner, KeepsOrderWithinTheJitter) {
   std::int64_t least = INT64_MAX;
   std::int64_t most = 0;
   for (std::int64_t t = 0; t < 5000; ++t) {
-    // ten milliseconds apart, so that order seldom binds
+    // samples come ten milliseconds apart, so that order seldom binds
     const std::int64_t due = *DueOf(link, t * 10 * kMs);
     EXPECT_GE(due, last);
     last = due;

@@ -17,7 +17,7 @@ namespace {
 
 constexpr ObjectId kObject = 3;
 
-/// What lies between the two, one way: the delay changes at `change_s`.
+/// The line between the two, one way. Its delay changes at `change_s`.
 struct Line {
   std::string name;
   std::int64_t delay_ms = 0;
@@ -33,7 +33,7 @@ struct Message {
   ObjectState state;
   CouplingLinks links;
   std::int64_t sent_ns = 0;              // true time
-  std::optional<std::int64_t> holds_ns;  // true time of the newest of the receiver's it has come by
+  std::optional<std::int64_t> holds_ns;  // true time of the receiver's newest that came here
 };
 
 /// One end of a link, and beside it what the test itself knows of the true ages.
@@ -49,9 +49,9 @@ struct End {
   std::int64_t clock_ns;  // own clock beside true time
   StepInputs inputs;
   std::deque<Message> under_way;          // to this end
-  std::optional<std::int64_t> holds_ns;   // newest of the other's that arrived here, true time
-  std::optional<std::int64_t> echoed_ns;  // newest of ours that the other held, as it told us
-  std::vector<std::int64_t> ages_ns;      // true loop age, of each frame since it is known
+  std::optional<std::int64_t> holds_ns;   // true time of the other's newest that arrived
+  std::optional<std::int64_t> echoed_ns;  // our newest message that the other held, as it told us
+  std::vector<std::int64_t> ages_ns;      // true loop age of each frame since it is known
 
   void Hear(std::int64_t now_ns) {
     while (!under_way.empty() && under_way.front().due_ns <= now_ns) {
@@ -83,8 +83,8 @@ struct End {
     return *std::max_element(ages_ns.end() - span, ages_ns.end());
   }
 
-  /// The loop age that the gains of the link are made for: as of the peak, or as of now where it is
-  /// older.
+  /// Returns the loop age that the gains of the link are made for: that of the peak, or that of now
+  /// where it is older.
   std::int64_t Estimate(std::int64_t now_ns) const {
     std::array<LinkView, kMaxLinks> views;
     if (body.Links(now_ns + clock_ns, views) == 0) return 0;
@@ -95,9 +95,9 @@ struct End {
 
 class LoopAge : public ::testing::TestWithParam<Line> {};
 
-// Never below the largest true age of the past two seconds, below 1.25 of it and 20 ms more; a
-// change by 100 ms is in it within 0.3 s. The truth is the test's own record of what has arrived
-// where.
+// The estimate is never below the largest true age of the past two seconds, and below 1.25 of it
+// and 20 ms more. A change by 100 ms is in it within 0.3 s. The truth is the test's own record of
+// what has arrived where.
 TEST_P(LoopAge, IsNeverBelowTheTruePeakAndLittleAboveIt) {
   const Line& line = GetParam();
   std::mt19937_64 random(7);

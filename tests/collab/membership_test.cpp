@@ -51,7 +51,7 @@ TEST(PeerDirectory, HandsChangesToTheHapticThread) {
   ASSERT_TRUE(directory.changes().TryPop(change));
   EXPECT_EQ(change.kind, MembershipChange::Kind::kClaims);
   EXPECT_EQ(change.claims[0].object, 5U);
-  // whom it takes for an authority is nothing new about what it holds
+  // a belief in an authority is nothing new about what a peer holds
   other_hand.beliefs = {{3, 9}};
   directory.OnPeerInfo(other_hand);
   ASSERT_TRUE(directory.changes().TryPop(change));
@@ -75,7 +75,7 @@ void FillQueue(PeerDirectory& directory) {
   }
 }
 
-/// What waits in the queue.
+/// Returns what waits in the queue.
 std::vector<MembershipChange> Drain(PeerDirectory& directory) {
   std::vector<MembershipChange> changes;
   for (MembershipChange change; directory.changes().TryPop(change);) changes.push_back(change);
@@ -240,8 +240,8 @@ TEST(PeerDirectory, IsNotItsOwnPeer) {
   EXPECT_THAT(directory.Entries(), IsEmpty());
 }
 
-// Started again before anybody noticed that it was gone: what was heard of the run before is of
-// no account.
+// The program is started again before anybody notices that it was gone. What was heard of the run
+// before does not count.
 TEST(PeerDirectory, ANewRunOfAProgramIsLostAndJoins) {
   PeerDirectory directory(1, 42);
   PeerInfo info = Anna();
@@ -255,7 +255,7 @@ TEST(PeerDirectory, ANewRunOfAProgramIsLostAndJoins) {
   EXPECT_EQ(kinds, (std::vector<Change>{Change::kJoined, Change::kLost, Change::kJoined}));
 }
 
-// Its bodies would stay its own for ever, for the hand would never hear that it has gone.
+// Its bodies would stay its own for ever, because the hand would never hear that it has gone.
 TEST(PeerDirectory, WhoCeasesToTakePartIsGoneForTheHand) {
   using Change = MembershipChange::Kind;
   PeerDirectory directory(1, 42);

@@ -14,7 +14,8 @@ using testing::Box;
 
 constexpr PeerId kAnna = 1;
 
-/// A wall in the plane x = 0 that ends at y = 0, and a shared cube, which stands above its edge.
+/// Returns a wall in the plane x = 0 that ends at y = 0, and a shared cube, which stands above its
+/// edge.
 std::shared_ptr<const WorldModel> WallAndCube() {
   const TriangleMesh wall = At(Box(Vec3(0.004, 0.2, 0.1)), Vec3(0, -0.1, 0));
   const TriangleMesh cube = At(Box(Vec3(0.02, 0.02, 0.02)), Vec3(0, 0.03, 0));
@@ -31,7 +32,7 @@ class PartingTest : public ::testing::Test {
     parting.Begin(0);
     shared.Join(kAnna);
   }
-  /// Both are `aside` of the wall's plane, and `down` from above its edge.
+  /// Runs a frame in which both are `aside` of the wall's plane, and `down` from above its edge.
   void Frame(double aside, double down, double ours_further) {
     ObjectState theirs;
     theirs.peer = kAnna;
@@ -60,7 +61,7 @@ class PartingTest : public ::testing::Test {
   std::uint32_t seq = 0;
 };
 
-// While the hand lets go of it the body moves on: what then leads it begins where it is, and does
+// The body moves on while the hand lets go of it. The lead then begins where the body is, and does
 // not tear it back to where it was when the way was found.
 TEST_F(PartingTest, LeadsAMovingBodyFromWhereItIsOnceItIsLetGoOf) {
   GoApart();
@@ -74,8 +75,8 @@ TEST_F(PartingTest, LeadsAMovingBodyFromWhereItIsOnceItIsLetGoOf) {
   EXPECT_LT((hand.goal.X_WA.p - lift - own.X_WB.p).norm(), 1e-6);
 }
 
-// Anna is where she likes to be said to be, and asks all the time: the body does not leave our hand
-// at each of her words.
+// Anna says that she is where she likes, and asks all the time. The body does not leave our hand at
+// each of her words.
 TEST_F(PartingTest, ComesAlongForAnotherTwiceAndOnceMoreEveryHalfAMinute) {
   int led = 0;
   const auto stay_apart = [&](bool by_user) {

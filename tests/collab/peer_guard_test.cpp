@@ -1,5 +1,5 @@
-// Nothing reaches a hand but through the guard: whole peers whose devices see all that they are
-// given.
+// Tests that nothing reaches a hand but through the guard, by whole peers whose devices see all
+// that they are given.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -13,7 +13,8 @@
 namespace tandem {
 namespace {
 
-/// A handle that is thrown about, and now and then says nonsense; keeps the worst it was given.
+/// A handle that is thrown about, and now and then says nonsense. It keeps the worst that it was
+/// given.
 class WildDevice : public Device {
  public:
   void Start() noexcept override {}
@@ -91,7 +92,7 @@ TEST(PeerGuard, NothingPassesWhateverTheHandDoes) {
   }
 }
 
-/// A handle that says what the test has it say.
+/// A handle whose state the test sets.
 class ToldDevice : public Device {
  public:
   void Start() noexcept override {}
@@ -114,7 +115,7 @@ class ToldDevice : public Device {
   bool pressed = false;
 };
 
-/// One with such a handle, holding nothing at first, and one who watches.
+/// A session of a peer with such a handle, which holds nothing at first, and a peer that watches.
 struct ToldSession {
   explicit ToldSession(int motors = 6) {
     const TriangleMesh box = testing::Box(Vec3(0.03, 0.02, 0.02));
@@ -151,13 +152,13 @@ struct ToldSession {
   std::shared_ptr<WorldModel> model;
   SimulatedSession session;
   ToldDevice* device = nullptr;
-  double largest = 0;  // of what the hand felt, N or N m
+  double largest = 0;  // N or N m; largest that the hand felt
   bool sound = true;   // all poses, and forces that are told to others
   std::vector<std::string> news;
 };
 
-// A device that begins with nonsense: the hand grasps once it is known where it is, and feels
-// nothing of it.
+// The device begins with nonsense. The hand grasps once its place is known, and feels nothing of
+// the nonsense.
 TEST(PeerGuard, AHandGraspsNothingBeforeItIsKnownWhereItIs) {
   ToldSession run;
   run.device->now.X_WA.p.x() = std::numeric_limits<double>::quiet_NaN();
@@ -174,8 +175,8 @@ TEST(PeerGuard, AHandGraspsNothingBeforeItIsKnownWhereItIs) {
   EXPECT_NEAR(run.place(0).y() - before.y(), 0.003, 1e-4) << "now it holds it";
 }
 
-// A frame in which the simulation leaves the numbers: the body stays where it was, for all, the
-// hand feels nothing of it and is told so, and when it takes it again it feels it again.
+// In one frame the simulation leaves the numbers. The body stays where it was, for all. The hand
+// feels nothing of it and is told so, and when it takes the body again it feels it again.
 TEST(PeerGuard, ABodyOutlivesAFrameThatIsNoNumber) {
   ToldSession run;
   run.Order(Command::Kind::kGrab);
@@ -213,7 +214,7 @@ TEST(PeerGuard, ABodyOutlivesAFrameThatIsNoNumber) {
   EXPECT_NEAR(run.place(1).y(), 0.010, 1e-3);
 }
 
-// Neither by its own user's order nor by another's gift.
+// The hand takes nothing, neither by its own user's order nor by another's gift.
 TEST(PeerGuard, AStoppedHandLetsGoAndTakesNothingUntilItResumes) {
   ToldSession run;
   run.Order(Command::Kind::kGrab);
@@ -241,7 +242,7 @@ TEST(PeerGuard, AStoppedHandLetsGoAndTakesNothingUntilItResumes) {
   EXPECT_EQ(run.peer().holdings().held(), 0);
 }
 
-/// What a device bears, mapped by a scale that may change.
+/// A device with limits, mapped by a scale that may change.
 class MappedDevice : public ToldDevice {
  public:
   void Rescale(double to) noexcept override { scale = to; }
@@ -253,7 +254,8 @@ class MappedDevice : public ToldDevice {
   double scale = 1;
 };
 
-// A small step of the handle, and the force of the first frame, before the part has moved.
+// The handle makes a small step, and the force is that of the first frame, before the part has
+// moved.
 TEST(PeerGuard, ADeviceThatIsScaledUpWhileItHoldsFeelsNoStifferSpringThanItBears) {
   const TriangleMesh box = testing::Box(Vec3(0.03, 0.02, 0.02));
   const auto model = testing::MakeWorldModel({{box}}, 0.001);
@@ -282,8 +284,8 @@ TEST(PeerGuard, ADeviceThatIsScaledUpWhileItHoldsFeelsNoStifferSpringThanItBears
   EXPECT_LE(scaled, 50 * 1.01);
 }
 
-// A device in the peer's own process has no guard but the peer's: its button and its trouble end the
-// force, until somebody resumes with both gone.
+// A device in the peer's own process has no guard but the peer's. Its button and its trouble end
+// the force, until somebody resumes with both gone.
 TEST(PeerGuard, ADevicesButtonAndItsTroubleEndTheForceUntilAPersonResumes) {
   for (const bool button : {true, false}) {
     ToldSession run;
@@ -320,8 +322,8 @@ TEST(PeerGuard, ADevicesButtonAndItsTroubleEndTheForceUntilAPersonResumes) {
   }
 }
 
-// A handle that a rate moves is told the force so that it does not run ahead: it has to hear of it
-// while it is away, too, and after that without a person's word.
+// A handle that a rate moves is told the force so that it does not run ahead. It has to hear of the
+// force while it is in trouble, too, and after that without a person's word.
 TEST(PeerGuard, TroubleOfADeviceWithoutMotorsTakesNoForceAway) {
   ToldSession run(0);
   run.Order(Command::Kind::kGrab);

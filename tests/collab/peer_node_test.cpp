@@ -64,7 +64,7 @@ TEST(PeerNode, TheHandStartsOnlyWhenTheLoopIsClosed) {
             110'000'000);  // within the delay: the first was heard before the second came
 }
 
-// One hand moves 60 mm, the other stands: the instances meet half way, as springs in series say.
+// One hand moves 60 mm, the other stands. The instances meet half way, as springs in series say.
 TEST(PeerNode, TwoHandsPullTheirInstancesTogether) {
   const auto model = SharedBox();
   SimulatedSession session;
@@ -100,7 +100,7 @@ TEST(PeerNode, LeavingIsFeltAsAFadeAndReturningAsNothing) {
       last = force;
     }
   };
-  // the bar: a crash is noticed, and its pull has faded, within a second
+  // a crash is noticed, and its pull has faded, within a second
   session.node(0).TakeNews();
   watch(1000);
   EXPECT_THAT(session.node(0).TakeNews(), ::testing::Contains("2 is lost"));
@@ -150,7 +150,7 @@ TEST(PeerNode, OwnObjectsAreMirroredAtTheOthers) {
     const double mirror_lag =
         (world.state(1 - peer).X_WB.p - session.node(1 - peer).world().state(1 - peer).X_WB.p)
             .norm();
-    // what the mirror gives way: the push over B/te
+    // the mirror gives way by the push over B/te
     const double push = session.node(peer).peer().report().hand_B_W.f.norm();
     const double k = ContactBlend::kDrag / DesignDelay(0.041);
     EXPECT_NEAR(mirror_lag, push / k, 1e-4);
@@ -253,8 +253,8 @@ TEST(PeerNode, SaysWhoItIsFiveTimesASecondHoweverLateItIsCalled) {
   EXPECT_EQ(transport.infos, 100);
 }
 
-/// A sender's clock: while it sleeps the haptic thread does its frames, each so long after its
-/// millisecond began.
+/// A sender's clock. While the sender sleeps, the haptic thread does its frames, each so long after
+/// its millisecond began.
 class ClockBesideFrames final : public LoopClock {
  public:
   explicit ClockBesideFrames(PeerNode& node) : node_(&node) {}
@@ -272,7 +272,7 @@ class ClockBesideFrames final : public LoopClock {
   int frames() const { return frames_; }
 
  private:
-  // from 0.02 to 0.72 ms, in no order
+  // Returns a time from 0.02 to 0.72 ms, in no order.
   std::int64_t DoneNs() const {
     return 1'000'000 * (frames_ + 1) + 20'000 + 100'000 * ((frames_ * 5) % 8);
   }

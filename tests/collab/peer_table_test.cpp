@@ -13,7 +13,7 @@ namespace {
 using testing::At;
 using testing::Box;
 
-/// A shared cube at the origin, and an own one beside it, in free space.
+/// Returns a shared cube at the origin, and an own one beside it, in free space.
 std::shared_ptr<const WorldModel> TwoCubes() {
   static const std::shared_ptr<const WorldModel> kModel = [] {
     const Vec3 size(0.02, 0.02, 0.02);
@@ -47,8 +47,8 @@ const PeerTableRow* RowOf(const PeerTable& table, PeerId peer) {
   return nullptr;
 }
 
-// Two pull one part apart and rest: both tell the same of their link, whatever the delay, and the
-// two wrenches of it agree within 5 %.
+// Two hands pull one part apart and rest. Both peers tell the same of their link, whatever the
+// delay, and its two wrenches agree within 5 %.
 TEST(PeerTable, BothEndsOfALinkTellTheSameAtRest) {
   for (const double delay_ms : {1.0, 20.0, 100.0, 300.0}) {
     SCOPED_TRACE(delay_ms);
@@ -79,7 +79,7 @@ TEST(PeerTable, BothEndsOfALinkTellTheSameAtRest) {
   }
 }
 
-// Who lets go is coupled no more, while its pull still fades and after.
+// A peer that lets go is coupled no more, while its pull still fades and after.
 TEST(PeerTable, WhoLetsGoIsCoupledNoMore) {
   SimulatedSession session;
   session.Add(Hand(1, 0, Vec3(0.03, 0, 0), 20), 1);
@@ -115,7 +115,7 @@ TEST(PeerTable, TellsOfThoseWhoHoldOtherThings) {
   for (int i = 0; i < 3000; ++i) session.Step();
   row = RowOf(session.node(0).peer().table().Read(), 2);
   EXPECT_LT(row->mirror_lag_m, 1e-4);
-  // a silent one grows old in the table, one that is gone is not in it
+  // a silent peer grows old in the table, a peer that is gone is not in it
   session.Halt(1, true);
   for (int i = 0; i < 400; ++i) session.Step();
   row = RowOf(session.node(0).peer().table().Read(), 2);
@@ -125,7 +125,7 @@ TEST(PeerTable, TellsOfThoseWhoHoldOtherThings) {
   EXPECT_EQ(session.node(0).peer().table().Read().count, 0U);
 }
 
-// One has no test to spare and is slowed to the travel floor; the other has all it needs.
+// One peer has no test to spare and is slowed to the travel floor. The other has all it needs.
 TEST(PeerTable, TellsWhatTheFramesOfEachGaveUp) {
   SimulatedSession session;
   auto slow = Hand(1, 0, Vec3(0.1, 0, 0), 20, 0);
@@ -148,7 +148,7 @@ TEST(PeerTable, TellsWhatTheFramesOfEachGaveUp) {
   EXPECT_NEAR(row->limits.travel_limited, own.own_limits.travel_limited, 0.02);
 }
 
-// A mirror held up by what it would run into is not where it was said to be: the table says how
+// A mirror held up by what it would run into is not where its peer says it is. The table says how
 // far.
 TEST(PeerTable, TellsHowFarAMirrorIsBehind) {
   SimulatedSession session;

@@ -1,4 +1,4 @@
-// A peer whose voxels are in memory in part, and come late or never.
+// Tests a peer whose voxels are in memory in part, and come late or never.
 #include <algorithm>
 #include <array>
 #include <chrono>
@@ -14,7 +14,8 @@
 namespace tandem {
 namespace {
 
-/// Drags what it holds along x and presses it down; keeps what it is given.
+/// A device that drags what it holds along x and presses it down. It keeps the force that it is
+/// given.
 class DraggingDevice : public Device {
  public:
   explicit DraggingDevice(const Pose& home) : goal_(home) { goal_.p.z() -= 0.008; }
@@ -27,7 +28,7 @@ class DraggingDevice : public Device {
   DeviceCapabilities capabilities() const noexcept override { return {}; }
 
   bool moves = true;
-  double force = 0;  // N, of the last frame
+  double force = 0;  // N; force of the last frame
 
  private:
   Pose goal_;
@@ -83,7 +84,7 @@ TEST(PeerVoxels, TheHandFeelsNothingWhileTheyAreWaitedForAndThenLittleByLittle) 
   EXPECT_FALSE(dragging.node->peer().voxels_lack());
   dragging.pages->Open();
   ASSERT_TRUE(dragging.StepUntilWaiting(false, 20000));
-  // what it pulls with comes back in a hundred frames
+  // the pull comes back in a hundred frames
   const double first = dragging.device->force;
   dragging.Step(9);
   EXPECT_EQ(dragging.node->peer().guard().state(), SafetyState::kRamping);

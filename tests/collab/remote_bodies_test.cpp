@@ -20,7 +20,7 @@ ObjectState StateOf(PeerId peer, std::uint32_t seq, double x, std::uint32_t flag
   return state;
 }
 
-/// Peer 7, with the first body in its hand.
+/// Returns the change by which peer 7 has the first body in its hand.
 MembershipChange Holder() {
   MembershipChange change;
   change.peer = 7;
@@ -44,7 +44,7 @@ class LooseBody : public ::testing::Test {
     remote_->Prepare(-1, inputs_);
     return inputs_.bodies[0];
   }
-  /// A whole frame; where the mirror is then.
+  /// Runs a whole frame, and returns where the mirror is then.
   double Frame() {
     remote_->Prepare(-1, inputs_);
     remote_->GiveWay(*world_, {}, inputs_);
@@ -71,7 +71,7 @@ TEST_F(LooseBody, IsFollowedWhereItsPeerSaysUntilItIsSaidToStand) {
   EXPECT_EQ(Prepared().drive, BodyDrive::kParked);
 }
 
-// The claim of a hand that lets go is heard later than what it threw is seen.
+// The claim of a hand that lets go is heard later than the flight of what it threw is seen.
 TEST_F(LooseBody, IsFollowedThoughItsPeerIsStillSaidToHoldIt) {
   remote_->OnMembership(Holder());
   remote_->OnState(StateOf(7, 1, 0.1, 0));
@@ -93,7 +93,7 @@ TEST_F(LooseBody, BeginsAsItWasToldToMoveWhereItIsTakenOver) {
   EXPECT_EQ(Prepared().drive, BodyDrive::kParked) << "what was told before is forgotten";
 }
 
-// 1 m/s at peer 7; peer 9 goes on with it 20 mm from there and 40 ms later.
+// The body goes 1 m/s at peer 7. Peer 9 goes on with it 20 mm from there and 40 ms later.
 TEST_F(LooseBody, NeitherStopsNorJumpsWhereAnotherTakesItOver) {
   double last = 0;
   const auto run = [&](PeerId peer, double from, int frames) {
@@ -117,7 +117,8 @@ TEST_F(LooseBody, NeitherStopsNorJumpsWhereAnotherTakesItOver) {
   EXPECT_NEAR(last, 0.56, 1e-4);
 }
 
-// Mean while near, two when far, and the distance to become one again is smaller.
+// Instances that are near make one mirror at their mean, and two when far. The distance to become
+// one again is smaller.
 TEST(RemoteBodies, InstancesPartAtFortyMillimetresAndMeetAtTwenty) {
   const TriangleMesh box = testing::Box(Vec3(0.02, 0.02, 0.02));
   WorldModel model = *testing::MakeWorldModel({{box}, {box}}, 0.001);
@@ -153,8 +154,8 @@ TEST(RemoteBodies, InstancesPartAtFortyMillimetresAndMeetAtTwenty) {
   EXPECT_FALSE(place({0, 0.01, 0.019}));
 }
 
-// 10 and 12 are on one side and tremble, 11 is alone on the other: whoever of the two is farther
-// from it, each instance of the picture stays on its side.
+// 10 and 12 are on one side and tremble, 11 is alone on the other. Whichever of 10 and 12 is
+// farther from 11, each instance of the picture stays on its side.
 TEST(RemoteBodies, PartedInstancesStayOnTheirSidesWhileHandsTremble) {
   const TriangleMesh box = testing::Box(Vec3(0.02, 0.02, 0.02));
   WorldModel model = *testing::MakeWorldModel({{box}, {box}}, 0.001);
@@ -186,8 +187,8 @@ TEST(RemoteBodies, PartedInstancesStayOnTheirSidesWhileHandsTremble) {
   }
 }
 
-// Half the loop's age ahead, by the velocity that was told, for 100 ms and 30 mm at the most; as
-// received by the other models.
+// A dead-reckoned mirror is half the loop's age ahead, by the velocity that was told, for 100 ms
+// and 30 mm at the most. Mirrors of the other models are as received.
 TEST(RemoteBodies, DeadReckonedMirrorsAreWhereTheyWouldBeByNow) {
   const TriangleMesh box = testing::Box(Vec3(0.02, 0.02, 0.02));
   const WorldModel model = *testing::MakeWorldModel({{box}, {box}}, 0.001);

@@ -1,4 +1,4 @@
-// Type-1 contact by whole peers on the simulated network: which loops count for which body.
+// Tests type-1 contact by whole peers on the simulated network: which loops count for which body.
 #include <gtest/gtest.h>
 
 #include "collab/simulated/simulated_session.h"
@@ -13,7 +13,7 @@ using testing::At;
 using testing::Box;
 using testing::ScriptedNode;
 
-/// A cube for each of three: two side by side, the third half a metre away.
+/// Returns a cube for each of three peers: two side by side, the third half a metre away.
 std::shared_ptr<const WorldModel> ThreeCubes() {
   const TriangleMesh cube = Box(Vec3(0.03, 0.03, 0.03));
   return testing::MakeWorldModel(
@@ -21,7 +21,7 @@ std::shared_ptr<const WorldModel> ThreeCubes() {
       0.002);
 }
 
-/// From 6 s on, 55 mm in a second, or as many times that.
+/// Returns a way of 55 mm in a second from 6 s on, or as many times that.
 std::vector<Waypoint> Inward(double times) {
   return {{0, Vec3::Zero(), Quat::Identity()},
           {6, Vec3::Zero(), Quat::Identity()},
@@ -30,14 +30,14 @@ std::vector<Waypoint> Inward(double times) {
 
 enum class Third { kNone, kHolds, kLetsGo };
 
-/// How the first user presses the second one's cube at rest.
+/// Figures of the first user's press on the second one's cube at rest.
 struct Press {
   Vec3 force = Vec3::Zero();
   double mirror_lag = 0;
-  double apart = 0;  // of the true instances' centres
+  double apart = 0;  // distance of the true instances' centres
 };
 
-/// Two press over half a millisecond; the third is half a second from everybody.
+/// Lets two press over half a millisecond. The third is half a second from everybody.
 Press QuickPress(Third third) {
   const auto model = ThreeCubes();
   SimulatedSession session;
@@ -72,8 +72,8 @@ TEST(RemoteLoops, ASlowBystanderChangesNothingOfAQuickPress) {
   }
 }
 
-// One presses, the other lets go of what is pressed: nobody moves it any more, so it stands where
-// it was put, and comes there at a pace that jolts no hand.
+// One peer presses, the other lets go of what is pressed. Nobody moves the body any more, so it
+// stands where it was put, and comes there at a pace that jolts no hand.
 TEST(RemoteLoops, WhatIsLetGoWhileItIsPressedStandsLikeARock) {
   const auto model = ThreeCubes();
   SimulatedSession session;
@@ -99,7 +99,7 @@ TEST(RemoteLoops, WhatIsLetGoWhileItIsPressedStandsLikeARock) {
   EXPECT_LE(largest_step, 0.5);  // N a frame
 }
 
-// A body in two hands is met as one: the slower of the two says how far it gives way.
+// A body in two hands is met as one: the slower of the two loops says how far it gives way.
 TEST(RemoteLoops, ASharedBodyGivesWayByTheSlowestOfItsHolders) {
   auto model = std::make_shared<WorldModel>(*ThreeCubes());
   model->scene.bodies[1].shared = true;
@@ -115,7 +115,8 @@ TEST(RemoteLoops, ASharedBodyGivesWayByTheSlowestOfItsHolders) {
   EXPECT_LT(force(400), 0.6 * force(2));
 }
 
-// Who lets go has no loop any more, nor has he of us; it is there again with the next grasp.
+// A peer that lets go has no loop with us any more, nor have we one with it. It is there again with
+// the next grasp.
 TEST(RemoteLoops, ALoopEndsWithTheHolding) {
   const auto model = ThreeCubes();
   SimulatedSession session;

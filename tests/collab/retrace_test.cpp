@@ -12,8 +12,8 @@ namespace {
 constexpr PeerId kOtherPeer = 7;
 constexpr double kRadius = 0.02;
 
-/// Both start at the origin; after a second ours goes left and down, theirs right and down, and
-/// from y = -0.05 on something is between them.
+/// Two paths that start at the origin. After a second ours goes left and down, theirs right and
+/// down, and from y = -0.05 on something is between them.
 struct Parting {
   Parting() : history(true) {
     for (int i = 0; i < 400; ++i) {
@@ -33,7 +33,7 @@ struct Parting {
   PoseHistory history;
 };
 
-/// Whether there is a way; then at its beginning.
+/// Returns whether there is a way. If there is, the retrace is at its beginning.
 bool Begin(Retrace& retrace, const PoseHistory& history, PeerId towards, const Pose& X_WB) {
   retrace.Start(history, towards, kRadius);
   while (retrace.state() == Retrace::State::kSearching) retrace.Search(history);
@@ -94,7 +94,7 @@ TEST(Retrace, FollowsOneWhoGoesOn) {
   EXPECT_GT(X_WB.p.z(), 0.1);
 }
 
-// The hand feels nothing on the way: it may not last for ever.
+// The hand feels nothing on the way, so the way may not last for ever.
 TEST(Retrace, GivesUpOneWhoKeepsGoingFaster) {
   Parting parting;
   Retrace retrace;
@@ -157,7 +157,7 @@ TEST(Retrace, SetsOutFromWhereTheBodyIsThen) {
   EXPECT_EQ(retrace.goal().p, X_WB.p);
   retrace.Advance(parting.history, X_WB);
   EXPECT_LE((retrace.goal().p - X_WB.p).norm(), Retrace::kSpeed * kFrame + 1e-9);
-  // back along its own path, what it went meanwhile too
+  // the way leads back along the body's own path, with what it went meanwhile
   EXPECT_EQ(retrace.goal().p.x(), X_WB.p.x());
 }
 

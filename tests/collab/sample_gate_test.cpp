@@ -104,7 +104,7 @@ TEST_F(SampleGateTest, ABodyThatItsSenderDoesNotClaimIsDropped) {
 TEST_F(SampleGateTest, AnEchoOfAStampThatWasNeverSentIsDropped) {
   for (std::int64_t frame = 1; frame <= 20'000; ++frame) gate.NoteSent(1'000'000 * frame + 17);
   constexpr std::int64_t kNewest = 1'000'000 * std::int64_t{20'000} + 17;
-  EXPECT_FALSE(gate.Admit(Links(1, kNewest + 1'000'000)));  // of the future
+  EXPECT_FALSE(gate.Admit(Links(1, kNewest + 1'000'000)));  // in the future
   EXPECT_FALSE(gate.Admit(Links(2, kNewest - 1)));          // between two frames
   EXPECT_FALSE(gate.Admit(Links(3, -5)));
   EXPECT_FALSE(gate.Admit(Links(4, 1'000'017)));  // so old that no link is that long
@@ -133,13 +133,14 @@ TEST(StampRing, HasWhatItKeepsAndNothingElse) {
 TEST_F(SampleGateTest, WhoComesBackIsTakenFromWhereItGoesOn) {
   EXPECT_TRUE(gate.Admit(State(1000)));
   Tell(MembershipChange::Kind::kLost, kEpoch);
-  EXPECT_TRUE(gate.Admit(State(500)));  // of nobody who is here: passes, and nobody takes it
+  EXPECT_TRUE(gate.Admit(State(500)));  // a sender who is not here: it passes, unused
   Tell(MembershipChange::Kind::kBack, kEpoch);
   EXPECT_TRUE(gate.Admit(State(501)));
   EXPECT_EQ(SumOf(drops.Total()), 0U);
 }
 
-// A holder claims anew what it keeps, and its claim takes longer than its states (hostile seed 773).
+// A holder claims anew what it keeps, and its claim takes longer than its states (hostile seed
+// 773).
 TEST_F(SampleGateTest, WhoHoldsASharedBodyMayCountOnBeforeItsClaimIsHeard) {
   SampleGate both(kSelf, {4, kPeg}, drops, {false, true});
   const auto tell = [&](MembershipChange::Kind kind, std::uint32_t epoch, bool held) {

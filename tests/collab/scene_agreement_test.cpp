@@ -105,7 +105,7 @@ TEST(SceneOffers, AManifestOutlivesItsAuthorWithThoseWhoAdoptedIt) {
   offers.OnPresence(1, false);
   EXPECT_EQ(offers.session()->offered_by, 2U);
   offers.OnPresence(2, false);
-  // of those here only one is left, who insisted
+  // only one of those here is left, who insisted
   EXPECT_EQ(offers.session()->offered_by, 3U);
   offers.OnPresence(1, true);
   EXPECT_EQ(offers.session()->offered_by, 1U);
@@ -122,7 +122,7 @@ TEST(SceneOffers, WhatNobodyOffersAnyMoreDoesNotCount) {
   ASSERT_NE(of_a_viewer.session(), nullptr) << "a viewer goes on to show what was";
 }
 
-// One who takes no part, or has come alone, does not decide for those under way.
+// A peer that takes no part, or has come alone, does not decide for those under way.
 TEST(SceneOffers, WhatIsWithdrawnDoesNotComeBackWithItsAuthor) {
   SceneOffers offers;
   offers.OnPresence(3, true);

@@ -23,7 +23,7 @@ TEST(SessionsNearby, WhoHasNoKeysOrOthersIsToldOfTheKeys) {
             "nobody heard in session press: it is plain, and you came with keys (--secure)");
   EXPECT_EQ(NobodyHeard({"press", true}, {{"press", true}}),
             "nobody heard in session press: others are in it by keys that do not fit yours");
-  // of a plain one somebody is about to be heard, or only its announcement gets through
+  // somebody is about to be heard in a plain session, or only its announcement gets through
   EXPECT_EQ(NobodyHeard({"press", false}, {{"press", false}}),
             "nobody heard in session press: another name, network, domain or keys?");
 }

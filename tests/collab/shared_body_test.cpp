@@ -88,7 +88,7 @@ TEST(SharedBody, ALostPartnersPullFadesOverTwoHundredMilliseconds) {
   for (int i = 0; i < 101; ++i) bench.Frame(0.01, 200, 60, false);
   EXPECT_EQ(bench.inputs.link_count, 0U);
   EXPECT_EQ(bench.inputs.ground_damping, 0.0);
-  EXPECT_NEAR(bench.body.mean_delay_s(), 0.1, 1e-9);  // what was measured stays so
+  EXPECT_NEAR(bench.body.mean_delay_s(), 0.1, 1e-9);  // the measured delay stays
   // back again: from nothing, without a kick
   bench.body.Join(kOther);
   bench.Frame(0.05, 200, 60);
@@ -181,7 +181,7 @@ TEST(SharedBody, EchoesOfStampsNeverSentAreRefused) {
   EXPECT_NEAR(bench.stiffness(), (*MakeLaw("p+d"))->Link(LawInputsAt(0.2, 2, 1.5)).stiffness, 0.01);
 }
 
-// Both wrenches of a link add up to nothing, or the larger share of them that does not.
+// Both wrenches of a link add up to nothing. The figure is the larger share of them that does not.
 TEST(SharedBody, ComparesTheTwoWrenchesOfALink) {
   LinkBench bench;
   bench.body.Join(kOther);
@@ -208,7 +208,7 @@ TEST(SharedBody, ComparesTheTwoWrenchesOfALink) {
   EXPECT_NEAR(disagreement(2.5), 1.8, 1e-12);  // a wrong sign
 }
 
-// Whatever a partner says that its end felt: what we feel is from its poses alone.
+// A partner may say anything of what its end felt. The force here comes from its poses alone.
 TEST(SharedBody, WhatAPartnerSaysOfItsForceIsNeverApplied) {
   std::array<StepInputs, 2> inputs;
   for (const std::size_t lies : {0U, 1U}) {
@@ -244,8 +244,8 @@ TEST(SharedBody, DampingBetweenInstancesIsNeverAboveTheLaws) {
   EXPECT_LE(most, (*MakeLaw("p+dd"))->Link(LawInputsAt(2.03, 2, 1.5)).relative_damping);
 }
 
-// Of a damper that moves along nothing is drawn; of one that pulls us on, what it gives less what
-// it takes.
+// A gate draws nothing for a damper that moves along. For a damper that pulls us on it draws what
+// the damper gives less what it takes.
 TEST(SharedBody, AGatePaysForWhatADamperGivesOnBalance) {
   LinkBench bench({*MakeLaw("p+dd")});
   bench.body.Join(kOther);
@@ -267,7 +267,7 @@ TEST(SharedBody, AGatePaysForWhatADamperGivesOnBalance) {
   EXPECT_NEAR(before - bench.tank(), given - earned, 0.02 * given);
 }
 
-// The same of a damper that turns us.
+// The same holds for a damper that turns us.
 TEST(SharedBody, AGatePaysForWhatADamperOfTurningGives) {
   LinkBench bench({*MakeLaw("p+dd")});
   bench.body.Join(kOther);
@@ -283,7 +283,8 @@ TEST(SharedBody, AGatePaysForWhatADamperOfTurningGives) {
   EXPECT_NEAR(before - bench.tank(), given - earned, 0.02 * given);
 }
 
-// For the lab: the spring's force goes to the partner, and what it says is applied.
+// For the lab, the spring's force goes to the partner, and the force that the partner says is
+// applied.
 TEST(SharedBody, ExchangesForcesWhereItIsToldTo) {
   LinkBench bench({*MakeLaw("p+d"), true, true});
   bench.body.Join(kOther);

@@ -173,7 +173,7 @@ TEST_F(SimulatedNetworkTest, ArrivalsAreStampedWithTheReceiversClock) {
   Run(1000);
   State(1);
   ASSERT_EQ(second.arrivals_ns.size(), 1U);
-  const std::int64_t t = now_ns - kMs;  // of the last Advance
+  const std::int64_t t = now_ns - kMs;  // time of the last Advance
   EXPECT_EQ(second.arrivals_ns[0], 5'000'000'000 + t + t / 10'000);
 }
 

@@ -9,15 +9,15 @@ namespace tandem {
 namespace {
 
 constexpr double kHands = 300;      // N/m, of each of two hands
-constexpr double kHeldApart = 0.1;  // m, from where one hand means to be to where the other does
+constexpr double kHeldApart = 0.1;  // m; from where one hand means to be to where the other does
 
-/// Two hands that hold a part apart, at rest: where one instance is when the link between them has
+/// Returns where one instance of a part is that two hands hold apart, at rest, when the link has
 /// stiffness k. By statics: kHands x = k d, d = kHeldApart - 2 x.
 double PlaceAt(double k) {
   return kHeldApart * k / (kHands + 2.0 * k);
 }
 
-/// The fastest that an instance moves while the link follows what the delay allows, m/s.
+/// Returns the fastest motion of an instance while the link follows what the delay allows, m/s.
 template <class Allowed>
 double FastestMotion(double k, double seconds, const Allowed& allowed) {
   constexpr double kFrame = 1e-3;
@@ -41,8 +41,8 @@ double FastestMotion(double k, double seconds, const Allowed& allowed) {
   return fastest;
 }
 
-// A delay that a network moves up and down by half moves what hands pull apart unfelt slowly: among
-// eight users 0.17 mm/s each make 0.5 mm/s.
+// A network that moves its delay up and down by half moves a part that hands pull apart, slowly and
+// unfelt. Among eight users 0.17 mm/s each make 0.5 mm/s.
 TEST(StiffnessSlew, MovesAPartThatHandsPullApartUnfeltWhileTheDelayVaries) {
   const double fastest = FastestMotion(130, 60, [](double t_s) {
     return std::fmod(t_s, 2.0) < 0.4 ? 90.0 : 140.0;
@@ -77,7 +77,7 @@ TEST(StiffnessSlew, FallsAtOnceFromFarAboveWhatTheDelayAllows) {
   EXPECT_GE(fallen, 40);
 }
 
-// Nothing that is stretched by nothing moves by a change of stiffness.
+// A spring that is not stretched moves nothing when its stiffness changes.
 TEST(StiffnessSlew, FollowsTheDelayAtOnceWhereTheSpringIsEmpty) {
   EXPECT_NEAR(After(Unfelt(0, 40, 0), 60, 200), 40, 0.1);
   EXPECT_NEAR(After(Unfelt(0, 100, 0), 40, 400), 100, 0.1);

@@ -15,7 +15,7 @@ using testing::Box;
 
 constexpr PeerId kPartner = 7;
 
-/// A shared cube of 20 mm, which stands at the origin, and what is fixed.
+/// Returns a shared cube of 20 mm, which stands at the origin, and a fixture.
 std::shared_ptr<const WorldModel> CubeAnd(const TriangleMesh& fixture, double voxel = 0.001,
                                           ContactModel contact = ContactModel::kRefined) {
   auto model = std::make_shared<WorldModel>(
@@ -24,7 +24,7 @@ std::shared_ptr<const WorldModel> CubeAnd(const TriangleMesh& fixture, double vo
   return model;
 }
 
-/// A wall of that thickness in the plane x = 0, 200 mm wide, turned.
+/// Returns a wall of that thickness in the plane x = 0, 200 mm wide, turned.
 TriangleMesh Wall(double thickness, const Quat& q = Quat::Identity()) {
   return At(Box(Vec3(thickness, 0.2, 0.2)), Vec3::Zero(), q);
 }
@@ -33,7 +33,7 @@ Pose Place(const Vec3& p, const Quat& q = Quat::Identity()) {
   return {q, p};
 }
 
-/// Looks for so long at two instances that move as `path` says, by the time in s; gives when the
+/// Looks for so long at two instances that move as `path` says, by the time in s. Returns when the
 /// other was found to be trapped, or -1.
 template <typename Path>
 double FoundAfter(TrapDetector& detector, double seconds, const Path& path) {
@@ -78,7 +78,8 @@ TEST(TrapDetector, FindsAWallAcrossTheGrid) {
   EXPECT_GT(FoundAfter(model, 1.0, Standing(q * Vec3(0.03, 0, 0), q * Vec3(-0.03, 0, 0))), 0.5);
 }
 
-// By voxels, which any wall fills, and by distances, which pass no wall however thin it is.
+// One model looks by voxels, which any wall fills, the other by distances, which pass no wall
+// however thin it is.
 TEST(TrapDetector, FindsAThinWallAndASheetInBothContactModels) {
   const Quat q = RotationBy(Vec3(0.3, 0.5, 0.4));
   const Quat upright = RotationBy(Vec3(0, M_PI / 2, 0));
@@ -99,7 +100,7 @@ TEST(TrapDetector, IsSilentWhereNothingIsBetween) {
   EXPECT_LT(FoundAfter(model, 2.0, Standing(Vec3(0.1, 0.15, 0), Vec3(-0.1, 0.15, 0))), 0);
 }
 
-// Both lie on the same slope, which goes across the grid, 60 mm from one another: lines that
+// Both lie on the same slope, which goes across the grid, 60 mm from one another. Lines that
 // touched its voxels along the way would see a wall.
 TEST(TrapDetector, IsSilentAlongAWallThatBothTouch) {
   const Quat q = RotationBy(Vec3(0.0, 0.2, 0.13));
@@ -113,7 +114,8 @@ TEST(TrapDetector, IsSilentAlongAWallThatBothTouch) {
   }
 }
 
-// Round the wall's edge the line crosses it for a while, as the two come nearer all the time.
+// The line crosses the wall for a while as it goes round the wall's edge, but the two come nearer
+// all the time.
 TEST(TrapDetector, IsSilentWhileTheTwoComeNearer) {
   const auto model = CubeAnd(Wall(0.005));
   const auto path = [](double t) {
@@ -132,7 +134,7 @@ TEST(TrapDetector, IsSilentBelowTheLeastDistance) {
   EXPECT_LT(FoundAfter(model, 2.0, Standing(Vec3(0.0035, 0, 0), Vec3(-0.0035, 0, 0))), 0);
 }
 
-// The way back is sought in what was seen within 50 ms (Retrace).
+// Retrace seeks the way back in what was seen within 50 ms.
 TEST(TrapDetector, SeesWithinFiftyFramesWhatIsBetweenThoseWhoAreTogether) {
   const auto model = CubeAnd(Wall(0.001), 0.0005);
   for (std::size_t count = 1; count <= kMaxLinks; ++count) {

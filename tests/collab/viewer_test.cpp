@@ -85,7 +85,7 @@ TEST(Viewer, TwoOfOneNameAreTwoAndWhoLeavesOfThemIsMarked) {
   ASSERT_EQ(viewer.Picture().peers.size(), 2U);
   EXPECT_EQ(viewer.Picture().peers[0].presence, Presence::kLeft);
   EXPECT_NE(LastingId(viewer.Picture().peers[1]), 4U);
-  // nor does a viewer take the place of one who took part
+  // nor does a viewer take the place of a peer that took part
   viewer.OnPeerInfo(Named(11, "anna", Role::kViewer), 4 * kMs);
   EXPECT_EQ(viewer.Picture().peers.size(), 3U);
 }

@@ -25,7 +25,7 @@ class ControlServerTest : public ::testing::Test {
   void Send(HostId host, const ControlRequest& request) {
     server_.OnRequest(host, host == kWindow ? "window" : "script", ++number_, request, now_ns_);
   }
-  /// Time passes; the hosts given live.
+  /// Lets time pass, in which the given hosts live.
   void Run(std::int64_t ms, std::initializer_list<HostId> alive) {
     for (std::int64_t i = 0; i < ms; ++i) {
       now_ns_ += kMs;
@@ -36,7 +36,7 @@ class ControlServerTest : public ::testing::Test {
       for (HostAnswer& answer : server_.TakeAnswers()) answers_.push_back(std::move(answer));
     }
   }
-  /// The answer to a request, which comes within so long.
+  /// Returns the answer to a request, which comes within so long.
   Answer Ask(HostId host, const ControlRequest& request, std::int64_t ms = 10) {
     Send(host, request);
     const std::uint64_t number = number_;
@@ -107,7 +107,7 @@ TEST_F(ControlServerTest, GoalsCountFromTheHostWhoseHandItIs) {
             "the hand is in use by the host 'window'");
 }
 
-// As by `tandem peer --hold peg --control NAME`, of which a window is told.
+// `tandem peer --hold peg --control NAME` holds the part in this way, and a window is told of it.
 TEST_F(ControlServerTest, APartThatTheCommandLineHoldsIsLedByTheFirstHostThatHasAGoal) {
   peer_.facts.wanted = peer_.facts.held = 0;
   Run(5, {kWindow, kScript});

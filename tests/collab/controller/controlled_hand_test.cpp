@@ -5,8 +5,8 @@
 #include "tests/support/shapes.h"
 #include "tests/support/test_world.h"
 
-// A whole peer whose hand a host moves, frame by frame in virtual time: a block of 40 mm over a
-// table, and a wall at its side.
+// Runs a whole peer whose hand a host moves, frame by frame in virtual time: a block of 40 mm over
+// a table, and a wall at its side.
 
 namespace tandem {
 namespace {
@@ -18,7 +18,7 @@ using testing::kVoxel;
 constexpr std::int64_t kFrameNs = 1'000'000;
 constexpr HostId kHost = 5;
 constexpr double kWallX = 0.1;  // the wall's face
-constexpr double kHalf = 0.02;  // of the block
+constexpr double kHalf = 0.02;  // half an edge of the block
 
 std::shared_ptr<const WorldModel> BlockAndWall() {
   auto model = testing::MakeWorldModel(
@@ -75,7 +75,7 @@ class ControlledHandTest : public ::testing::Test, private ControlledPeer {
     }
     return {false, "no answer"};
   }
-  /// The host's goal goes there in one step.
+  /// Moves the host's goal there in one step.
   void Mean(const Vec3& p_WG) {
     HostGoal goal{.kind = HostGoal::Kind::kPose, .seq = ++goal_seq_};
     goal.X_WG.p = p_WG;
@@ -127,8 +127,8 @@ TEST_F(ControlledHandTest, AGoalBehindAWallPullsWithNoMoreThanTheLimitAndDoesNot
   // at rest against the wall the spring pulls with what is allowed, whatever the goal
   EXPECT_NEAR(facts_.hand_G_W.f.x(), 6.0, 0.05);
   EXPECT_GT(facts_.contact_count, 0U);
-  // on the way its damper pulls too, by at most 8 N s/m times the goal's speed of 1 m/s, and what
-  // calms it, by at most the limit once more
+  // on the way its damper pulls too, by at most 8 N s/m times the goal's speed of 1 m/s, and the
+  // calming force, by at most the limit once more
   EXPECT_LT(peak_force_, 6.0 + 8.0 + 6.0);
   EXPECT_LT(farthest_, kWallX - kHalf + 0.5 * kVoxel);
   const ControllerSnapshot snapshot = server_.Snapshot();

@@ -10,7 +10,8 @@ namespace tandem::testing {
 
 inline constexpr std::int64_t kMs = 1'000'000;
 
-/// A scene of two moving bodies that one user at a time holds, a shared one and a fixed one.
+/// Returns a scene of two moving bodies that one user at a time holds, a shared one and a fixed
+/// one.
 inline ControlScene FourBodies() {
   ControlScene scene;
   scene.number = 1;
@@ -24,8 +25,8 @@ inline ControlScene FourBodies() {
   return scene;
 }
 
-/// What a server acts on, without a simulation: it notes what it is told, and does at once what a
-/// lone peer would.
+/// A peer without a simulation for a server to act on. It notes what it is told, and does at once
+/// what a lone peer would.
 class FakePeer : public ControlledPeer {
  public:
   bool Order(const Command& command) override {

@@ -12,7 +12,7 @@
 namespace tandem::testing {
 namespace {
 
-/// Whether the session is heard of within some seconds; an announcement comes every 1.6 s.
+/// Returns whether the session is heard of within some seconds; an announcement comes every 1.6 s.
 bool Hears(SessionsNearby& nearby, const AnnouncedSession& session) {
   const std::int64_t until_ns = MonotonicNowNs() + 10'000'000'000;
   while (MonotonicNowNs() < until_ns) {
@@ -35,7 +35,7 @@ TEST(AnnouncedSessions, OfOtherNamesAreHeardAndOnesOwnIsNot) {
   EXPECT_TRUE(Hears(*nearby, {there, false}));
   const std::vector<AnnouncedSession> all = nearby->Heard();
   EXPECT_THAT(all, ::testing::Not(::testing::Contains(AnnouncedSession{here, false})));
-  EXPECT_TRUE(heard.Now().infos.empty());  // of another session nothing else is heard
+  EXPECT_TRUE(heard.Now().infos.empty());  // nothing else of another session is heard
   (*joined)->Leave();
 }
 

@@ -96,7 +96,7 @@ TEST(Announcement, PassesOverWhatIsNotOneOfOurs) {
   EXPECT_FALSE(ReadAnnouncement(Bytes(text.begin(), text.end())));
 }
 
-// Whoever reaches the port may send anything.
+// Anybody who reaches the port may send anything.
 TEST(Announcement, OfATornOrAlteredPacketNothingOutsideIsRead) {
   const Bytes whole = PacketOf({.secured = true, .inline_qos = true});
   for (std::size_t size = 0; size < whole.size(); ++size) {
@@ -141,7 +141,7 @@ TEST(AnnouncedPrograms, AreForgottenWhenTheyAnnounceNothingAnyMore) {
   EXPECT_THAT(programs.Sessions(own, 20 * kSecond), ElementsAre());
 }
 
-// A flood of forged ones costs nothing.
+// A flood of forged announcements costs nothing.
 TEST(AnnouncedPrograms, AreKeptUpToANumber) {
   AnnouncedPrograms programs;
   for (int i = 0; i < 10'000; ++i) {

@@ -4,8 +4,8 @@
 #include "tests/collab/dds/child_peer.h"
 #include "tests/collab/dds/live_peer.h"
 
-// What one program can do to a plain session through DDS's own interface; security_test.cpp has
-// the same in a secured one.
+// Tests what one program can do to a plain session through DDS's own interface. security_test.cpp
+// tests the same in a secured one.
 
 namespace tandem::testing {
 namespace {
@@ -41,7 +41,8 @@ class Attack : public ::testing::Test {
       return h.dropped.contains({from, reason});
     });
   }
-  /// That Ben is neither lost nor taken leave of while the attack goes on, and still heard after.
+  /// Expects that Ben is neither lost nor taken leave of while the attack goes on, and is still
+  /// heard after.
   void ExpectBenIsHere() {
     EXPECT_FALSE(heard_.WaitFor(
         [](const Recorder::Heard& h) {

@@ -43,7 +43,7 @@ class Attacker {
   Attacker(dds_entity_t participant, PeerId self, std::string name, PeerId victim)
       : participant_(participant), self_(self), name_(std::move(name)), victim_(victim) {}
 
-  /// False: the writer that it takes is refused.
+  /// Attacks once by a mode. False: the writer that it takes is refused.
   bool Attack(const std::string& mode) {
     ++turn_;
     const std::string own = PeerPartition(self_);
@@ -104,7 +104,7 @@ class Attacker {
       dds_sleepfor(DDS_MSECS(10));
     }
   }
-  /// Hears of the victim what its scene is: whoever has another one is not taken in.
+  /// Hears the victim's scene: a peer with another one is not taken in.
   void Learn() {
     has_learnt_ = true;
     Hear<tandem_PeerInfo>(tandem_PeerInfo_desc, "peer_info", Purpose::kPresence, kEveryPeer,
@@ -115,7 +115,7 @@ class Attacker {
                             return true;
                           });
   }
-  /// Hears what the victim offers.
+  /// Hears the parameters that the victim offers.
   void LearnOffer() {
     has_learnt_offer_ = true;
     Hear<tandem_SceneManifest>(tandem_SceneManifest_desc, "scene", Purpose::kSubject, kEveryScene,
@@ -136,7 +136,7 @@ class Attacker {
     return writer = made < 0 ? made : dds_create_writer(participant_, made, qos.get(), nullptr);
   }
 
-  /// As an active peer that claims four bodies by that epoch; 0: none.
+  /// Speaks as an active peer that claims four bodies by that epoch; 0: none.
   bool SayInfo(const std::string& partition, PeerId as, std::uint32_t epoch) {
     if (!has_learnt_) Learn();
     const dds_entity_t writer =
@@ -217,8 +217,8 @@ class Attacker {
     return all;
   }
 
-  /// Of the victim's scene, as one that takes part; each turn one number is none or beyond measure,
-  /// or none is, and all text is no text.
+  /// Speaks of the victim's scene as a peer that takes part. In each turn one number is none or
+  /// beyond measure, or all are sound, and all text is no text.
   bool SayBadInfo(const std::string& partition) {
     if (!has_learnt_) Learn();
     const dds_entity_t writer =
@@ -270,14 +270,15 @@ class Attacker {
                               std::numeric_limits<double>::denorm_min()};
     return kBad[which % kBad.size()];
   }
-  // Bytes that are no text, control characters of one byte and of two, and a change of direction.
+  // Fills a text with bytes that are no text, control characters of one byte and of two, and a
+  // change of direction.
   template <std::size_t size>
   static void PutBadText(char (&out)[size]) {  // NOLINT(modernize-avoid-c-arrays): idlc's
     constexpr std::string_view kBad = "b\xff\x1b[2J\n\xc2\x9b\xe2\x80\xae%n<h1>";
     for (std::size_t i = 0; i + 1 < size; ++i) out[i] = kBad[i % kBad.size()];
   }
 
-  /// As thirty peers of the victim's scene.
+  /// Speaks as thirty peers of the victim's scene.
   bool SayCrowd() {
     bool all = true;
     for (PeerId i = 0; i < 30; ++i) all = SayInfo(PeerPartition(self_ + i), self_ + i, 0) && all;
@@ -308,7 +309,7 @@ class Attacker {
     return writer > 0 && dds_write(writer, &manifest) == DDS_RETCODE_OK;
   }
 
-  /// The victim's offer with another content, voxel size (0: the victim's) or friction.
+  /// Sends the victim's offer with another content, voxel size (0: the victim's) or friction.
   bool SayOffer(std::uint64_t content, double voxel_size, double friction) {
     if (!has_learnt_offer_) LearnOffer();
     const dds_entity_t writer =
@@ -322,7 +323,7 @@ class Attacker {
     return writer > 0 && dds_write(writer, &manifest) == DDS_RETCODE_OK;
   }
 
-  // Marked by its epoch.
+  // Sends a state that its epoch marks.
   bool SayState(const std::string& partition) {
     const dds_entity_t writer =
         Writer(tandem_ObjectState_desc, "state/1", Purpose::kMotion, partition);

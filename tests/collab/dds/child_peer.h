@@ -15,7 +15,7 @@ class ChildPeer {
  public:
   struct Options {
     Role role = Role::kActive;
-    PeerId claimed = 0;           // publishes states of this peer too; 0: of itself only
+    PeerId claimed = 0;           // peer whose states it publishes too; 0: only its own
     std::uint16_t port = 0;       // 0: the domain's own way of meeting; else exactly this one …
     std::uint16_t peer_port = 0;  // … and nobody but this port of this machine is called
     std::string secure = {};      // folder of keys; empty: plain
@@ -23,7 +23,7 @@ class ChildPeer {
 
   ChildPeer(const std::string& session, PeerId id, const Options& options);
   ChildPeer(const std::string& session, PeerId id) : ChildPeer(session, id, Options()) {}
-  /// Another program that talks the same way.
+  /// Starts another program that talks the same way.
   explicit ChildPeer(std::vector<std::string> command);
   ~ChildPeer();
   ChildPeer(const ChildPeer&) = delete;
@@ -31,9 +31,9 @@ class ChildPeer {
 
   void Command(const std::string& line);
   void Signal(int signal);
-  /// Whether the child has said the line, or says it before the deadline.
+  /// Returns whether the child has said the line, or says it before the deadline.
   bool Says(const std::string& line, std::chrono::milliseconds deadline = std::chrono::seconds(60));
-  /// All it said so far.
+  /// Returns all that it said so far.
   const std::string& said() const { return said_; }
 
  private:

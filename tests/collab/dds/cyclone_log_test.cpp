@@ -18,7 +18,7 @@ std::string KeptOf(const std::string& words) {
   return capture.Take();
 }
 
-// Cyclone logs names of others' topics and types as they came.
+// Cyclone logs names of others' topics and types as they come.
 TEST(CycloneLog, MessageIsOneLineOfPlainTextWhateverNamesItHas) {
   EXPECT_EQ(KeptOf("writer a/\x1b[2J\xff\ntandem: all is well"),
             "writer a/?[2J? tandem: all is well");

@@ -34,7 +34,7 @@ void StepClock(const std::string& file, std::int64_t step_ns) {
       .write(reinterpret_cast<const char*>(&step_ns), sizeof step_ns);
 }
 
-/// How long such a wait of Cyclone's takes while the wall clock is stepped, in seconds.
+/// Returns how long such a wait of Cyclone's takes while the wall clock is stepped, in seconds.
 template <typename Wait>
 double SecondsOf(Wait wait, std::int64_t step_ns) {
   ddsrt_mutex_t mutex;
@@ -56,7 +56,7 @@ double SecondsOf(Wait wait, std::int64_t step_ns) {
   return seconds;
 }
 
-/// In a process of its own, which has the clock that can be stepped.
+/// Runs in a process of its own, which has the clock that can be stepped.
 void WaitUnderAClockThatIsStepped() {
   const auto wait_for = [](ddsrt_cond_t* condition, ddsrt_mutex_t* mutex) {
     return ddsrt_cond_waitfor(condition, mutex, DDS_MSECS(400));
@@ -72,8 +72,8 @@ void WaitUnderAClockThatIsStepped() {
   EXPECT_GT(dds_time() - before, kDayNs) << "the clock was not stepped";
 }
 
-// Cyclone's thread "tev", which sends its announcements and finds out who has fallen silent, slept
-// a day longer: the endurance run found a peer that did not come back after a cut.
+// Cyclone's thread "tev" sends its announcements and finds out who has fallen silent. If it slept a
+// day longer, a peer would not come back after a cut.
 TEST(CycloneThreads, WakeInTimeWhenTheWallClockIsSet) {
   if (std::getenv("STEPPED_CLOCK") != nullptr) return WaitUnderAClockThatIsStepped();  // NOLINT
   const ScratchFolder folder;

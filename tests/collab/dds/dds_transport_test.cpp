@@ -32,7 +32,7 @@ std::unique_ptr<LivePeer> Join(const DdsOptions& options, Inbox& inbox) {
   return std::make_unique<LivePeer>(*std::move(transport), options, options.peer);
 }
 
-// What an active peer says reaches another as it was said: every field was set, none to its
+// Messages of an active peer reach another as they were said. Every field is set, none to its
 // default.
 TEST(DdsTransport, ActivePeersHearOneAnother) {
   const std::string session = RandomSession();
@@ -70,7 +70,8 @@ TEST(DdsTransport, ActivePeersHearOneAnother) {
   EXPECT_FALSE(heard.Now().infos.contains(kHere)) << "a peer does not hear itself";
 }
 
-// Fixed ports, nobody told of but one address: nothing but what --peers names is ever sent to.
+// Ports are fixed and one address alone is named, so that nothing is ever sent but to the address
+// of --peers.
 TEST(DdsTransport, PeersNamedByAddressMeetWithoutMulticast) {
   const std::string session = RandomSession();
   const std::uint16_t here_port = FreePortPair();
@@ -183,7 +184,7 @@ TEST(DdsTransport, AViewerSubscribesToNoneOfTheFastTopics) {
   EXPECT_EQ(active_peers, 2) << ::testing::PrintToString(seen);
 }
 
-/// Notes which threads say what is heard of motion.
+/// Notes which threads tell what is heard of motion.
 class ThreadNotes : public Recorder {
  public:
   void OnState(const ObjectState& state, std::int64_t arrival_ns) override {
@@ -234,7 +235,7 @@ TEST(DdsTransport, SessionsDoNotMeet) {
   Recorder heard;
   const auto here = Join(LoopbackOptions(session, kHere, Role::kActive), heard);
   ASSERT_NE(here, nullptr);
-  // one of our own session, who comes later than the stranger, is heard in both directions
+  // a peer of our own session that comes later than the stranger is heard in both directions
   ChildPeer friendly(session, 33);
   ASSERT_TRUE(heard.WaitFor([](const Recorder::Heard& h) {
     return h.infos.contains(33) && h.states.contains(33) && h.states.at(33).seq > 500;
@@ -250,7 +251,7 @@ TEST(DdsTransport, OnlyItsOwnPartitionSpeaksForAPeer) {
   Recorder heard;
   const auto here = Join(LoopbackOptions(session, kHere, Role::kActive), heard);
   ASSERT_NE(here, nullptr);
-  // says each thing first in peer 99's name, then in its own
+  // the liar says each thing first in peer 99's name, then in its own
   ChildPeer liar(session, kThere, {Role::kActive, 99});
   ASSERT_TRUE(heard.WaitFor([](const Recorder::Heard& h) {
     return h.states.contains(kThere) && h.states.at(kThere).seq > 200 && h.links.contains(kThere);
@@ -310,7 +311,8 @@ TEST(DdsTransport, AProcessIsInADomainOnceAtATime) {
   EXPECT_TRUE(JoinOverDds(options, heard).has_value());
 }
 
-// The variable would keep both from joining at all: Cyclone refuses elements that it does not know.
+// The variable would keep both from joining at all, because Cyclone refuses elements that it does
+// not know.
 TEST(DdsTransport, TheEnvironmentsConfigurationIsIgnoredAndSaidSo) {
   setenv("CYCLONEDDS_URI", "<CycloneDDS><Domain Id=\"any\"><NoSuchThing/></Domain></CycloneDDS>",
          1);

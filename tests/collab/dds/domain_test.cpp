@@ -70,8 +70,8 @@ TEST(Domain, APortOfOnesOwnIsTakenToBeTheOthersToo) {
   EXPECT_THAT(xml, HasSubstr("192.0.2.7:9000\"/><Peer address=\"192.0.2.8:7500\""));
 }
 
-// Often enough to be back within a second of a cut's end, and not so often that they stand for
-// life.
+// Announcements come often enough that a peer is back within a second of a cut's end, and not so
+// often that they would stand for a sign of life.
 TEST(Domain, AnnouncesItselfWhereALinkCanBeCut) {
   DdsOptions options;
   options.session = "s";
@@ -81,7 +81,7 @@ TEST(Domain, AnnouncesItselfWhereALinkCanBeCut) {
   EXPECT_THAT(DomainXml(options, false), Not(HasSubstr("SPDPInterval")));
 }
 
-// Cyclone 0.10.2 alone aborts at the second.
+// Cyclone 0.10.2 by itself aborts at the second one.
 TEST(Domain, ATypeOfNoKindThatThereIsIsRefused) {
   const auto valid = [](std::uint8_t minimal, std::uint8_t complete) {
     DDS_XTypes_TypeInformation info{};

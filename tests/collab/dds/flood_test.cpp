@@ -36,7 +36,7 @@ class ListeningPort {
   }
 
   bool is_bound() const { return is_bound_; }
-  /// How many announcements came; a probe of one byte is none.
+  /// Returns how many announcements came. A probe of one byte is none.
   int Announcements() const {
     std::array<char, 2048> packet{};
     int count = 0;

@@ -27,7 +27,7 @@ unsigned ModeOf(const fs::path& path) {
   return stat(path.c_str(), &status) == 0 ? status.st_mode & 0777U : 0;
 }
 
-/// Files may have so many bytes, of this process and of those that it starts.
+/// Limits files to so many bytes, for this process and those that it starts.
 class SmallFiles {
  public:
   explicit SmallFiles(rlim_t bytes) {
@@ -54,7 +54,7 @@ TEST(KeysFolder, IsThereWholeAndForItsOwnerAlone) {
   EXPECT_TRUE(LoadMemberKeys(session / "anna"));
 }
 
-// A full disk left keys of no bytes, in a folder that was refused from then on.
+// A full disk must not leave keys of no bytes, in a folder that is refused from then on.
 TEST(KeysFolder, LeavesNothingWhereTheDiskIsFull) {
   const ScratchFolder scratch;
   const fs::path session = scratch.path() / "keys";
@@ -82,7 +82,7 @@ TEST(KeysFolder, IsNotPutOverWhatIsThere) {
   EXPECT_THAT(again.error().what, HasSubstr("exists already: keys are never overwritten"));
 }
 
-// Whoever may set a variable of the caller's would choose who signs, and with what.
+// Somebody who may set a variable of the caller's would choose who signs, and with what.
 TEST(KeysFolder, IsMadeByTheSystemsOpensslWhateverTheEnvironment) {
   const ScratchFolder scratch;
   const fs::path fake =

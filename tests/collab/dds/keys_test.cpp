@@ -54,8 +54,8 @@ TEST(Keys, AMembersFolderHasNoAuthoritysKeyAndIsReadableByItsOwnerOnly) {
   EXPECT_THAT(LoadMemberKeys(out).error().what, HasSubstr("governance.p7s is missing"));
 }
 
-// Authorities that sign what is theirs alone: one that has issued the other could be reached from
-// every member's certificate.
+// Each authority signs what is its alone. An authority that has issued the other could be reached
+// from every member's certificate.
 TEST(Keys, AnAuthorityThatIssuedTheOtherIsRefused) {
   const ScratchFolder scratch;
   const fs::path at = scratch.path();

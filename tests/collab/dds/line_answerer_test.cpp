@@ -42,7 +42,7 @@ class LineAnswererTest : public ::testing::Test {
         send_);
   }
   void Give(const LineBytes& packet) { Give(packet, asker_); }
-  /// The answer to `ask_` as that word; nothing: none came.
+  /// Returns the answer to `ask_` as that word; nothing: none came.
   std::optional<LineAsk> Ask(LineWord word) {
     sent_.clear();
     ask_.head.word = word;
@@ -67,7 +67,7 @@ class LineAnswererTest : public ::testing::Test {
     sample.sent_ns = sent_ns;
     Give(LinePacket(sample, ask_.terms.bytes));
   }
-  /// A millisecond at a time; gives how many samples went out.
+  /// Goes on a millisecond at a time, and returns how many samples went out.
   int Run(int ms, bool asker_sends) {
     int count = 0;
     for (int i = 0; i < ms; ++i) {
@@ -98,7 +98,7 @@ TEST_F(LineAnswererTest, SendsAtARateOnlyAfterItsTokenHasComeBack) {
   ASSERT_TRUE(Ask(LineWord::kAsk));
   EXPECT_EQ(answerer_.streams(), 0U);
   EXPECT_EQ(Run(1000, true), 0);
-  // made up, of another address, for other terms
+  // an ask that is made up, of another address, for other terms
   EXPECT_FALSE(Ask(LineWord::kStart));
   ask_.token = Ask(LineWord::kAsk)->token;
   const LineAnswerer::Address honest = std::exchange(asker_, {0x02000a0a, 999});
@@ -130,7 +130,7 @@ TEST_F(LineAnswererTest, AnswersNobodyMoreThanHeSent) {
   fetch.head.nonce = ask_.head.nonce;
   Give(LinePacket(fetch, sizeof fetch - 8));
   EXPECT_TRUE(sent_.empty());
-  Give(LinePacket(fetch, kLineFetchBytes), {0x09090909, 999});  // no stream is of that address
+  Give(LinePacket(fetch, kLineFetchBytes), {0x09090909, 999});  // no stream has that address
   EXPECT_TRUE(sent_.empty());
   Give(LinePacket(fetch, kLineFetchBytes));
   ASSERT_EQ(sent_.size(), 1U);
@@ -146,7 +146,8 @@ TEST_F(LineAnswererTest, EndsForGoodWhenTheAskerFallsSilent) {
   EXPECT_EQ(Run(500, true), 0);
 }
 
-// One sample a second keeps it from being silent; four for each, and three seconds' worth, go out.
+// One sample a second keeps a stream from being silent. Four go out for each that comes, and three
+// seconds' worth.
 TEST_F(LineAnswererTest, SendsNoMoreThanFourForEachThatComesAndThreeSecondsAhead) {
   ask_.terms.samples = 600'000;
   ASSERT_TRUE(Begin());
@@ -184,7 +185,7 @@ TEST_F(LineAnswererTest, RefusesWhatIsTooMuchAndWhoComesTooMany) {
   asker_ = {0x0300007f, 1};
   EXPECT_EQ(word(), LineWord::kRefuse) << "a third";
   EXPECT_EQ(answerer_.streams(), LineAnswerer::kMostStreams);
-  // and whoever has gone makes room
+  // a stream that has gone makes room
   now_ns_ += LineAnswerer::kKeptNs + kLineSecond;
   answerer_.SendDue(now_ns_, send_);
   EXPECT_EQ(answerer_.streams(), 0U);

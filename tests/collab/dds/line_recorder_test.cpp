@@ -48,7 +48,7 @@ TEST(LineRecorder, LossIsThatOfTheLineToTheSampleAndDelaysAreNoShorterThanIts) {
     const std::int64_t back = line->record.back_ns[seq];
     EXPECT_EQ(there == LineRecord::kNever, LostThere(seq));
     EXPECT_EQ(back == LineRecord::kNever, LostBack(seq));
-    // one clock: what is noted down is the delay
+    // both ends have one clock, so the noted difference is the delay
     if (!LostThere(seq)) {
       EXPECT_GE(there, (seq % 50 == 10 ? 620 : 20) * kMs);
     }

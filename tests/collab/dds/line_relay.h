@@ -31,11 +31,11 @@ inline sockaddr_in AddressOf(const std::string& host, std::uint16_t port) {
   return address;
 }
 
-/// A line of the tests' own between an asker and an answerer: it loses, delays, reorders and
+/// A line of the tests' own between an asker and an answerer. It loses, delays, reorders and
 /// doubles the samples that the test names, each way, and nothing else.
 class Relay {
  public:
-  /// What becomes of that sample: its delays, none where it is lost.
+  /// The fate of a sample: its delays, none where it is lost.
   using Fate = std::vector<std::int64_t> (*)(std::uint32_t seq);
 
   Relay(const sockaddr_in& answerer, Fate there, Fate back)
@@ -119,7 +119,8 @@ class Relay {
   std::thread thread_;
 };
 
-/// An answerer that answers while it lives; its socket is of the thread's network that makes it.
+/// Runs an answerer that answers while it lives. Its socket is of the network of the thread that
+/// makes it.
 class Answering {
  public:
   Answering()

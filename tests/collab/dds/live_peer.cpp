@@ -220,7 +220,7 @@ void LivePeer::Run() {
       if (claimed_ != options_.peer) {
         transport_->Publish(SampleState(claimed_, tick), SampleLinks(claimed_, tick));
       }
-      // as of a hand that others join and leave
+      // as for a hand that others join and leave
       if (tick % 2 == 0) {
         transport_->Publish(SampleState(options_.peer, tick), SampleLinks(options_.peer, tick));
       } else {

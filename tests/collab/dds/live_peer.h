@@ -15,13 +15,13 @@
 
 namespace tandem::testing {
 
-/// A session name that no other test uses.
+/// Returns a session name that no other test uses.
 std::string RandomSession();
 
-/// A UDP port that is free now, and so is the next.
+/// Returns a UDP port that is free now, and so is the next.
 std::uint16_t FreePortPair();
 
-/// What a peer has heard so far, to be waited for.
+/// Keeps what a peer has heard so far, and waits for it.
 class Recorder : public Inbox {
  public:
   struct Heard {
@@ -41,7 +41,7 @@ class Recorder : public Inbox {
   std::function<void(const char* what, std::uint64_t id)> tell = [](const char*, std::uint64_t) {};
 
   Heard Now() const;
-  /// Whether `holds` came true before the deadline.
+  /// Returns whether `holds` came true before the deadline.
   bool WaitFor(std::function<bool(const Heard&)> holds,
                std::chrono::milliseconds deadline = std::chrono::seconds(60)) const;
 
@@ -56,7 +56,7 @@ class Recorder : public Inbox {
   void OnTwin(const PeerInfo& info) override;
   void OnDropped(PeerId from, Drop reason) override;
 
-  /// Arrival less the sender's stamp: of peers on this machine, whose clock is ours.
+  /// Arrival less the sender's stamp, of peers on this machine, whose clock is ours.
   std::vector<std::int64_t> state_ages_ns;
 
  private:
@@ -85,7 +85,7 @@ class LivePeer {
 
 DdsOptions LoopbackOptions(const std::string& session, PeerId peer, Role role);
 
-/// What the peers of the tests say.
+/// Samples of the messages that the tests' peers send.
 ObjectState SampleState(PeerId peer, std::uint32_t seq);
 CouplingLinks SampleLinks(PeerId peer, std::uint32_t seq);
 ViewFrame SampleView(PeerId peer, std::uint32_t seq);

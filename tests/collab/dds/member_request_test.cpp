@@ -49,7 +49,7 @@ class MemberRequest : public MemberFolder {
     const Result<Files> files = SignMember(session(), "eve", Role::kActive, request);
     return files ? "" : files.error().what;
   }
-  /// A request made by the program openssl with these options.
+  /// Makes a request by the program openssl with these options.
   std::string RequestBy(const std::vector<std::string>& options) const {
     std::vector<std::string> words{"req",
                                    "-new",
@@ -98,7 +98,7 @@ TEST_F(MemberRequest, WhatIsSignedMakesAMemberWhoseKeyNeverLeft) {
   EXPECT_FALSE(fs::exists(session() / "invited"));
 }
 
-// by the list that `openssl x509` gives of a certificate's subject
+// `openssl x509` lists a certificate's subject here.
 TEST_F(MemberRequest, TheSubjectOfARequestCountsForNothing) {
   request_ = RequestBy({"-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:prime256v1", "-subj",
                         "/O=Tandem/OU=0000000000000001/CN=anna", "-addext",
@@ -128,7 +128,7 @@ TEST_F(MemberRequest, OnlyKeysOfOurSortAreSigned) {
   EXPECT_THAT(by({"-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:prime256v1", "-pkeyopt",
                   "ec_param_enc:explicit"}),
               HasSubstr("another sort"));
-  // of somebody else's key, whose signature it cannot have
+  // a request with somebody else's key, whose signature it cannot have
   std::string forged = request_;
   const std::size_t middle = forged.size() / 2;
   forged[middle] = forged[middle] == 'A' ? 'B' : 'A';
@@ -165,7 +165,7 @@ TEST_F(MemberRequest, WhatCameBackWrongIsNotTaken) {
 TEST_F(MemberRequest, ADigestIsShortAndOfTheWholeFile) {
   const fs::path a = scratch_.Write("a", "one");
   const fs::path b = scratch_.Write("b", "two");
-  // by sha256sum
+  // the digest is the one that sha256sum gives
   EXPECT_EQ(*DigestToCompare(a), "7692-c3ad-3540-bb80");
   EXPECT_NE(*DigestToCompare(a), *DigestToCompare(b));
   EXPECT_FALSE(DigestToCompare(scratch_.path() / "none"));

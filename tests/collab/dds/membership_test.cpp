@@ -40,8 +40,8 @@ class Membership : public ::testing::Test {
     ASSERT_TRUE(heard_.WaitFor(IsHere));
   }
 
-  /// That it comes to pass in that time, or later by no more than the machine woke a thread too
-  /// late in it.
+  /// Expects that it comes to pass in that time, or later by no more than the machine woke a thread
+  /// too late in it.
   template <class Condition>
   void ExpectWithin(milliseconds bound, const Condition& condition) {
     const LagMeter lag;
@@ -62,7 +62,7 @@ class Membership : public ::testing::Test {
 TEST_F(Membership, AGoodbyeIsHeardWithin50Milliseconds) {
   there_->Command("leave");
   ExpectWithin(milliseconds(50), HasLeft);
-  // nor does its end, when its lease would have run out, make it lost as well
+  // its end, when its lease would have run out, does not make it lost as well
   EXPECT_FALSE(heard_.WaitFor(IsLost, milliseconds(1500)));
   EXPECT_EQ(Count(heard_.Now().left), 1);
 }
@@ -85,7 +85,7 @@ TEST_F(Membership, AKilledPeerIsLostWithinOneSecondAndComesBackWhenStartedAgain)
   }));
 }
 
-// What the session is about is said once, while its crashed run has not been given up yet.
+// The peer says what the session is about once, while its crashed run has not been given up yet.
 TEST_F(Membership, WhatAKilledPeerOffersWhenStartedAgainAtOnceIsHeard) {
   ASSERT_TRUE(heard_.WaitFor([](const Recorder::Heard& h) {
     return !h.scenes.empty();
@@ -101,8 +101,8 @@ TEST_F(Membership, WhatAKilledPeerOffersWhenStartedAgainAtOnceIsHeard) {
   EXPECT_FALSE(heard_.Now().dropped.contains({kThere, Drop::kImpostor})) << "it is none";
 }
 
-// Shorter than the participant's lease (2 s): only its writers were given up, and its next beat
-// brings it back.
+// The halt is shorter than the participant's lease (2 s): only its writers are given up, and its
+// next beat brings it back.
 TEST_F(Membership, AHaltedPeerIsLostAndComesBack) {
   there_->Signal(SIGSTOP);
   ExpectWithin(milliseconds(2000), IsLost);
@@ -111,7 +111,7 @@ TEST_F(Membership, AHaltedPeerIsLostAndComesBack) {
   EXPECT_FALSE(HasLeft(heard_.Now()));
 }
 
-// Longer: the whole participant was given up and is discovered anew.
+// The halt is longer: the whole participant is given up and is discovered anew.
 TEST_F(Membership, ALongHaltedPeerIsDiscoveredAnew) {
   there_->Signal(SIGSTOP);
   EXPECT_TRUE(heard_.WaitFor(IsLost, milliseconds(2000)));
@@ -125,8 +125,7 @@ TEST_F(Membership, ALongHaltedPeerIsDiscoveredAnew) {
   EXPECT_EQ(heard_.Now().infos.at(kThere).claims.size(), 2U);
 }
 
-// A viewer that looks on with us loses nobody, and nobody hears of its own end but as of any
-// peer's.
+// A viewer that looks on with us loses nobody, and its own end is heard as any peer's.
 TEST_F(Membership, AViewersGoodbyeIsHeardToo) {
   ChildPeer viewer(session_, kViewer, {Role::kViewer, 0});
   ASSERT_TRUE(heard_.WaitFor([](const Recorder::Heard& h) {

@@ -18,7 +18,7 @@ void Put(RawPacket& packet, std::uint64_t value, int bytes) {
   for (int i = 0; i < bytes; ++i) packet.push_back(static_cast<std::uint8_t>(value >> (8 * i)));
 }
 
-/// A packet of a program, with nothing in it (RTPS 2.5, section 9.4.4).
+/// Returns a packet of a program, with nothing in it (RTPS 2.5, section 9.4.4).
 RawPacket Empty(std::uint64_t program) {
   RawPacket packet{'R', 'T', 'P', 'S', 2, 5, 1, 16};
   Put(packet, program, 8);
@@ -26,7 +26,8 @@ RawPacket Empty(std::uint64_t program) {
   return packet;
 }
 
-/// A DATA submessage of a writer behind what is there. `to_inline_qos`: where sound ones begin.
+/// Puts a DATA submessage of a writer behind what is there. `to_inline_qos`: offset at which sound
+/// ones begin.
 void PutData(RawPacket& packet, std::uint32_t writer, const RawPacket& content,
              std::uint16_t to_inline_qos = 16) {
   packet.insert(packet.end(), {0x15, 0x05});  // DATA, little endian, with data
@@ -45,8 +46,8 @@ RawPacket Data(std::uint64_t program, std::uint32_t writer, const RawPacket& con
   return packet;
 }
 
-/// What a program announces of itself (SPDP). Without a lease, or without announcers of its
-/// endpoints: 0.
+/// Returns what a program announces of itself (SPDP). 0 leaves the lease, or the announcers of its
+/// endpoints, out.
 RawPacket Terms(std::uint64_t program, std::uint32_t lease_s, std::uint32_t announcers = 0xC3F) {
   RawPacket list{0, 3, 0, 0};  // parameters, little endian
   Put(list, 0x0050, 2);        // PID_PARTICIPANT_GUID
@@ -106,7 +107,7 @@ TEST(PacketFilter, AHundredThousandForgedProgramsAreNotSeenByDds) {
     if (filter.Judge(Announced(program), kHere, now_ns) == PacketDrop::kNone) {
       ++passed;
     }
-    // those who are known go on being heard
+    // known programs go on being heard
     ASSERT_EQ(filter.Judge(Announced(7), kHere, now_ns), PacketDrop::kNone);
   }
   EXPECT_LE(passed, PacketFilter::kNewAtOnce + 50 * PacketFilter::kNewPerSecond + 1);
@@ -123,7 +124,7 @@ TEST(PacketFilter, AFloodOfOneAddressKeepsNobodyOfAnotherOut) {
   EXPECT_EQ(filter.Judge(Announced(7), kHere + 256, now_ns), PacketDrop::kNone);
 }
 
-// 51 packets a second kept all places taken.
+// 51 packets a second could keep all places taken.
 TEST(PacketFilter, AnHourOfNewProgramsOfOneAddressKeepsNobodyOfAnotherOut) {
   PacketFilter filter(1);
   std::int64_t now_ns = kFilterMsNs;
@@ -165,8 +166,8 @@ TEST(PacketFilter, AProgramAnnouncesItselfAndNoOther) {
   EXPECT_EQ(filter.Judge(both, kHere, kFilterMsNs), PacketDrop::kForged);
 }
 
-// DDS remembers what says no lease for 100 s, and what announces no endpoints for as long as
-// another.
+// DDS would remember a program without a lease for 100 s, and one that announces no endpoints for
+// as long as any other.
 TEST(PacketFilter, AnAnnouncementHasALeaseAndAnnouncesItsEndpoints) {
   PacketFilter filter(1);
   const auto judged = [&](const RawPacket& terms) {
@@ -193,7 +194,7 @@ TEST(PacketFilter, AGoodbyeNeedsNeither) {
   PutData(goodbye, kSpdpWriterId, content);
   goodbye[21] = 0x0B;  // with inline QoS, and a key
   EXPECT_EQ(filter.Judge(goodbye, kHere, kFilterMsNs), PacketDrop::kNone);
-  goodbye[20 + 4 + 20 + 4 + 3] = 0;  // which is none
+  goodbye[20 + 4 + 20 + 4 + 3] = 0;  // the key is none
   EXPECT_EQ(filter.Judge(goodbye, kHere, kFilterMsNs), PacketDrop::kForged);
 }
 

@@ -33,7 +33,7 @@ class WriterOwnersTest : public ::testing::Test {
     return dds_create_topic(participant.get(), &tandem_ObjectState_desc, "state/1", nullptr,
                             nullptr);
   }
-  /// Of peers first, first + 1, …
+  /// Adds writers of peers first, first + 1, …
   void AddWriters(PeerId first, std::size_t count) {
     for (std::size_t i = 0; i < count; ++i) {
       const Qos qos = MakeQos(Purpose::kMotion, PeerPartition(first + i));
@@ -41,7 +41,7 @@ class WriterOwnersTest : public ::testing::Test {
       ASSERT_GT(writers_.back().get(), 0);
     }
   }
-  /// By peer, the reader's handle of its writer.
+  /// Returns the reader's handle of a peer's writer.
   dds_instance_handle_t HandleOf(std::size_t writer) {
     dds_instance_handle_t handle = 0;
     dds_get_instance_handle(writers_[writer].get(), &handle);
@@ -68,7 +68,7 @@ TEST_F(WriterOwnersTest, AFloodOfNewcomersMutesNobodyWhoIsKnown) {
   AddWriters(1000, 300);
   EXPECT_EQ(owners.Refresh(reader_), 316 - WriterOwners::kMaxWriters);
   for (std::size_t i = 0; i < 16; ++i) EXPECT_EQ(owners.Find(HandleOf(i)), i + 1);
-  // who goes makes room for those who had none
+  // a peer that goes makes room for those who had none
   while (writers_.size() > 200) writers_.erase(writers_.begin() + 16);
   EXPECT_EQ(owners.Refresh(reader_), 0U);
   for (std::size_t i = 0; i < 16; ++i) EXPECT_EQ(owners.Find(HandleOf(i)), i + 1);

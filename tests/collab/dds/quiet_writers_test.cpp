@@ -40,7 +40,7 @@ TEST_F(QuietWritersTold, AWriterIsQuietFromItsSilenceToItsEnd) {
   EXPECT_FALSE(quiet_.Has(kAnna));
 }
 
-// As two threads of Cyclone tell it to a program that was stopped for longer than the lease.
+// Two threads of Cyclone tell it so to a program that was stopped for longer than the lease.
 TEST_F(QuietWritersTold, AnEndThatIsToldBeforeTheSilencesBeginIsItsEnd) {
   Comes(kAnna);
   SpeaksAgain(kAnna);

@@ -42,7 +42,7 @@ TEST(Reach, WhereNothingButTheLoopbackIsUpItIsUsed) {
   EXPECT_EQ(InterfaceFor(options, {}), "");
   options.interface = "eth0";
   EXPECT_EQ(InterfaceFor(options, {lo}), "eth0");
-  // others are elsewhere
+  // the other peers are elsewhere
   options = {};
   options.peers = {"192.0.2.7"};
   EXPECT_EQ(InterfaceFor(options, {lo}), "");
@@ -110,7 +110,7 @@ class OwnSocket {
     sendto(handle_, packet.data(), packet.size(), 0, reinterpret_cast<const sockaddr*>(&to),
            sizeof to);
   }
-  /// The packets that wait.
+  /// Returns the packets that wait.
   std::vector<std::string> Received() const {
     std::vector<std::string> all;
     std::array<char, 2048> got{};

@@ -32,7 +32,7 @@ TEST_F(Revocation, KeepsTheMemberOut) {
   EXPECT_THAT(WhyNot(), HasSubstr("the keys of anna have been revoked"));
 }
 
-// What else is in the folder anybody may have written who had it.
+// Anybody who had the folder may have written what else is in it.
 TEST_F(Revocation, GoesByTheFoldersCertificateAndNotByItsWords) {
   const fs::path ben = session() / "ben";
   const Result<PeerId> id = MakeMemberKeys(session(), "ben", Role::kActive, ben);
@@ -56,7 +56,7 @@ TEST_F(Revocation, ByACertificateOfAnotherAuthorityRevokesNobody) {
   const Result<RevokedMember> done = RevokeMember(session(), other / "anna");
   ASSERT_FALSE(done.has_value());
   EXPECT_THAT(done.error().what, HasSubstr("has not signed it"));
-  // nor is the authority itself a member
+  // the authority itself is no member either
   Replace(anna() / "identity.pem", session() / "identity_ca.pem");
   EXPECT_FALSE(RevokeMember(session(), anna()));
   EXPECT_FALSE(fs::exists(session() / "revoked.p7s"));
@@ -111,7 +111,7 @@ TEST_F(Revocation, LeavesBothListsAsTheyWereWhereItFailsHalfway) {
   const std::string before = TextOf(session() / "revoked.p7s");
   const std::string certificates = TextOf(session() / "identity.crl");
   ASSERT_TRUE(MakeMemberKeys(session(), "ben", Role::kActive, session() / "ben"));
-  // the members' list can be signed, that of certificates cannot
+  // the members' list can be signed, but not the list of certificates
   fs::rename(session() / "identity_ca.key", session() / "away.key");
   EXPECT_FALSE(RevokeMember(session(), session() / "ben"));
   EXPECT_EQ(TextOf(session() / "revoked.p7s"), before);

@@ -21,7 +21,7 @@ using ::testing::HasSubstr;
 // Members meet within a quarter of a second; one who has not been let in after this is not.
 constexpr std::chrono::milliseconds kLongEnough{1500};
 
-// Keys of one session with four peers and a viewer, and of another session.
+// Makes keys of one session with four peers and a viewer, and of another session.
 struct Keys {
   Keys() {
     EXPECT_TRUE(MakeSessionKeys(ours()).has_value());
@@ -40,7 +40,7 @@ struct Keys {
   }
   fs::path ours() const { return scratch.path() / "ours"; }
   fs::path theirs() const { return scratch.path() / "theirs"; }
-  // A copy of a member's folder, to be tampered with.
+  // Copies a member's folder, to be tampered with.
   fs::path Copy(const fs::path& folder, const std::string& name) const {
     const fs::path copy = scratch.path() / name;
     fs::copy(folder, copy, fs::copy_options::recursive);
@@ -71,7 +71,7 @@ class Security : public ::testing::Test {
   void SetUp() override { ASSERT_TRUE(HearsBen()); }
   void TearDown() override { EXPECT_TRUE(HearsBen()) << "the session did not go on"; }
 
-  // Whether states of Ben still come.
+  // Returns whether states of Ben still come.
   bool HearsBen() {
     const Recorder::Heard now = heard_.Now();
     const PeerId ben = keys_->ben;
@@ -81,7 +81,7 @@ class Security : public ::testing::Test {
     });
   }
 
-  // One that publishes states of `claimed` in its partition, with these keys ("-": none).
+  // Starts a peer that publishes states of `claimed` in its partition, with these keys ("-": none).
   ChildPeer Rogue(const fs::path& keys, PeerId claimed, bool lax) {
     std::vector<std::string> command{TANDEM_DDS_ROGUE_PEER, session_, keys.string(),
                                      PeerPartition(claimed), std::to_string(claimed)};
@@ -95,7 +95,7 @@ class Security : public ::testing::Test {
         },
         kLongEnough);
   }
-  // An attacker with the keys of that member.
+  // Starts an attacker with the keys of that member.
   ChildPeer Attacker(const std::string& member, const std::string& plugin, const std::string& mode,
                      PeerId id, PeerId victim) {
     return ChildPeer({TANDEM_DDS_ATTACKER, session_, (keys_->ours() / member).string(), plugin, mode,
@@ -137,7 +137,7 @@ TEST_F(Security, AViewerHearsViewsAndIsSeen) {
   }));
 }
 
-// The next tests' rogue is heard when it keeps to its place: what follows could fail.
+// The rogue of the next tests is heard when it keeps to its place, so that those tests could fail.
 TEST_F(Security, ALaxMemberIsHeardInItsOwnPlace) {
   ChildPeer carl = Rogue(keys_->ours() / "carl", keys_->carl, true);
   EXPECT_TRUE(carl.Says("writing"));

@@ -9,7 +9,7 @@ namespace tandem::testing {
 inline constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-/// Whether a message that arrives so is taken, and what it says.
+/// Returns whether a message that arrives so is taken, and reads what it says.
 template <typename Wire, typename Message>
 bool Sound(const Wire& wire, Message& message) {
   return !FromWire(wire, message).has_value();

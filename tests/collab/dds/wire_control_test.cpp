@@ -5,7 +5,7 @@
 
 #include "tests/collab/dds/sound_wire.h"
 
-// What the control thread says and hears: who is here, what happens, what the session is about.
+// Tests the messages of the control thread: who is here, what happens, what the session is about.
 
 namespace tandem {
 namespace {

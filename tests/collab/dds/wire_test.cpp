@@ -176,7 +176,7 @@ TEST(Wire, UnsoundLinksAreRefused) {
   EXPECT_TRUE(refuses([](auto& w) {
     w.entries[7].applied.f[2] = kInfinity;
   }));
-  // what lies beyond the count is not looked at
+  // elements beyond the count are not looked at
   EXPECT_FALSE(refuses([](auto& w) {
     w.count = 7, w.entries[7].applied.f[2] = kInfinity;
   }));

@@ -58,7 +58,7 @@ TEST(WriterGate, AMillionInventedKeysAreNotKept) {
   }
   EXPECT_EQ(kept, 10);
   EXPECT_EQ(gate.keys(), 10U);
-  EXPECT_FALSE(gate.Refuses(7, 1, 5, 2'000'000'000));  // one of those that it has
+  EXPECT_FALSE(gate.Refuses(7, 1, 5, 2'000'000'000));  // one of the writers that it has
 }
 
 TEST(WriterGate, AllWritersTogetherHaveABoundToo) {
@@ -81,7 +81,7 @@ TEST(WriterGate, AProgramHasSoManyWritersAndAllTogetherSoMany) {
     if (!gate.Refuses(writer, writer, 1, 0)) ++heard;
   }
   EXPECT_EQ(heard, WriterGate::kMaxWriters);
-  // whoever came first keeps the place
+  // the writer that came first keeps the place
   EXPECT_FALSE(gate.Refuses(1, 1, 1, 0));
 }
 
@@ -96,7 +96,7 @@ TEST(WriterGate, AWriterThatGoesMakesRoomAndTheOthersKeepTheirKeys) {
   for (std::uint64_t writer = 1; writer <= 200; writer += 2) gate.Forget(writer);
   EXPECT_EQ(gate.keys(), 1000U);
   EXPECT_EQ(gate.writers(), 100U);
-  gate.Forget(12345);  // of nobody
+  gate.Forget(12345);  // nobody has that number
   for (std::uint64_t writer = 2; writer <= 200; writer += 2) {
     for (std::uint64_t key = 1; key <= 10; ++key) {
       ASSERT_FALSE(gate.Refuses(writer, writer, 100 * writer + key, 0));

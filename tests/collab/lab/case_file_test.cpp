@@ -25,7 +25,7 @@ std::string ErrorOf(const std::string& text) {
   return test ? "" : test.error().what;
 }
 
-// 40 mm, 0.3 kg
+// Returns the inertia of a cube of 40 mm and 0.3 kg.
 Inertia Cube() {
   return {0.3, 8e-5 * Mat3::Identity()};
 }
@@ -87,8 +87,9 @@ TEST(CaseFile, ErrorsNameThePlaceAndWhatWasExpected) {
               HasSubstr("network.schedule[1].at_s: must be later"));
 }
 
-// It is looked for beside the case; it keeps its own turning, and goes its own way whatever the
-// case's motion is. What is late begins later: it stands until all links pull.
+// The hand file is looked for beside the case. The hand keeps its own turning, and goes its own way
+// whatever the case's motion is. A case with delay begins later: the hand stands until all links
+// pull.
 TEST(CaseFile, AHandMayBeAHandFile) {
   const ScratchFolder folder;
   folder.Write("left.json", R"({"hand": {"mass_kg": 2, "rotation": {"inertia_kg_m2": 0.5}},

@@ -109,8 +109,8 @@ TEST(ExactBoundary, TheRightmostRootIsTheRecordedOne) {
   }
 }
 
-// Two ways to one answer: where the count says stable, no root is to the right; for all users, with
-// hands and relative damping.
+// Two ways to one answer: where the count says stable, no root is to the right. This holds for all
+// users, with hands and relative damping.
 TEST(ExactBoundary, TheCountAndTheRootsAgree) {
   int right = 0;
   int left = 0;
@@ -184,7 +184,7 @@ TEST(ExactBoundary, TheLinearLawIsAsSoftAsRecorded) {
   }
 }
 
-// The stiffness that any delay leaves stable is no number there.
+// No number stands there for a stiffness that every delay leaves stable.
 TEST(ExactBoundary, EndsForNumbersThatOverflow) {
   LumpedCoupling model;
   model.delay_s = 0.1;

@@ -18,7 +18,7 @@
 
 namespace tandem::testing {
 
-/// A sweep of 2 x 3 x 2 cells.
+/// Returns a sweep of 2 x 3 x 2 cells.
 inline Sweep SmallSweep(const ScratchFolder& folder, const std::string& seed = "7") {
   const auto file = folder.Write(
       "small.json", R"({"name": "small", "seed": )" + seed +
@@ -29,7 +29,7 @@ inline Sweep SmallSweep(const ScratchFolder& folder, const std::string& seed = "
   });
 }
 
-/// What stands for running a cell: figures that the case alone decides, but for its times.
+/// Stands in for running a cell: the case alone decides the figures, but for the times.
 inline CellOutcome FakeOutcome(const SweepCell& cell) {
   Hash64 hash;
   hash.AddBytes(cell.case_json.data(), cell.case_json.size());
@@ -62,7 +62,7 @@ inline ResultsHeader HeaderFor(const Sweep& sweep, const Shard& shard = {}) {
           .command = "tandem stability sweep small.json"};
 }
 
-/// Runs what the log has not got yet, to the end.
+/// Runs the cells that the log has not got yet, to the end.
 inline void RunRest(const Sweep& sweep, const Shard& shard, const std::filesystem::path& file,
                     unsigned jobs, const CellRunner& run = FakeOutcome) {
   Result<ResultsLog> log = ResultsLog::Open(file, HeaderFor(sweep, shard));
@@ -83,7 +83,7 @@ inline std::string ContentOf(const std::filesystem::path& file) {
   return text.str();
 }
 
-/// Without the times that the cells took.
+/// Returns the content without the times that the cells took.
 inline std::string Timeless(const std::string& content) {
   static const std::regex times(R"re("(wall|cpu)_s":[0-9.]+)re");
   return std::regex_replace(content, times, "");

@@ -13,7 +13,7 @@ namespace {
 
 const Inertia kLightCube{0.3, 0.3 * 6e-4 * Mat3::Identity()};
 
-/// A hand whose turning goes as its travel does.
+/// Returns a hand whose turning goes as its travel does.
 HandImpedance Hand(double mass, double damping, double stiffness) {
   const double per_mass = 6e-4;  // m^2
   return {mass, damping, stiffness, per_mass * mass, per_mass * damping, per_mass * stiffness};
@@ -49,8 +49,9 @@ TEST(GraspBoundary, IsThatOfOneAxisWhereAllHoldTheBodyAtItsCentre) {
   }
 }
 
-/// Two users in time, by steps of a fifth of a millisecond that know of no characteristic equation:
-/// how much their velocity grows from the second quarter to the last, as a logarithm.
+/// Integrates two users in time, by steps of a fifth of a millisecond that know of no
+/// characteristic equation. Returns how much their velocity grows from the second quarter to the
+/// last, as a logarithm.
 double GrowthInTime(const GraspCoupling& coupling, double seconds) {
   using Vec6 = Eigen::Matrix<double, 6, 1>;
   constexpr double kStep = 2e-4;  // s

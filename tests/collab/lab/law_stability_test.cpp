@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kHeaviest = 1.5;  // kg, what the laws are made for
 
-/// All instances alike under the law made for te, the copies `delay_s` old.
+/// Returns instances that are all alike under the law made for te, with copies `delay_s` old.
 LumpedCoupling Under(const CouplingLaw& law, double te, double delay_s, double mass,
                      std::size_t users) {
   const LawInputs at = LawInputsAt((2.0 * te - 0.005) / 1.1, users, kHeaviest);
@@ -33,8 +33,8 @@ INSTANTIATE_TEST_SUITE_P(Laws, EveryLaw, ::testing::Values("p+d", "p+dd"),
                            return std::string(tested.param) == "p+d" ? "OneDamping" : "TwoDampings";
                          });
 
-// Hands off or firm, light or heavy, two to eight users, at every delay up to that which the law is
-// made for, without any drag but the law's own.
+// Hands are off or firm, light or heavy, of two to eight users, at every delay up to that for which
+// the law is made. There is no drag but the law's own.
 TEST_P(EveryLaw, IsStableAtEveryDelayUpToItsOwn) {
   const auto law = *MakeLaw(GetParam());
   for (const std::size_t users : {2U, 3U, 8U}) {
@@ -53,8 +53,8 @@ TEST_P(EveryLaw, IsStableAtEveryDelayUpToItsOwn) {
   }
 }
 
-// Margins, hands off, of the heaviest, without any drag but the law's own: p+d has none below 0.1
-// s.
+// Margins are with hands off, of the heaviest instance, without any drag but the law's own. p+d has
+// none below 0.1 s.
 TEST(TwoDampings, BearAQuarterMoreDelayAndAFifthMoreStiffness) {
   const auto law = *MakeLaw("p+dd");
   for (double te = 0.004; te < 1.3; te *= 1.15) {
@@ -66,7 +66,7 @@ TEST(TwoDampings, BearAQuarterMoreDelayAndAFifthMoreStiffness) {
 }
 
 // A link with bc = r k tau against the ground drag g(r) k tau is passive at a constant delay,
-// whatever it is between (docs/stability.md, 9.6): no mass, hand, grasp or contact is too much.
+// whatever it is between (docs/stability.md, 9.6). No mass, hand, grasp or contact is too much.
 TEST(TwoDampings, PayForTheLinkAtEveryDelayWhateverMassesMove) {
   const auto law = *MakeLaw("p+dd");
   for (const std::size_t users : {2U, 3U, 8U}) {

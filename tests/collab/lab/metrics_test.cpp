@@ -180,7 +180,7 @@ TEST(Meter, CountsWhatLinksGiveAndDragTakesInTurningToo) {
   for (int i = 0; i < 1000; ++i) meter.See(users);
   const double power = 0.2 - 0.05 + 0.03 - 5 * 9 * 8e-5 / 0.3;
   EXPECT_NEAR(meter.Finish().generated_J, 2 * power, 1e-9);
-  // what is taken later does not undo it
+  // energy taken later does not undo it
   users[0].links_B_W[0].f.x() = -2;
   for (int i = 0; i < 5000; ++i) meter.See(users);
   EXPECT_NEAR(meter.Finish().generated_J, 2 * power, 1e-9);

@@ -86,7 +86,7 @@ TEST(Prediction, OfTheDefaultLawIsStableAtEveryDelayAndHand) {
   }
 }
 
-// By hand, both ways: 100 ms and no loss are held at 100 to 101 ms; with each tenth sample lost the
+// By hand, both ways: 100 ms and no loss are held at 100 to 101 ms. With each tenth sample lost the
 // mean age is a tenth of a millisecond more.
 TEST(Prediction, TakesTheMeanAgeFromATrace) {
   const LinkTrace even(1000, std::vector<float>(1000, 100));
@@ -104,7 +104,7 @@ TEST(Prediction, TakesTheMeanAgeFromATrace) {
   EXPECT_NEAR(MeanAge(test), 0.1011 + 0.0045, 2e-5);
 }
 
-// One stall of 300 ms in a minute: the law is told of it, and is softer.
+// The trace has one stall of 300 ms in a minute. The law is told of it, and is softer.
 TEST(Prediction, GainsAreForTheOldestOfATrace) {
   std::vector<float> delays(60'000, 50);
   const LinkTrace even(1000, delays);

@@ -64,7 +64,8 @@ TEST(AcceptanceSweep, HasTheCellsThatTheTableAsksFor) {
   }
 }
 
-// Nothing but the default law, every hand from 20 ms to 1 s on a good and on a bad line.
+// The sweep has the default law alone, with every hand from 20 ms to 1 s on a good and on a bad
+// line.
 TEST(DefaultSweep, IsOfTheDefaultLawAlone) {
   const Sweep sweep = Preset("default.json");
   std::set<std::tuple<std::string, std::string, double>> seen;

@@ -59,7 +59,7 @@ TEST(PressRun, MirrorsThatGiveWayAreCalmAtEveryDelay) {
   }
 }
 
-// What was foreseen lies deeper in the other than what was heard: energy comes in
+// A predicted pose lies deeper in the other body than the received one, so energy comes in
 // (docs/decisions/0028-live-and-type-1.md).
 TEST(PressRun, DeadReckonedMirrorsShakeThoseWhoTapToo) {
   EXPECT_FALSE(RunAt(PressMotion::kTap, MirrorModel::kDeadReckoned, 100).calm);

@@ -31,7 +31,7 @@ LabCase Move(const LabScene& scene) {
   return test;
 }
 
-// Peers as they are live, in virtual time, each with a recorder.
+// Records peers as they are live, in virtual time, each with a recorder.
 std::vector<std::filesystem::path> Record(const LabCase& test, const LabScene& scene,
                                           const std::filesystem::path& folder, int frames) {
   SimulatedSession session;
@@ -57,7 +57,7 @@ std::vector<std::filesystem::path> Record(const LabCase& test, const LabScene& s
   return files;
 }
 
-// What is measured of recordings is what is measured of the peers themselves.
+// A recording gives the same measures as the peers themselves.
 TEST(RecordedRun, MeasuresWhatARunInVirtualTimeDoes) {
   const ScratchFolder scratch;
   const LabScene scene = CubeInSpace();

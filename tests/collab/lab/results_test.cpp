@@ -54,7 +54,7 @@ TEST(Results, AreReadBackBitForBit) {
   }
 }
 
-// each takes 8 bytes with what fills it up: one that is added to the struct is missed here
+// each field takes 8 bytes with its padding, so that a field added to the struct is missed here
 TEST(MetricFields, AreAllThatThereAre) {
   std::set<std::string_view> names;
   for (const MetricField& field : MetricFields()) names.insert(field.name);
@@ -128,7 +128,7 @@ TEST(Results, AreNotMixedWithThoseOfAnotherSweepShardOrBuild) {
   EXPECT_FALSE(ResultsLog::Open(file, HeaderFor(sweep)));
 }
 
-// a count that no integer holds was converted all the same: found under a sanitizer
+// A count that no integer holds must not be converted to one.
 TEST(Results, WithCountsThatAreNoWholeNumbersAreRefused) {
   const ScratchFolder folder;
   const auto file = folder.path() / "cells.jsonl";

@@ -11,7 +11,7 @@
 namespace tandem {
 namespace {
 
-// four of the default law, one of half its stiffness, one control
+// Returns four cells of the default law, one of half its stiffness, and one control.
 Results SixCells() {
   const ScratchFolder folder;
   const auto file = folder.Write("sweep.json", R"({"name": "six", "blocks": [
@@ -61,7 +61,7 @@ TEST(SweepSummary, CountsWhatTheIssuesTableAsks) {
   EXPECT_EQ(json["predicted_stable_measured_unstable"], 0);
   EXPECT_EQ(json["default_law_cells"], 4);
   EXPECT_EQ(json["default_law_unstable"], 0);
-  // of the fourth; the fifth has another ratio
+  // the fourth cell's; the fifth has another ratio
   EXPECT_NEAR(json["max_energy_mJ"], 0.03, 1e-12);
   EXPECT_NEAR(json["max_tail_rms_mm_s"], 0.3, 1e-12);
   EXPECT_EQ(json["positive_controls"], 1);

@@ -25,7 +25,7 @@ Result<Sweep> Load(const std::string& content, const CaseCheck& check = kAllIsWe
 std::string WhatIsWrong(const std::string& content, const CaseCheck& check = kAllIsWell) {
   const Result<Sweep> sweep = Load(content, check);
   if (sweep) return "nothing";
-  // without the scratch folder
+  // the message without the scratch folder
   const std::string& what = sweep.error().what;
   return what.substr(what.find("sweep.json"));
 }
@@ -214,7 +214,7 @@ TEST(RunCells, RunsEachOnceTheCostlyOnesFirst) {
   }
 }
 
-// 900 x 900 x 900 values filled memory for as long as there was any.
+// 900 x 900 x 900 values would fill all memory.
 TEST(Sweep, IsNoGridOfMoreCellsThanCanBeRun) {
   std::string axis = "0.001";
   for (int i = 2; i <= 900; ++i) axis += "," + std::to_string(0.001 * i);

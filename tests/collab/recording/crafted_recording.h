@@ -11,8 +11,8 @@
 
 namespace tandem::testing {
 
-/// What somebody who wants harm puts into a recording: parts as the recorder writes them, with
-/// whatever numbers, and a checksum that is right.
+/// A frame by somebody who wants harm: parts as the recorder writes them, with any numbers, and a
+/// checksum that is right.
 class CraftedFrame {
  public:
   explicit CraftedFrame(std::int64_t now_ns = 1'000'000) {
@@ -30,7 +30,7 @@ class CraftedFrame {
     CodeFields(*this, value);
     return *this;
   }
-  /// The content, ended.
+  /// Returns the content, ended.
   std::string Ended(std::uint64_t hash = 0) const {
     CraftedFrame whole = *this;
     whole(FramePart::kEnd);

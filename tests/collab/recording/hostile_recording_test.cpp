@@ -106,7 +106,7 @@ TEST(HostileRecording, NumbersThatNoPeerBelievesAreNoFrame) {
   EXPECT_FALSE(Decoded(CraftedFrame(std::numeric_limits<std::int64_t>::max())));
 }
 
-// 300 changes, 1,100 events and 100 orders in a frame ended the program by its own checks.
+// 300 changes, 1,100 events and 100 orders in a frame must not end the program by its own checks.
 TEST(HostileRecording, MorePartsThanAPeersQueuesHoldAreNoFrame) {
   const auto of = [](FramePart part, const auto& value, int count) {
     CraftedFrame frame;
@@ -145,7 +145,7 @@ TEST(HostileRecording, AsManySamplesAsAStalledPeerTakesAreReplayed) {
   }
   const fs::path file =
       scratch.Write("r", RecordingOf(AsText(HeaderOf(1, 1)), Framed(frame.Ended())));
-  EXPECT_EQ(ReplayFile(file, Boxes()).first_different, 0);  // its hash is not that of any state
+  EXPECT_EQ(ReplayFile(file, Boxes()).first_different, 0);  // its hash belongs to no state
 }
 
 TEST(HostileRecording, OrdersOfAnySizeDoNoHarm) {
@@ -172,7 +172,7 @@ TEST(HostileRecording, OrdersOfAnySizeDoNoHarm) {
   EXPECT_EQ(done, 299);
 }
 
-// Each was believed once; a force layer of -5 ended the program.
+// No fault in a header is believed. A force layer of -5 would end the program.
 TEST(HostileRecording, AHeaderIsCheckedAsASceneIs) {
   const ordered_json good = ordered_json::parse(AsText(HeaderOf(1, 1)));
   ASSERT_TRUE(ParseHeader(good.dump()));
@@ -227,7 +227,8 @@ TEST(HostileRecording, NamesAreToldAsPlainText) {
   EXPECT_EQ(NamesIn(file).at(7), "ben?[2J?");
 }
 
-// From every byte a frame seemed to begin, and all that followed was summed up: hours for 16 MiB.
+// A frame seems to begin at every byte. To sum up all that follows each would take hours for 16
+// MiB.
 TEST(HostileRecording, ATornEndIsJudgedSoon) {
   const ScratchFolder scratch;
   std::string end;
@@ -291,7 +292,7 @@ void PutFrames(Recorder& recorder, int frames) {
   }
 }
 
-// It was told at the end, with the number of frames that were put in, not of those that are there.
+// The recorder tells the number of frames that are there, not of those that were put in.
 TEST(Recorder, AFullDiskIsToldAtOnceWithWhatIsThere) {
   const ScratchFolder scratch;
   const fs::path file = scratch.path() / "r";

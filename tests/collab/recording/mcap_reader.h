@@ -13,8 +13,9 @@
 
 namespace tandem::testing {
 
-/// What an MCAP file holds, read by its specification (mcap.dev/spec) and by nothing of ours. What
-/// is not as specified is a failure of the test. Knows no compression, attachments or metadata.
+/// Reads an MCAP file by its specification (mcap.dev/spec) and by nothing of ours. Content that is
+/// not as specified is a failure of the test. The reader knows no compression, attachments or
+/// metadata.
 class McapReader {
  public:
   struct Schema {
@@ -44,7 +45,7 @@ class McapReader {
   int chunks = 0;
   bool whole = false;  // down to the last byte
 
-  /// The messages of a topic, in their order.
+  /// Returns the messages of a topic, in their order.
   std::vector<Message> Of(const std::string& topic) const {
     std::vector<Message> of_topic;
     for (const Message& message : messages) {
@@ -85,7 +86,7 @@ class McapReader {
   };
   struct Record {
     std::uint8_t op = 0;
-    std::uint64_t begin = 0, end = 0;  // in the file
+    std::uint64_t begin = 0, end = 0;  // places in the file
     std::string content;
   };
 

@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// To and fro, down into the plate and turned, for ever.
+// Returns a hand that goes to and fro, down into the plate and turned, for ever.
 HandScript Kneading(double phase) {
   HandScript script;
   for (int i = 0; i <= 1200; ++i) {

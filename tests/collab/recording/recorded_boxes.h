@@ -10,13 +10,13 @@
 
 namespace tandem::testing {
 
-/// A shared box on a plate, and a box of one's own beside it.
+/// Returns a shared box on a plate, and a box of one's own beside it.
 std::shared_ptr<const WorldModel> Boxes();
 
-/// A header with a number of its own in every field.
+/// Returns a header with a number of its own in every field.
 RecordingHeader HeaderOf(PeerId id, int object);
 
-/// A whole peer that kneads what the header says, over a bad link.
+/// Makes a whole peer that kneads what the header says, over a bad link.
 std::unique_ptr<PeerNode> NodeOf(const std::shared_ptr<const WorldModel>& model,
                                  const RecordingHeader& header, FrameTap* tap, double phase);
 
@@ -25,12 +25,12 @@ std::unique_ptr<Recorder> Record(const std::filesystem::path& file, const Record
 ReplayResult ReplayFile(const std::filesystem::path& file,
                         const std::shared_ptr<const WorldModel>& model);
 
-/// One peer's recording of a session of two, so many frames long; `before` each frame its peer is
-/// asked something.
+/// Records one peer of a session of two for so many frames. `before` each frame its peer is asked
+/// something.
 void RecordAlone(const std::filesystem::path& file, const std::shared_ptr<const WorldModel>& model,
                  int frames, const std::function<void(Peer&, int)>& before = {});
 
-/// Whether a replay differs anywhere from its recording once each frame is altered.
+/// Returns whether a replay differs anywhere from its recording once each frame is altered.
 bool DiffersWith(const std::filesystem::path& file, const std::shared_ptr<const WorldModel>& model,
                  const std::function<void(RecordedFrame&, int)>& alter);
 

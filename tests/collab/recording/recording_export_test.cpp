@@ -21,7 +21,8 @@ using testing::McapReader;
 
 constexpr int kFrames = 2000;
 
-/// A number in a message's data, which begins with four bytes that do not count for its place.
+/// Reads a number in a message's data, which begins with four bytes that do not count for its
+/// place.
 double DoubleAt(const std::string& data, std::size_t place) {
   double value = 0;
   if (4 + place + sizeof value <= data.size()) {
@@ -40,7 +41,8 @@ Vec3 VectorAt(const std::string& data, int number) {
   return {DoubleAt(data, at), DoubleAt(data, at + 8), DoubleAt(data, at + 16)};
 }
 
-/// A shared box on a plate held by two; one's recording, exported, and what it really did.
+/// Records a shared box on a plate held by two peers, exports the recording of one, and keeps what
+/// that one really did.
 class RecordingExportTest : public ::testing::Test {
  protected:
   RecordingExportTest() {
@@ -110,7 +112,7 @@ class RecordingExportTest : public ::testing::Test {
 
   ScratchFolder folder_;
   std::shared_ptr<const WorldModel> model_;
-  std::vector<Pose> poses_;  // by frame
+  std::vector<Pose> poses_;  // one for each frame
   std::vector<StepReport> reports_;
   std::uint64_t count_ = 0;
 };
@@ -154,7 +156,7 @@ TEST_F(RecordingExportTest, HasEachFramesPosesAndForcesToTheLastBit) {
     ASSERT_EQ(poses[i].data.size(), 4 + q + 32);
   }
   double largest = 0;
-  const std::size_t first = poses.size() - hand.size();  // in hand from there on
+  const std::size_t first = poses.size() - hand.size();  // the body is in hand from there on
   for (std::size_t i = 0; i < hand.size(); ++i) {
     ASSERT_EQ(hand[i].log_ns, poses[first + i].log_ns);
     ASSERT_EQ(VectorAt(hand[i].data, 0), reports_[first + i].hand_B_W.f);
@@ -168,7 +170,7 @@ TEST_F(RecordingExportTest, HasEachFramesPosesAndForcesToTheLastBit) {
 TEST_F(RecordingExportTest, HasTheLinksAndWhatWasHeardOfTheOther) {
   const McapReader read(file());
   ASSERT_TRUE(read.whole);
-  const std::string other = "ben_b_";  // what a topic may not have is an underscore
+  const std::string other = "ben_b_";  // an underscore stands for what a topic may not have
   EXPECT_GT(read.Of("/peers/" + other + "/the_box/pose").size(), std::size_t{kFrames / 2});
   const auto links = read.Of("/links/" + other + "/wrench");
   const auto stiffness = read.Of("/links/" + other + "/stiffness");

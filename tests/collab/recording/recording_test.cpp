@@ -40,7 +40,7 @@ TEST(Recording, TheHeaderSurvivesAsItWas) {
   EXPECT_EQ(read->peer.X_BD.q.coeffs(), header.peer.X_BD.q.coeffs());
 }
 
-// Messages were other ones then: what else its header lacks is of no interest.
+// An earlier protocol has other messages, so it is of no interest what else the header lacks.
 TEST(Recording, OneOfAnEarlierProtocolIsRefusedByThat) {
   const Result<RecordingHeader> read =
       ParseHeader(R"({"program": "0.3", "protocol": 2, "name": "anna", "scene": "none"})");
@@ -93,7 +93,7 @@ TEST(Recording, ATornEndCostsTheLastFramesOnly) {
   }
 }
 
-/// Where each frame of a recording begins, and where the last one ends.
+/// Returns where each frame of a recording begins, and where the last one ends.
 std::vector<std::size_t> FrameStarts(const std::string& bytes) {
   std::vector<std::size_t> starts;
   std::uint32_t length = 0;
@@ -106,7 +106,7 @@ std::vector<std::size_t> FrameStarts(const std::string& bytes) {
   return starts;
 }
 
-// What a crash leaves ends within a frame; all else is no end but a fault, wherever it is.
+// A crash leaves an end within a frame. Everything else is no end but a fault, wherever it is.
 TEST(Recording, ADamagedFrameIsToldFromATornEnd) {
   const ScratchFolder scratch;
   const fs::path file = scratch.path() / "r";

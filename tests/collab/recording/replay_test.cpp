@@ -25,7 +25,7 @@ using testing::Record;
 using testing::RecordAlone;
 using testing::ReplayFile;
 
-// Gains of one's own and a gate that is off are inputs too: replayed without them it differs.
+// Gains of one's own and a gate that is off are inputs too: without them the replay differs.
 TEST(Replay, ALabsGainsAreRepeated) {
   const ScratchFolder scratch;
   const auto model = Boxes();
@@ -56,8 +56,8 @@ TEST(Replay, ALabsGainsAreRepeated) {
   EXPECT_TRUE(RunAll(*reader, **replay).first_different.has_value());
 }
 
-// Two hold one part against the plate, a third its own part beside it; one is killed and another
-// comes in its place. TANDEM_REPLAY_SECONDS=300 is the long run.
+// Two peers hold one part against the plate, a third has its own part beside it. One is killed and
+// another comes in its place. TANDEM_REPLAY_SECONDS=300 is the long run.
 TEST(Replay, ThreePeersSessionIsRepeatedBitForBit) {
   const char* asked = std::getenv("TANDEM_REPLAY_SECONDS");
   const int frames = 1000 * (asked != nullptr ? std::atoi(asked) : 10);
@@ -94,13 +94,14 @@ TEST(Replay, ThreePeersSessionIsRepeatedBitForBit) {
   }
 }
 
-// nCapacity follows what frames take, so it is an input of each: with one for all it differs.
+// nCapacity follows what frames take, so each frame has it as an input. With one value for all the
+// replay differs.
 TEST(Replay, ACapacityOfItsOwnForEachFrameIsRepeated) {
   const ScratchFolder scratch;
   const auto model = Boxes();
   const fs::path file = scratch.path() / "r";
   const auto capacity_of = [](int frame) {
-    return 40.0 + 1.0 / 3.0 * (frame % 1000);  // some of which hold the box back
+    return 40.0 + 1.0 / 3.0 * (frame % 1000);  // some of these hold the box back
   };
   RecordAlone(file, model, 4000, [&](Peer& peer, int frame) {
     peer.SetCapacity(capacity_of(frame));
@@ -114,7 +115,8 @@ TEST(Replay, ACapacityOfItsOwnForEachFrameIsRepeated) {
   }));
 }
 
-// Force layer and displacement are ordered while hands press; without them all would be different.
+// Force layer and displacement are ordered while hands press. Without the orders everything would
+// differ.
 TEST(Replay, OrdersOfClearanceAreRepeated) {
   const ScratchFolder scratch;
   const auto model = Boxes();

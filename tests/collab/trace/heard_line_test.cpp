@@ -15,14 +15,14 @@ constexpr PeerId kWe = 1;
 constexpr PeerId kOther = 2;
 constexpr std::int64_t kMs = 1'000'000;
 
-/// Two peers with frames of 1 ms that send in each: what we hear, by a model of its own. All times
-/// in ms of our clock; the other's is `offset` ahead.
+/// Two peers with frames of 1 ms that send in each. The session is a model of its own of what we
+/// hear. All times are in ms of our clock; the other's is `offset` ahead.
 struct Session {
   int there_ms = 30;
   int back_ms = 30;
   std::int64_t offset_ms = 5'000'000;
   int frames = 3000;
-  int every = 1;           // the other sends in each so-manieth frame
+  int every = 1;           // the other sends in frames that this divides
   int lost_back_each = 0;  // 0: none
   bool echoes = true;
   int pause_from = -1;  // no states for 3 s
@@ -30,7 +30,7 @@ struct Session {
   HeardLine Heard() const {
     HeardLine line(kWe);
     for (int now = 0; now < frames; ++now) {
-      const int sent = now - back_ms;  // what arrives in this frame, and was sent in that one
+      const int sent = now - back_ms;  // when the message of this frame was sent
       if (sent < 0 || sent % every != 0) continue;
       if (lost_back_each > 0 && (sent / every) % lost_back_each == 4) continue;
       if (pause_from >= 0 && sent >= pause_from && sent < pause_from + 3000) continue;
@@ -83,11 +83,11 @@ TEST(HeardLine, LossOfTheOthersSamplesIsExact) {
     EXPECT_EQ(never, i % 10 == 4) << i;
     lost += never ? 1 : 0;
   }
-  EXPECT_EQ(lost, 294);  // of 2940: the last 30 of ours, which nobody tells of, end the record
+  EXPECT_EQ(lost, 294);  // a tenth of 2940: nobody tells of the last 30 of ours
 }
 
-// Our own 30 ms old samples reach the other in each frame, but it sends in each tenth: of the
-// others no echo tells.
+// Our own 30 ms old samples reach the other in each frame, but it sends in each tenth. No echo
+// tells of the rest.
 TEST(HeardLine, ASlowerSenderHasItsOwnRate) {
   const std::optional<HeardLine::Found> found = Session{.every = 10}.Heard().Find();
   ASSERT_TRUE(found);

@@ -20,8 +20,8 @@ struct Line {
   int samples = 20'000;
 };
 
-/// What both ends note down, by the definition: each arrival by its clock minus the sending by the
-/// other's. Every hundredth sample is lost there, every fiftieth back.
+/// Returns what both ends note down, by the definition: each arrival by its clock minus the sending
+/// by the other's. Every hundredth sample is lost there, every fiftieth back.
 LineRecord Noted(const Line& line) {
   std::mt19937_64 random(5);
   std::exponential_distribution<double> jitter(1);

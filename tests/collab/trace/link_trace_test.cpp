@@ -15,8 +15,8 @@ namespace {
 
 using ::testing::ElementsAre;
 
-/// When each of so many samples arrives, sent every `step_ms`, in ms after the first was sent;
-/// nothing: it never does.
+/// Returns when each of so many samples arrives, sent every `step_ms`, in ms after the first was
+/// sent; nothing: it never does.
 std::vector<std::optional<double>> Arrivals(const LinkConditions& conditions, int count,
                                             int step_ms = 1) {
   constexpr std::int64_t kBegin = 777 * kMs;

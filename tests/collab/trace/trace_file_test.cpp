@@ -81,7 +81,7 @@ TEST(TraceStore, ReadsAFileOnceAndAgainWhenItHasChanged) {
   EXPECT_EQ(keep(TraceWay::kBack, 1)->samples()[0].delay_ms, 6);
   EXPECT_EQ(keep(TraceWay::kThere, 3)->samples()[0].delay_ms, 15);
   EXPECT_EQ(keep(TraceWay::kThere, 3)->source.stretch, 3);
-  // of another length, as clocks of files may be coarse
+  // the file gets another length, as clocks of files may be coarse
   folder.Write("t.csv", std::string(kHeader) + "seq,there_ms,back_ms\n0,15,6\n");
   EXPECT_EQ(keep(TraceWay::kThere, 1)->samples()[0].delay_ms, 15);
   EXPECT_EQ(there->samples()[0].delay_ms, 5);  // whoever has it keeps it

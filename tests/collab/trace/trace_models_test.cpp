@@ -21,7 +21,7 @@ NetworkTrace Made(const std::string& name, double seconds = 120, std::uint64_t s
   return trace ? *trace : NetworkTrace{};
 }
 
-/// The round trips of samples that left together and both arrived, rising.
+/// Returns the round trips of samples that left together and both arrived, rising.
 std::vector<double> RoundTrips(const NetworkTrace& trace) {
   std::vector<double> all;
   for (std::size_t i = 0; i < trace.there_ms.size(); ++i) {
@@ -51,7 +51,7 @@ TEST(TraceModels, EachRepeatsItselfForASeedAndDiffersForAnother) {
   }
 }
 
-// what the parts have in common: queues, which neither reorder nor answer before the least delay
+// The parts are all queues, which neither reorder nor answer before the least delay.
 TEST(TraceModels, KeepTheOrderAndTheLeastDelay) {
   for (const TraceModel& model : TraceModels()) {
     SCOPED_TRACE(model.name);
@@ -84,7 +84,7 @@ TEST(TraceModels, ComeToThePublishedRoundTrips) {
 
 TEST(TraceModels, ALowOrbitHandsOverEveryFifteenSeconds) {
   const NetworkTrace trace = Made("leo", 150);
-  // of delays folded by 15 s, what is above the line's usual delay lies in one place
+  // when delays are folded by 15 s, those above the line's usual delay lie in one place
   std::vector<double> sum(150, 0);
   std::vector<int> count(150, 0);
   for (std::size_t i = 0; i < trace.there_ms.size(); ++i) {

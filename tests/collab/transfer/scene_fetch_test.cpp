@@ -89,7 +89,7 @@ TEST_F(Fetching, WaitsForOneThatComesBackAndElseSaysInALineThatNobodyIsLeft) {
   bench_.RunToEnd(30);
   EXPECT_EQ(bench_.fetch.state(), State::kFailed);
   EXPECT_THAT(bench_.fetch.fault(), HasSubstr("nobody who has the scene's files is left"));
-  // what came is there for the next time
+  // the pieces that came are there for the next time
   EXPECT_GT(store_.pieces.size(), 3U);
 }
 
@@ -206,7 +206,7 @@ TEST_F(Fetching, SaysInALineThatNobodyHandsOutFiles) {
   EXPECT_THAT(bench_.fetch.fault(), HasSubstr("nobody here hands out the scene's files"));
 }
 
-// One that makes its list of a large scene says so first.
+// A peer that makes its list of a large scene says so first.
 TEST_F(Fetching, IsPatientWithAPeerThatMakesItsList) {
   bench_.AddServer(1, scene_);
   bench_.servers[1].here = false;
@@ -227,7 +227,7 @@ TEST_F(Fetching, IsPatientWithAPeerThatMakesItsList) {
   patient.servers[1].here = true;
   patient.RunToList();
   EXPECT_EQ(patient.fetch.state(), State::kListed);
-  // and with one that says so for ever no longer than a minute and a half
+  // with a peer that says so for ever it is patient no longer than a minute and a half
   TransferBench teased(content_);
   teased.RunWhile({State::kLooking}, 1);
   for (int i = 0; i < 200 && teased.fetch.state() == State::kLooking; ++i) {
@@ -237,7 +237,7 @@ TEST_F(Fetching, IsPatientWithAPeerThatMakesItsList) {
   EXPECT_EQ(teased.fetch.state(), State::kFailed);
 }
 
-// A peer that sends for ever, whatever is asked for.
+// A peer sends for ever, whatever is asked for.
 TEST_F(Fetching, AnEndlessStreamFillsNothing) {
   bench_.AddServer(1, scene_);
   Begin();
@@ -266,11 +266,11 @@ TEST_F(Fetching, EndsInALineWhereTheDiskIsFull) {
   EXPECT_THAT(bench_.fetch.fault(), HasSubstr("the disk is full"));
 }
 
-// A way of 1 MB/s with a queue before it, which 7 MB/s would fill.
+// The line takes 1 MB/s and has a queue before it, which 7 MB/s would fill.
 TEST(RateFinder, GoesDownWherePiecesWaitInAQueueAndUpWhereTheyDoNot) {
   RateFinder finder;
   std::int64_t now_ns = 1'000'000'000;
-  std::int64_t free_ns = now_ns;  // when the way has carried all
+  std::int64_t free_ns = now_ns;  // when the line has carried all
   const double way = 1e6;
   std::int64_t sent_ns = now_ns;
   std::int64_t longest_ns = 0;

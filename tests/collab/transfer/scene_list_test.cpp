@@ -14,7 +14,7 @@ namespace {
 using ::testing::HasSubstr;
 using testing::NoiseBytes;
 
-// FIPS 180-4's own examples.
+// The examples are FIPS 180-4's own.
 TEST(FileDigest, IsSha256) {
   EXPECT_EQ(HexOf(FileDigestOf(std::string("abc"))),
             "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
@@ -101,7 +101,7 @@ TEST(SceneList, OfStrangersIsRefusedInALine) {
   for (std::size_t size = 0; size < bytes.size(); ++size) {
     EXPECT_FALSE(DecodeList(std::span(bytes).first(size), 1'000'000)) << size;
   }
-  // whatever byte is another: it is read or refused, and never beyond its end
+  // whichever byte is changed, the list is read or refused, and never beyond its end
   for (std::size_t i = 0; i < bytes.size(); ++i) {
     for (const int change : {1, 0x80, 0xFF}) {
       std::vector<char> other = bytes;

@@ -61,7 +61,7 @@ class Serving : public ::testing::Test {
   void Open() {
     server_.OnAsk(Ask(7, FileAsk::Kind::kOffer), now_ns_);
     Run(0.1);
-    // that it has them, and when the list is made, the list
+    // it says that it has them and, when the list is made, sends the list
     ASSERT_EQ(sent_.size(), 2U);
     EXPECT_EQ(sent_[0].list_bytes, 0U);
     EXPECT_GT(sent_[1].total_bytes, 4'000'000U);

@@ -34,7 +34,7 @@ class Store : public ::testing::Test {
   const SceneStore store_{folder_.path() / "cache" / "fetched"};
   const std::string mesh_ = NoiseBytes(100'000, 1);
 
-  /// The list of these files; the first is the scene file.
+  /// Returns the list of these files; the first is the scene file.
   static SceneList ListOf(const std::vector<std::string>& files) {
     SceneList list;
     for (const std::string& text : files) {
@@ -58,7 +58,7 @@ class Store : public ::testing::Test {
       }
     }
   }
-  /// What becomes of a scene file that a stranger sent: why it is refused, or its path here.
+  /// Lets a scene file arrive that a stranger sent. Returns why it is refused, or its path here.
   std::string Arrives(const std::string& scene_file) {
     const std::vector<std::string> files{scene_file, mesh_};
     Result<UnfinishedScene> scene = Open(ListOf(files));
@@ -239,7 +239,7 @@ TEST_F(Store, KeepsWhatAKilledProgramLeftAndOneProgramAtATimeWritesIt) {
     Fill(*scene, files);
     EXPECT_FALSE(Open(list));
     EXPECT_TRUE(busy_);
-    // what is being written stays
+    // a scene that is being written stays
     EXPECT_EQ(store_.Clear(), 0U);
   }
   Result<UnfinishedScene> scene = Open(list);
@@ -282,7 +282,7 @@ TEST_F(Store, ScenesWhoseUseIsLongestAgoMakeRoom) {
   EXPECT_THAT(refused.error().what, HasSubstr("TANDEM_CACHE_LIMIT allows more"));
 }
 
-// Two peers with the same files under other names, the one of them a fetched scene.
+// Two peers have the same files under other names. One of them has a fetched scene.
 TEST_F(Store, AFetchedSceneMakesTheSameListAgain) {
   const fs::path scene = testing::WriteScene(folder_, "scene", {mesh_, NoiseBytes(500, 2), mesh_});
   const std::uint64_t content = testing::ContentOf(scene);

@@ -24,7 +24,7 @@ namespace tandem::testing {
 
 inline constexpr std::int64_t kMillisecond = 1'000'000;
 
-/// So many bytes that no compression makes fewer, of a seed.
+/// Returns so many bytes, drawn by a seed, that no compression makes fewer.
 inline std::string NoiseBytes(std::size_t bytes, std::uint32_t seed) {
   std::mt19937 random(seed);
   std::string text(bytes, 0);
@@ -34,7 +34,7 @@ inline std::string NoiseBytes(std::size_t bytes, std::uint32_t seed) {
   return text;
 }
 
-/// A scene whose meshes nobody reads: what travels are bytes.
+/// Writes a scene whose meshes nobody reads: only bytes travel.
 inline std::filesystem::path WriteScene(const ScratchFolder& folder, const std::string& name,
                                         const std::vector<std::string>& meshes) {
   std::filesystem::create_directories(folder.path() / name);
@@ -72,7 +72,7 @@ class MemoryStore : public PieceStore {
     pieces[{place.file, place.at}] = std::string(piece.begin(), piece.end());
     return true;
   }
-  /// The files, by their places in the list.
+  /// Returns the files, by their places in the list.
   std::map<std::size_t, std::string> Files() const {
     std::map<std::size_t, std::string> files;
     for (const auto& [place, bytes] : pieces) files[place.first] += bytes;
@@ -89,7 +89,7 @@ class TransferBench {
     std::unique_ptr<FileParty> party;
     std::int64_t next_ns = 0;
     bool here = true;
-    /// What becomes of a piece that it sends; null: nothing.
+    /// Changes a piece that it sends; null: nothing is changed.
     std::function<void(FilePiece&)> spoil;
     std::uint64_t sent_bytes = 0;
   };
@@ -116,12 +116,12 @@ class TransferBench {
     servers[peer].party = std::move(party);
   }
 
-  /// Goes on until the fetching side is in none of these states, or so long.
+  /// Goes on until the fetching side is in none of these states, or for so long.
   void RunWhile(const std::vector<SceneFetch::State>& states, double seconds) {
     const auto until_ns = now_ns + static_cast<std::int64_t>(1e9 * seconds);
     while (now_ns < until_ns && std::ranges::find(states, fetch.state()) != states.end()) Step();
   }
-  /// As far as a list that waits for its consent.
+  /// Goes on until a list waits for its consent.
   void RunToList() { RunWhile({SceneFetch::State::kLooking, SceneFetch::State::kListing}, 20); }
   void RunToEnd(double seconds) {
     RunWhile(
