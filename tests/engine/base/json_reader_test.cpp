@@ -34,7 +34,8 @@ TEST(JsonNode, GivesBackWhatItHoldsOnOneLineWithItsKeysInOrder) {
   EXPECT_FALSE(file->fault());
 }
 
-// A parser that goes down with each bracket needs stack for it, and so does who frees the value.
+// A parser that goes down with each bracket needs stack for it, and so does the code that frees the
+// value.
 TEST(JsonFile, RefusesWhatIsDeeperThanAnyFileOfOurs) {
   EXPECT_TRUE(JsonFile::Parse(std::string(60, '[') + std::string(60, ']'), "deep.json"));
   for (const char open : {'[', '{'}) {

@@ -31,7 +31,8 @@ double Difference(const Pose& a, const Pose& b) {
   return (a.q.toRotationMatrix() - b.q.toRotationMatrix()).norm() + (a.p - b.p).norm();
 }
 
-// The matrix exponential of [a]x, by scaling and its power series: no trigonometry, no quaternions.
+// Computes the matrix exponential of [a]x, by scaling and its power series: no trigonometry, no
+// quaternions.
 Mat3 RotationBySeries(const Vec3& angle_axis) {
   const Mat3 step = CrossMatrix(angle_axis / 1024.0);
   Mat3 rotation = Mat3::Identity();

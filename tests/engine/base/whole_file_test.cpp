@@ -30,7 +30,7 @@ std::ptrdiff_t FilesIn(const fs::path& folder) {
   return std::distance(fs::directory_iterator(folder), fs::directory_iterator());
 }
 
-/// A disk that is full after so many bytes of a file, for this process.
+/// Fills the disk after so many bytes of a file, for this process.
 class FullAfter {
  public:
   explicit FullAfter(rlim_t bytes) {
@@ -75,7 +75,7 @@ TEST(WholeFile, LeavesNothingWhenItIsGivenUp) {
   EXPECT_EQ(FilesIn(scratch.path()), 0);
 }
 
-/// A process that has ended, and whose number is free.
+/// Returns a process that has ended, and whose number is free.
 pid_t GoneProcess() {
   const pid_t pid = fork();
   if (pid == 0) _exit(0);
@@ -107,7 +107,7 @@ TEST(WholeFile, LeavesWhatIsStillWrittenAndWhatIsNoRemainder) {
   WholeFile here = *WholeFile::Create(file);
   here.Write("here");
   const std::string gone = std::to_string(GoneProcess());
-  // of a process that is there, but holds no lock
+  // a file of a process that is there, but holds no lock
   scratch.Write("out.unfinished-" + std::to_string(getppid()) + "-0", "x");
   // others' files, by their names
   for (const std::string& words : {gone + "-0.txt", gone + "-", "-" + gone, gone + "x"}) {

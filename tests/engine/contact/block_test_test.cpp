@@ -48,7 +48,8 @@ void AddChunk(Field field, std::size_t chunk, const std::array<int, kVoxelsPerCh
   }
 }
 
-/// A map with a random mark in every voxel of some hyperchunks, so that no two neighbours agree.
+/// Returns a map with a random mark in every voxel of some hyperchunks, so that no two neighbours
+/// agree.
 Voxmap RandomMap(int bits, int range, std::uint64_t seed) {
   std::mt19937_64 random(seed);
   const HyperchunkBox box{{-2, -1, -2}, {5, 4, 4}};
@@ -106,7 +107,7 @@ Pointshell RandomShell(std::mt19937_64& random, std::size_t chunks, double sprea
   return shell;
 }
 
-/// One point at a time, from the map's own look-up.
+/// Reads one point at a time, from the map's own look-up.
 BlockReading ReadSingly(const PointBlocks& blocks, const VoxelTransform& transform,
                         const Voxmap& voxmap, int threshold, std::size_t b) {
   BlockReading reading{0, 255};
@@ -208,7 +209,7 @@ TEST_F(BlockTest, ScatteredPlacesReadWhatTheMapSaysOnEveryInstructionSet) {
 TEST(VoxelTransform, ErrsByNoMoreThanItsBoundHoweverLargeTheMap) {
   std::mt19937_64 random(13);
   for (const double extent : {100.0, 3e3, 2e4, 2e5}) {
-    const double reach = 0.3 * extent;  // of the shell, voxels
+    const double reach = 0.3 * extent;  // voxels; size of the shell
     double worst = 0;
     for (int trial = 0; trial < 40; ++trial) {
       Pointshell shell = RandomShell(random, 20, 6 * kBlockVoxel);

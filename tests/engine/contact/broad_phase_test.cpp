@@ -23,23 +23,23 @@ Pose RandomPoseWithin(std::mt19937_64& random, double reach) {
   return {RandomRotation(random), Uniform(random, 0, reach) * RandomDirection(random)};
 }
 
-/// The place in a box that is nearest to p, both in A.
+/// Returns the place in a box that is nearest to p, both in A.
 Vec3 Nearest(const Extent& box, const Vec3& p) {
   return p.cwiseMax(box.centre - box.half_size).cwiseMin(box.centre + box.half_size);
 }
 
 struct Distance {
-  double most;   // between two places, one in each box
-  double least;  // a slab that no box enters; below zero where there is none
+  double most;   // distance between two places, one in each box
+  double least;  // width of a slab that no box enters; below zero where there is none
 };
 
-/// How far a box reaches along a direction, in A.
+/// Returns how far a box reaches along a direction, in A.
 double Reach(const Extent& box, const Pose& X_AB, const Vec3& n) {
   const Vec3 n_B = X_AB.q.conjugate() * n;
   return n.dot(X_AB * box.centre) + n_B.cwiseAbs().dot(box.half_size);
 }
 
-/// Of two boxes, by going to and fro between them: both bounds meet in the limit.
+/// Finds the distance of two boxes by going to and fro between them: both bounds meet in the limit.
 Distance DistanceByProjections(const Extent& a, const Extent& b, const Pose& X_AB) {
   Vec3 p = a.centre;
   Vec3 q = p;
@@ -101,7 +101,7 @@ TEST(GapBetween, OfParallelBoxesIsTheirDistance) {
   }
 }
 
-// Of a shell's points and the cells of all voxels with a mark, each against each.
+// A shell's points are compared with the cells of all voxels with a mark, each with each.
 TEST(GapBetween, IsNeverMoreThanThatOfAnyPointFromAnyMark) {
   std::mt19937_64 random(33);
   const double s = 0.004;
@@ -144,9 +144,9 @@ TEST(GapBetween, IsNeverMoreThanThatOfAnyPointFromAnyMark) {
   EXPECT_GT(positive, 15);
 }
 
-// Two long bars wander about each other: in each frame the pair finds what a reading of every
-// point finds, with points that are moved along their normals too; and where the boxes are apart it
-// tests nothing, though the bars' balls overlap all the time.
+// Two long bars wander about each other. In each frame the pair finds what a reading of every point
+// finds, with points that are moved along their normals too. Where the boxes are apart it tests
+// nothing, though the bars' balls overlap all the time.
 TEST(BroadPhase, ARejectedPairTestsNothingAndMissesNothing) {
   std::mt19937_64 random(34);
   const double s = 0.002;

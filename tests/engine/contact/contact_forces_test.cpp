@@ -8,7 +8,7 @@
 namespace tandem {
 namespace {
 
-constexpr double kEdge = 1e-3;  // m, of a voxel
+constexpr double kEdge = 1e-3;  // m; edge of a voxel
 
 ForceRule Rule(double friction) {
   ForceRule rule{.gains = DefaultContactGains(kEdge, 0.3, 1e-3), .voxel_size = kEdge};
@@ -16,7 +16,7 @@ ForceRule Rule(double friction) {
   return rule;
 }
 
-/// The map's body stands at the origin; the shell's moves. V is W.
+/// Returns places of which the map's body stands at the origin and the shell's moves. V is W.
 PairPlaces Moving(const Twist& V_WB) {
   PairPlaces at;
   at.shell_body.V_WB = V_WB;
@@ -28,7 +28,7 @@ Vec3 Drawn(std::mt19937_64& random) {
   return {even(random), even(random), even(random)};
 }
 
-/// How the velocity of a point of the shell's body depends on the body's, moments first.
+/// Returns how the velocity of a point of the shell's body depends on the body's, moments first.
 Eigen::Matrix<double, 3, 6> PointVelocity(const Vec3& r) {
   Eigen::Matrix<double, 3, 6> J;
   J << 0, r.z(), -r.y(), 1, 0, 0, -r.z(), 0, r.x(), 0, 1, 0, r.y(), -r.x(), 0, 0, 0, 1;
@@ -67,6 +67,24 @@ TEST(ContactForces, FrictionIsADamperAcrossEachNormal) {
   EXPECT_LT((shell.force - force).norm(), 1e-10 * force.norm());
   EXPECT_LT((shell.damping - damping).norm(), 1e-10 * damping.norm());
   EXPECT_EQ((shell.damping - shell.damping.transpose()).norm(), 0.0);
+}
+
+// The body goes a centimetre a second, beyond kRestSpeed.
+TEST(ContactForces, AFitRubsByWhatHoldsAgainstOneAnotherAndAPlaneDoesNot) {
+  const PairPlaces at = Moving({Vec3::Zero(), Vec3(0.01, 0, 0)});
+  const auto along_x = [&at](std::vector<Contact> contacts, bool comes_to_rest) {
+    Load shell;
+    Load map;
+    AddContactForces(contacts, at, Rule(0, comes_to_rest), shell, map);
+    return shell.force[3];
+  };
+  const Contact below{Vec3(0, 0, -0.01), Vec3::UnitZ(), 2e-4};
+  const Contact beside{Vec3(0.01, 0, -0.01), Vec3::UnitZ(), 2e-4};
+  const Contact above{Vec3(0, 0, 0.01), -Vec3::UnitZ(), 2e-4};
+  const double pressed = ContactForce(Rule(0, true).gains.stiffness, 2e-4, kEdge);
+  EXPECT_NEAR(along_x({below, above}, true), -2 * kRestFriction * pressed, 1e-9 * pressed);
+  EXPECT_NEAR(along_x({below, beside}, true), 0, 1e-12 * pressed);
+  EXPECT_EQ(along_x({below, above}, false), 0.0);
 }
 
 }  // namespace

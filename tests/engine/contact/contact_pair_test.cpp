@@ -96,7 +96,7 @@ TEST(ContactPair, GivesEqualAndOppositeWrenches) {
   EXPECT_GT(loaded, 1000);
 }
 
-/// The voxels that the shell's points are in, with the shell's body at X.
+/// Returns the voxels that the shell's points are in, with the shell's body at X.
 std::vector<GridIndex> VoxelsOf(const Setting& setting, const Pose& X) {
   std::vector<GridIndex> voxels;
   for (std::size_t i = 0; i < setting.shell.size(); ++i) {
@@ -114,9 +114,9 @@ std::vector<GridIndex> VoxelsOf(const Setting& setting, const Pose& X) {
 TEST(ContactPair, ItsStiffnessAndDampingAreTheDerivativesOfItsForce) {
   std::mt19937_64 random(3);
   Setting setting(Box(Vec3(1.0, 0.6, 0.4)), Sphere(0.3, 3), 0.02, 2);
-  int trials = 0;  // with points that push
+  int trials = 0;  // those with points that push
   int compared = 0;
-  int changed = 0;  // with a point that changes its voxel, or begins or ends to push
+  int changed = 0;  // those with a point that changes its voxel, or begins or ends to push
   for (int trial = 0; trial < 200; ++trial) {
     const Pose X = {RandomRotation(random), 0.52 * RandomDirection(random)};
     const Twist V{0.1 * RandomDirection(random), -0.2 * X.p.normalized()};
@@ -277,7 +277,7 @@ TEST(ContactPair, FarPosesNeverTouchAndMeetingOnesAlwaysDo) {
   EXPECT_GT(touched, 10);
 }
 
-// Travel is what the bodies come nearer: who is carried along owes no tests for it.
+// Travel is what the bodies come nearer: a body that is carried along owes no tests for it.
 TEST(ContactPair, BodiesThatMoveTogetherOweNoTests) {
   std::mt19937_64 random(8);
   const double s = 0.01;

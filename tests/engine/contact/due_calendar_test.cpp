@@ -18,8 +18,8 @@ using testing::Uniform;
 constexpr double kRadius = 100;  // voxels
 
 struct Item {
-  double out;    // from the origin
-  double ahead;  // as it was put in
+  double out;    // distance from the origin
+  double ahead;  // free way as it was put in
   double came = 0;
   bool in = true;
 };
@@ -31,7 +31,7 @@ void ExpectNoneLate() {
   std::vector<Item> items;
   for (std::uint32_t i = 0; i < 500; ++i) {
     items.push_back({Uniform(random, 0, 8 * kRadius), Uniform(random, 0, 120)});
-    // what is farther out than the body is so far from it at least
+    // an item farther out than the body is so far from it at least
     items[i].ahead = std::max(items[i].ahead, items[i].out > 4 * kRadius ? 3 * kRadius : 0.0);
     calendar.Put(i, items[i].out, items[i].ahead, 1);
   }
@@ -101,7 +101,7 @@ TEST(DueCalendar, LookingAheadTakesAllThatIsDueWithinThat) {
     }
   }
   EXPECT_GE(calendar.FreeWay(), 10);
-  // what is farther out than the body goes farther
+  // an item farther out than the body goes farther
   calendar.Put(0, 3 * kRadius, 30, 1);
   calendar.TakeWithin(10, [](std::uint32_t) {});
   EXPECT_GE(calendar.FreeWay(), 10);
@@ -130,7 +130,7 @@ TEST(DueCalendar, SaysWhatTheItemsThatAreDueWithinAWayCost) {
     });
     ASSERT_EQ(came, foretold) << "in frame " << frame;
     std::ranges::for_each(due, put);
-    // what is put elsewhere counts there only
+    // an item that is put elsewhere counts there only
     put(static_cast<std::uint32_t>(random() % 300));
   }
 }
@@ -145,7 +145,7 @@ TEST(DueCalendar, NoTurnMakesMoreDueThanWasForetold) {
   for (std::uint32_t i = 0; i < 300; ++i) put(i);
   std::size_t all = 0;
   for (int frame = 0; frame < 200; ++frame) {
-    const double way = Uniform(random, 0, 1);  // voxels, of the body's edge
+    const double way = Uniform(random, 0, 1);  // voxels; way of the body's edge
     const std::uint64_t foretold =
         calendar.CostWithin(static_cast<std::size_t>(8 * way) + 1, {0, 1});
     std::vector<std::uint32_t> due;

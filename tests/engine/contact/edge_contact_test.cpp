@@ -19,16 +19,17 @@ struct Wedges {
   double half = 0;
   double other_half = 0;
   double turn = 0;
-  double x = 0;  // the shell's edge from the map's, along the map's normal
+  double x = 0;  // place of the shell's edge from the map's, along the map's normal
   double y = 0;  // and square to it and to the line
 };
 
-/// A voxel's length of the map's edge along z, whose faces' normals are `half` rad each side of x.
+/// Returns a voxel's length of the map's edge along z, whose faces' normals are `half` rad each
+/// side of x.
 OtherEdge RidgeAlongZ(double half) {
   return {Vec3::Zero(), Vec3::UnitZ(), Vec3::UnitX(), 0.5, EdgeArc::OfCosine(std::cos(half))};
 }
 
-/// The depth, 0 if they do not push, by trying all directions that lie in both arcs.
+/// Finds the depth, 0 if they do not push, by trying all directions that lie in both arcs.
 double DepthByTrying(const Wedges& wedges) {
   constexpr int kSteps = 20000;
   const double low = std::max(-wedges.other_half, wedges.turn - wedges.half);

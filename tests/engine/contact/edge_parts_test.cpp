@@ -1,5 +1,5 @@
-// How far parts of sharp edges are from pushing against others, beside every pair of parts met as
-// a frame meets them.
+// Tests how far parts of sharp edges are said to be from pushing against others, beside every pair
+// of parts met as a frame meets them.
 #include "engine/contact/edge_parts.h"
 
 #include <algorithm>
@@ -43,12 +43,12 @@ class TwoBoxes {
       : map_(SurfaceOf(Box(kS * Vec3(16, 14, 12)), Quat::Identity())),
         shell_(SurfaceOf(Box(kS * Vec3(10, 12, 14)), Quat::Identity())) {}
 
-  /// Where the field of the moving box is when its middle stands at `place`, voxels.
+  /// Returns where the field of the moving box is when its middle stands at `place`, voxels.
   Pose Placed(const Quat& q, const Vec3& place) const {
     const Pose X_VB{q, place + Pose(map_.X_BV).Inverse().p / kS};
     return {X_VB.q, X_VB * Vec3(shell_.X_BV.p / kS)};
   }
-  /// By block of the moving box: its parts, judged as a schedule does.
+  /// Returns the parts of each block of the moving box, judged as a schedule does.
   std::vector<std::vector<EdgePart>> PartsAt(const Pose& X_VF, double enough) const {
     std::vector<std::vector<EdgePart>> parts(shell_.features.blocks().size());
     VisitEdges(shell_.features,

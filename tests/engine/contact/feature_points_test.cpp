@@ -30,8 +30,8 @@ double LengthOf(const std::vector<FeaturePoint>& points) {
   return length;
 }
 
-/// A prism along z, 10 voxels high, over an outline given counter-clockwise (voxels) that is
-/// cut into triangles from its first corner.
+/// Returns a prism along z, 10 voxels high, over an outline given counter-clockwise (voxels) that
+/// is cut into triangles from its first corner.
 TriangleMesh Prism(const std::vector<Vec3>& outline) {
   TriangleMesh mesh;
   const auto n = static_cast<std::uint32_t>(outline.size());
@@ -73,7 +73,7 @@ TEST(FeaturePoints, OfABoxAreItsCornersAndItsEdgesInPartsOfAtMostAVoxel) {
 }
 
 TEST(FeaturePoints, ANotchAndTheCornersWhereOnlyNotchesEndTellNothing) {
-  // an L: six corners, of which the inner one's edge along z is a notch
+  // an L: six corners, of which the inner one's edge along z is concave
   const TriangleMesh mesh =
       Prism({{0, 4, 0}, {0, 12, 0}, {-4, 12, 0}, {-4, 0, 0}, {4, 0, 0}, {4, 4, 0}});
   const std::vector<FeaturePoint> points = PointsOf(mesh);
@@ -91,7 +91,7 @@ TEST(FeaturePoints, FlatSubdivisionsTellNothing) {
   // every face is cut into four times as many triangles, twice
   for (int times = 0; times < 2; ++times) {
     TriangleMesh finer;
-    std::map<std::array<double, 3>, std::uint32_t> numbers;  // by place
+    std::map<std::array<double, 3>, std::uint32_t> numbers;  // numbers by place
     const auto number = [&](const Vec3& p) {
       const auto [at, is_new] = numbers.try_emplace(
           {p.x(), p.y(), p.z()}, static_cast<std::uint32_t>(finer.vertices.size()));
@@ -138,8 +138,8 @@ TEST(FeaturePoints, ABallHasNoneFartherApartThanItsFacetsAllow) {
   }
 }
 
-/// How far a convex mesh stands out from its feature points, along the worst of many directions:
-/// the plane that comes down along it is met so much late. Voxels.
+/// Returns how far a convex mesh stands out from its feature points, along the worst of many
+/// directions, voxels. The plane that comes down along it is met so much late.
 double MostStandingOut(const TriangleMesh& mesh_W) {
   const std::vector<FeaturePoint> points = PointsOf(mesh_W);
   std::mt19937_64 random(21);
@@ -155,8 +155,8 @@ double MostStandingOut(const TriangleMesh& mesh_W) {
   return most;
 }
 
-// The polygons of features are flat to within a quarter of a voxel either side: a ball's vertices
-// within them stood out by up to 0.15 voxel, and force began so much late.
+// The polygons of features are flat to within a quarter of a voxel either side. A ball's vertices
+// within them could stand out by 0.15 voxel, and force would begin so much late.
 TEST(FeaturePoints, NoConvexSurfaceStandsOutFromThemByATwentiethOfAVoxel) {
   EXPECT_LT(MostStandingOut(Sphere(4 * kS, 3)), 0.05);
   EXPECT_LT(MostStandingOut(Sphere(10 * kS, 4)), 0.05);

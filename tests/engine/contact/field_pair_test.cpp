@@ -1,5 +1,5 @@
-// Contact by distance fields, against planes and boxes whose gaps are known in closed form, and
-// against a schedule that looks up every point in every frame.
+// Tests contact by distance fields, against planes and boxes whose gaps are known in closed form,
+// and against a schedule that looks up every point in every frame.
 #include "engine/contact/field_pair.h"
 
 #include <algorithm>
@@ -110,7 +110,8 @@ TEST(FieldPair, FindsInEveryFrameWhatALookAtAllPointsFinds) {
   EXPECT_LT(looked_up, looked_up_by_all);
 }
 
-// Which edges may cross is known for some frames, and must not be once it is no longer true.
+// The pair knows for some frames which edges may cross, and must not go by that once it is no
+// longer true.
 TEST(FieldPair, MeetsInEveryFrameTheEdgesThatALookAtAllOfThemMeets) {
   std::mt19937_64 random(14);
   const TriangleMesh body = Box(kS * Vec3(16, 12, 10));
@@ -159,7 +160,7 @@ TEST(FieldPair, MeetsInEveryFrameTheEdgesThatALookAtAllOfThemMeets) {
   EXPECT_LT(compared, compared_by_all / 2);
 }
 
-// What comes due only because the calendar ends must not hold a body back.
+// A block that comes due only because the calendar ends must not hold a body back.
 TEST(FieldPair, ABodyThatFallsIsNotSlowedBeforeItIsNearAnything) {
   Refined met(Box(kS * Vec3(60, 60, 20)), Sphere(10 * kS, 3), Quat::Identity());
   double height = 2000;  // voxels, of the sphere over the box
@@ -172,13 +173,12 @@ TEST(FieldPair, ABodyThatFallsIsNotSlowedBeforeItIsNearAnything) {
   }
 }
 
-// Two edges side by side meet as wedges, whose faces have no ends. This one ends at once.
 TEST(FieldPair, TravelIsPricedByWhatBlocksThatCameDueDidCost) {
   std::mt19937_64 random(8);
   Refined met(Box(kS * Vec3(60, 60, 20)), Sphere(10 * kS, 3), RandomRotation(random));
   // eight voxels above the wall, blocks come due again and again, and few are near enough to be
   // looked up at their points
-  const double way = 0.05 * kS;  // a frame
+  const double way = 0.05 * kS;  // m a frame
   double foretold = 0;
   double came = 0;
   for (int frame = 0; frame < 600; ++frame) {
@@ -195,6 +195,7 @@ TEST(FieldPair, TravelIsPricedByWhatBlocksThatCameDueDidCost) {
   EXPECT_LT(foretold, 1.5 * came);
 }
 
+// Two edges side by side meet as wedges, whose faces have no ends. This face ends at once.
 TEST(FieldPair, AFacePushesNoFartherThanItGoes) {
   // a block with a chamfer of 0.57 voxels between its top, at y = 0, and its side
   const TriangleMesh block =
@@ -247,8 +248,8 @@ TEST(FieldPair, AnInwardShiftMovesWhereForceBegins) {
   }
 }
 
-/// A box of 12 voxels in a slot with walls at x = -8 and 8, and so many voxels of play between
-/// them.
+/// Returns a box of 12 voxels in a slot with walls at x = -8 and 8, and so many voxels of play
+/// between them.
 Refined InSlot(double play) {
   TriangleMesh slot =
       Transformed(Box(kS * Vec3(20, 40, 40)), {Quat::Identity(), kS * Vec3(-18, 0, 0)});
@@ -274,7 +275,8 @@ TEST(FieldPair, InATightFitOppositeSidesHaveNextToNothingInCommon) {
   }
 }
 
-// Past its middle the far side of a thin wall is nearer, and pushed on what had come so far.
+// Past its middle the far side of a thin wall is nearer. It must not push on a corner that has come
+// so far.
 TEST(FieldPair, ACornerInAThinWallIsPushedBackToWhereItCameFrom) {
   std::mt19937_64 random(9);
   const TriangleMesh body = Box(kS * Vec3(24, 18, 14));

@@ -13,7 +13,7 @@ constexpr double kFloor = kTravelFloor * kFineVoxel;
 constexpr double kPrice = 400;
 constexpr double kCapacity = 1e5;
 
-/// Tests and looks of a frame that goes so far, in tests.
+/// Returns the tests and looks of a frame that goes so far, in tests.
 double Cost(const TestLoad& load, double travel) {
   return load.mandatory + load.per_metre * travel + kPrice * load.looks;
 }

@@ -13,7 +13,7 @@ using testing::PointFrames;
 using testing::Rods;
 using testing::Swim;
 
-// The invariant of the schedule, under everything that could break it.
+// Tests the invariant of the schedule, under everything that could break it.
 TEST(PointSchedule, TestsEveryPointInContactInThatFrame) {
   const Bodies bodies = Rods();
   const int trials = 8;
@@ -46,7 +46,7 @@ TEST(PointSchedule, TestsEveryPointInContactInThatFrame) {
   EXPECT_GT(squeezed, 0.5);
 }
 
-// Whatever the range: marks of four bits and eight, within and beyond what the queues tell apart.
+// Marks have four bits and eight, within and beyond what the queues tell apart.
 TEST(PointSchedule, TestsEveryPointInContactWhateverTheRange) {
   for (const int range : {5, 13, 14, 60}) {
     const Bodies bodies = Rods(range);

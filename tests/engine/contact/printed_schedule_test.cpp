@@ -15,7 +15,7 @@ using testing::PointFrames;
 using testing::Rods;
 using testing::Swim;
 
-// The same pushes to the same bodies, each held to the travel that its own schedule allows.
+// The same pushes go to the same bodies, each held to the travel that its own schedule allows.
 TEST(PrintedSchedule, IsLateWhereOursIsNot) {
   const Bodies bodies = Rods();
   const auto points = static_cast<double>(bodies.shell.size());
@@ -31,7 +31,7 @@ TEST(PrintedSchedule, IsLateWhereOursIsNot) {
     options.printed = true;
     const Outcome printed = Swim(bodies, options, capacity, frames, seed);
     EXPECT_EQ(ours.missed, 0U) << "trial " << trial;
-    // it works, but for being late
+    // the printed schedule works, but for being late
     EXPECT_GT(printed.contacts, 0.3) << "trial " << trial;
     EXPECT_LT(printed.tests, 0.5 * points) << "trial " << trial;
     printed_missed += printed.missed;

@@ -14,8 +14,8 @@ inline constexpr double kS = 0.001;  // m, a voxel
 inline constexpr ContactGains kGains{1000.0,
                                      20};  // 1 N a voxel: forces are depths, hardening apart
 
-/// A solid as refined contact meets it, made where it stands turned by `made_at`; its edges in
-/// parts of at most `spacing` voxels.
+/// Returns a solid as refined contact meets it, made where it stands turned by `made_at`, with its
+/// edges in parts of at most `spacing` voxels.
 inline BodySurface SurfaceOf(const TriangleMesh& mesh_B, const Quat& made_at, double spacing = 1) {
   const Pose X_WB{made_at, Vec3::Zero()};
   const TriangleMesh mesh_W = Transformed(mesh_B, X_WB);
@@ -46,13 +46,13 @@ struct Refined {
     return on_shell;
   }
   Vec3 ForceAt(const Pose& X_WB) { return AsWrench(LoadAt(X_WB).force).f; }
-  /// Stays until force begins as far off as it may: where opposite sides pushed before, it begins
+  /// Stays until force begins as far off as it may: after opposite sides have pushed, it begins
   /// nearer for some frames.
   Vec3 SettledForceAt(const Pose& X_WB) {
     for (int frame = 0; frame < 60; ++frame) ForceAt(X_WB);
     return ForceAt(X_WB);
   }
-  /// The same where nothing was before.
+  /// Returns the force where nothing was before.
   Vec3 FirstForceAt(const Pose& X_WB) {
     return AsWrench(pair.Read({X_WB, {}}, {}).on_shell.force).f;
   }
@@ -60,18 +60,18 @@ struct Refined {
   BodySurface map;
   BodySurface shell;
   FieldPair pair;
-  Load on_shell;  // as of the last LoadAt()
+  Load on_shell;  // load of the last LoadAt()
   Load on_map;
 };
 
-/// The least height of a mesh's vertices along `normal`, turned by q.
+/// Returns the least height of a mesh's vertices along `normal`, turned by q.
 inline double LowestAlong(const TriangleMesh& mesh, const Quat& q, const Vec3& normal) {
   double lowest = 1e300;
   for (const Vec3& v : mesh.vertices) lowest = std::min(lowest, normal.dot(q * v));
   return lowest;
 }
 
-/// A plate whose upper face is the plane through `place` with the normal q z.
+/// Returns a plate whose upper face is the plane through `place` with the normal q z.
 inline TriangleMesh Plate(const Quat& q, const Vec3& place) {
   return Transformed(Box(kS * Vec3(120, 120, 14)), {q, place - q * Vec3(0, 0, 7 * kS)});
 }

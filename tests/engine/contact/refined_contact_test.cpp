@@ -1,5 +1,5 @@
-// The refined contact model against exact geometry: planes, edges and convex bodies whose gap is
-// known in closed form.
+// Tests the refined contact model against exact geometry: planes, edges and convex bodies whose gap
+// is known in closed form.
 #include <array>
 
 #include <Eigen/Eigenvalues>
@@ -23,7 +23,7 @@ using testing::Uniform;
 
 constexpr double kRadToDeg = 57.29577951308232;
 
-/// Bodies that come down on planes.
+/// Returns bodies that come down on planes.
 std::array<TriangleMesh, 2> Falling() {
   return {Sphere(10 * kS, 4), Box(kS * Vec3(24, 18, 14))};
 }
@@ -159,8 +159,8 @@ TEST(RefinedContact, ForceDoesNotJumpOverAnEdgeNorIntoACorner) {
 constexpr double kBarSide = 16;  // voxels
 constexpr double kBarsHeight = kBarSide * 1.4142135623730951;
 
-/// Two square bars of 60 voxels on their edges, seen in a frame that stands at `q`: one along x
-/// below, and the moving one along y, which touches it from kBarsHeight voxels above.
+/// Returns two square bars of 60 voxels on their edges, seen in a frame that stands at `q`: one
+/// along x below, and the moving one along y, which touches it from kBarsHeight voxels above.
 Refined CrossedBars(const Quat& q, const Quat& made_at, double spacing = 1) {
   const Quat about_x = RotationBy(Vec3(0.7853981633974483, 0, 0));
   const Quat about_y = RotationBy(Vec3(0, 0.7853981633974483, 0));
@@ -213,9 +213,8 @@ TEST(RefinedContact, CrossingEdgesMeetNearTheirCornersToo) {
   }
 }
 
-// Two cubes lie on one another, turned about the upright: no corner of one is over the other, so
-// that their edges bear them alone, eight of which cross. Found by simulated hands: at 45 degrees
-// they bore nothing.
+// Two cubes lie on one another, turned about the upright. No corner of one is over the other, so
+// their edges bear them alone, eight of which cross.
 TEST(RefinedContact, FacesThatAreTurnedOnOneAnotherLieOnTheirEdges) {
   std::mt19937_64 random(17);
   for (int trial = 0; trial < 6; ++trial) {
@@ -237,8 +236,8 @@ TEST(RefinedContact, FacesThatAreTurnedOnOneAnotherLieOnTheirEdges) {
   }
 }
 
-// How many parts an edge has changes little of what a body's corner, edge and face press with: a
-// part counts by its length and by the depth at its middle.
+// The number of parts of an edge changes little of what a body's corner, edge and face press with.
+// A part counts by its length and by the depth at its middle.
 TEST(RefinedContact, FinerPartsPushAsOnesOfAVoxelDo) {
   std::mt19937_64 random(32);
   int pushed = 0;
@@ -293,7 +292,7 @@ TEST(RefinedContact, FinerPartsPushAsOnesOfAVoxelDo) {
 }
 
 // A corner stands on a face right up to the face's edge and corner, whichever of the two bodies has
-// the points: where the face's own voxels are those of its edges.
+// the points. There the face's own voxels are those of its edges.
 TEST(RefinedContact, ACornerStandsOnAFaceUpToItsEdge) {
   std::mt19937_64 random(17);
   const TriangleMesh body = Box(kS * Vec3(20, 20, 20));
@@ -301,13 +300,13 @@ TEST(RefinedContact, ACornerStandsOnAFaceUpToItsEdge) {
       Transformed(Box(kS * Vec3(20, 20, 20)), {Quat::Identity(), kS * Vec3(0, 0, -10)});
   const Quat corner_down = Quat::FromTwoVectors(Vec3(1, 1, 1), Vec3(0, 0, -1));
   for (int trial = 0; trial < 60; ++trial) {
-    // by lattice, as parts of a scene often stand, and anyhow
+    // turned as the lattice, as parts of a scene often stand, and anyhow
     const Quat q = trial < 5 ? Quat::Identity() : RandomRotation(random);
     const Quat about = RotationBy(Vec3(0, 0, Uniform(random, 0, 6)));
     const Quat tilt =
         trial % 2 == 0 ? corner_down : Quat(RotationBy(Vec3(0.6, 0.1, 0)) * corner_down);
     double lowest = 0;
-    Vec3 corner = Vec3::Zero();  // of the body in tilt, which is lowest
+    Vec3 corner = Vec3::Zero();  // lowest one of the body in tilt is lowest
     for (const Vec3& v : body.vertices) {
       const Vec3 at = about * (tilt * v) / kS;
       if (at.z() < lowest) corner = at;
@@ -320,7 +319,7 @@ TEST(RefinedContact, ACornerStandsOnAFaceUpToItsEdge) {
       for (const double y : {0.05, 0.15, 0.3, 0.6, 1.0, 1.6, 5.0}) {
         for (const double gap : {0.3, -0.1, -0.6}) {
           if (gap < 0 && std::min(x, y) < 0.2 - gap) continue;  // nearer to a face at the side
-          const Vec3 place(10 - x, 10 - y, gap);                // of the corner above the slab
+          const Vec3 place(10 - x, 10 - y, gap);                // the corner's, above the slab
           const Vec3 up = q * Vec3::UnitZ();
           const double force =
               on_slab.FirstForceAt({q * about * tilt, q * (kS * (place - corner))}).dot(up);

@@ -27,10 +27,10 @@ double Lowest(const Bodies& bodies, const Pose& X_WB) {
   return lowest;
 }
 
-// From two chunks off, as fast as it may: far from the plate that is many voxels a frame, but
-// never as many as would take it into the plate unseen, as a flat 32 voxels would.
+// The body goes from two chunks off, as fast as it may. Far from the plate that is many voxels a
+// frame, but never as many as would take it into the plate unseen, as a flat 32 voxels would.
 TEST(ScheduleLimits, ABodyThrownAtAPlateTwoChunksAwayIsNeverLate) {
-  const double top = 0.023;           // of the plate
+  const double top = 0.023;           // top of the plate
   const double contact = 3 * kVoxel;  // and of the voxels that its top lies in
   const Bodies bodies(Box(Vec3(0.8, 0.8, 2 * top)), Box(Vec3(0.12, 0.07, 0.04)));
   std::mt19937_64 random(31);
@@ -78,14 +78,14 @@ constexpr double kMillimetre = 0.001;
 
 struct EdgeFigures {
   std::size_t contacts = 0;
-  std::size_t tests = 0;  // in a frame at rest
+  std::size_t tests = 0;  // tests in a frame at rest
   TestLoad load;
 };
 
-/// Of two bars with edges of 200 mm: the bottom edge of one lies on the top edge of the other, at
-/// an angle.
+/// Returns the figures of two bars with edges of 200 mm: the bottom edge of one lies on the top
+/// edge of the other, at an angle.
 EdgeFigures OnEdge(const Bodies& bars, double angle, int layer) {
-  const double across = 0.03;  // of a bar
+  const double across = 0.03;  // width of a bar
   const Quat q = RotationBy(Vec3(0, 0, angle));
   const Vec3 edge(0, 0.5 * across, 0.5 * across);  // its middle
   const Pose X_VS = bars.X_MV().Inverse() * Pose{q, edge + q * Vec3(0, edge.y(), edge.z())};
@@ -104,7 +104,7 @@ double TravelAt(const EdgeFigures& figures, double capacity) {
   return MaxTravel(figures.load, capacity, 0, kMillimetre) / kMillimetre;
 }
 
-// What geometrical awareness cannot help (paper §4): edges meet edges, so two that lie along one
+// Geometrical awareness cannot help here (paper §4): edges meet edges, so two that lie along one
 // another are tested point by point, at 200 mm and 1 mm voxels some 200 of them. Crossed edges meet
 // in one place. The limit is felt only where a few hundred tests are too many.
 TEST(ScheduleLimits, TwoExactlyAlignedEdgesAreTestedAllAlong) {

@@ -58,7 +58,7 @@ void ExpectSame(const Schedule& a, const Schedule& b, int frame) {
   }
 }
 
-/// Helpers are never more than there are processors: what was compared here is told.
+/// Tells what was compared here: helpers are never more than there are processors.
 void TellThreads(const FrameHelpers& asked_four) {
   ::testing::Test::RecordProperty("threads", asked_four.threads());
   if (asked_four.threads() < 4) {
@@ -66,7 +66,7 @@ void TellThreads(const FrameHelpers& asked_four) {
   }
 }
 
-// Two bodies swim about; one, two and four threads test the same motion.
+// Lets two bodies swim about. One, two and four threads test the same motion.
 void SwimTogether(const Bodies& bodies, const ScheduleOptions& options, std::uint64_t seed) {
   Shared one(bodies, 1, options);
   Shared two(bodies, 2, options);

@@ -78,7 +78,7 @@ class SurfaceFile : public ::testing::Test {
                static_cast<std::streamsize>(bytes.size()));
     return MapSurface(file_, box_, Pose{}, kOptions);
   }
-  /// The line without the file's name; empty if it is taken.
+  /// Returns the refusal's line without the file's name; empty if the file is taken.
   std::string FaultOf(const Bytes& bytes) const {
     const Result<BodySurface> surface = Mapped(bytes);
     if (surface) return {};
@@ -93,7 +93,7 @@ class SurfaceFile : public ::testing::Test {
   TriangleMesh box_ = Box(kVoxel * Vec3(6, 4, 3));
 };
 
-/// With the checksum of what it is now.
+/// Returns the bytes with the checksum of what they are now.
 Bytes Signed(Bytes bytes) {
   BlockFileHeader header;
   std::memcpy(&header, bytes.data(), sizeof header);
@@ -114,7 +114,8 @@ T Get(const Bytes& bytes, std::size_t at) {
   return value;
 }
 
-/// Calls all that reads a surface, at places in and round it, and gives what they told, bit by bit.
+/// Calls all that reads a surface, at places in and round it, and returns what they told, bit by
+/// bit.
 std::vector<double> Readings(const BodySurface& surface, const TriangleMesh& mesh_W,
                              int places = 4000) {
   std::mt19937_64 random(5);
@@ -210,7 +211,7 @@ TEST_F(SurfaceFile, IsRefusedWhereItEndsTooEarlyOrTooLate) {
     if (length < 72) continue;
     Bytes cut(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(length));
     EXPECT_NE(FaultOf(cut).find("it was cut short"), std::string::npos) << length;
-    // as one who lies about its length and its sum
+    // the header lies about its length and its sum
     Set(cut, offsetof(BlockFileHeader, bytes), std::uint64_t{length});
     EXPECT_NE(FaultOf(Signed(cut)), "") << length;
   }
@@ -238,7 +239,7 @@ TEST_F(SurfaceFile, IsRefusedWithAnyFieldOfItsHeaderAltered) {
         offsetof(BlockFileHeader, block_bytes) + 8}) {
     EXPECT_EQ(FaultOf(with(field)), damaged) << field;
   }
-  // and with a sound sum, what says how the file is divided
+  // with a sound sum the fields are refused, too, that say how the file is divided
   for (const std::size_t field :
        {offsetof(BlockFileHeader, voxel_size), offsetof(BlockFileHeader, block_bytes),
         offsetof(BlockFileHeader, block_bytes) + 8}) {
@@ -321,7 +322,7 @@ TEST_F(SurfaceFile, NoReadingLeavesABlockThatIsTaken) {
     const GuardedBytes field(made.field.bytes());
     const GuardedBytes features(made.features.bytes());
     if (i > 0) {
-      // what points elsewhere is short beside the rest, so every other time there
+      // the parts that point elsewhere are short beside the rest, so every other change is there
       const std::span<std::byte> bytes = (i % 4 < 2 ? field : features).bytes();
       const std::size_t within =
           i % 2 == 0 ? bytes.size() : std::min<std::size_t>(3000, bytes.size());
@@ -341,7 +342,7 @@ TEST_F(SurfaceFile, NoReadingLeavesABlockThatIsTaken) {
   EXPECT_GT(taken, 50);
 }
 
-// A sound sum says nothing: whoever alters a file can work it out.
+// A sound sum says nothing: anybody who alters a file can work it out.
 TEST_F(SurfaceFile, WithASoundSumButAlteredIsRefusedOrHarmless) {
   const Bytes whole = SavedBytes(box_);
   std::mt19937_64 random(2);
@@ -388,7 +389,7 @@ TEST_F(SurfaceFile, IsRefusedWhereNumbersPointOutside) {
   const auto line = [](std::size_t at) {
     return (at + 63) / 64 * 64;
   };
-  // by the drawing in field_image.h
+  // places by the drawing in field_image.h
   const auto side = [](std::int32_t count) {
     return static_cast<std::size_t>(count);
   };

@@ -42,7 +42,7 @@ struct Swimmer {
                0.03 * (Uniform(random, 0, 1) * RandomDirection(random) + 2.0 * (home - X_WB.p));
     spin = 0.97 * spin + 0.03 * Uniform(random, 0, 8) * RandomDirection(random);
   }
-  /// Moves so that no surface point goes farther than `travel`; gives what was made.
+  /// Moves so that no surface point goes farther than `travel`, and returns the way that was made.
   double Move(double travel, double radius) {
     const double wanted = TravelOf(velocity, spin.norm(), radius);
     const double scale = wanted > travel ? travel / wanted : 1.0;
@@ -105,13 +105,13 @@ inline Outcome Swim(const Bodies& bodies, const ScheduleOptions& options, double
   return outcome;
 }
 
-/// Point-frames a trial; TANDEM_POINT_FRAMES asks for the long run.
+/// Returns the point-frames of a trial. TANDEM_POINT_FRAMES asks for the long run.
 inline double PointFrames() {
   const char* asked = std::getenv("TANDEM_POINT_FRAMES");
   return asked != nullptr ? std::atof(asked) : 2e7;
 }
 
-/// `spacing`: of the points, voxels.
+/// Returns two rods. `spacing` is that of the points, voxels.
 inline Bodies Rods(int range = kDefaultRange, double spacing = 1) {
   return {Box(Vec3(0.5, 0.3, 0.2)), Box(Vec3(0.45, 0.08, 0.06)), kVoxel, range, spacing};
 }

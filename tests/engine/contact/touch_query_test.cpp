@@ -1,4 +1,4 @@
-// Yes or no, against the distance of the two meshes' triangles.
+// Tests yes or no against the distance of the two meshes' triangles.
 #include "engine/contact/touch_query.h"
 
 #include <random>
@@ -39,8 +39,8 @@ struct Two {
   TouchQuery query;
 };
 
-/// Poses at random about the origin: who has crossed must be found, whose surfaces are a tenth of
-/// a voxel apart must not.
+/// Tries poses at random about the origin. Bodies that cross must be found, and bodies whose
+/// surfaces are a tenth of a voxel apart must not.
 void ExpectRight(Two& two, double nearest, double farthest, unsigned seed, int poses = 2000) {
   std::mt19937_64 random(seed);
   int touching = 0;

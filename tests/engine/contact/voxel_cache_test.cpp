@@ -26,8 +26,8 @@ using testing::Sphere;
 
 constexpr double kBallVoxel = 0.001;
 
-/// Asked to stop before it begins: whoever builds a surface so gets an error, whoever maps one gets
-/// it.
+/// Returns options that are asked to stop before a surface is built: building gives an error,
+/// mapping gives the surface.
 SurfaceOptions OnlyMapped() {
   std::stop_source stop;
   stop.request_stop();
@@ -43,7 +43,7 @@ void Overwrite(const fs::path& file, const std::string& text) {
   std::ofstream(file, std::ios::binary) << text;
 }
 
-/// Cuts a file short at a drawn place, or turns a bit there, and tells the place.
+/// Cuts a file short at a drawn place, or turns a bit there, and returns the place.
 std::size_t Spoil(const fs::path& file, std::string text, bool cut, std::mt19937_64& random) {
   const std::size_t at = random() % text.size();
   if (cut) {
@@ -202,7 +202,7 @@ TEST_F(VoxelCacheTest, KeepsVoxmapsToo) {
     EXPECT_FALSE(cache_.VoxmapOf(ball_, other));
   }
 
-  // what is damaged or cut short is made anew
+  // a file that is damaged or cut short is made anew
   const fs::path file = cache_.Files().at(0).file;
   const std::string whole = TextOf(file);
   std::mt19937_64 random(5);
@@ -251,7 +251,7 @@ TEST_F(VoxelCacheTest, ReadsAMeshFileOnce) {
   EXPECT_EQ(first->diagnosis, "closed, 1 body");
   ASSERT_EQ(cache_.Files().size(), 1U);
 
-  // whoever has no time to read the file takes what is kept, and nothing else
+  // a program without time to read the file takes what is kept, and nothing else
   const ImportOptions no_time{.seconds_limit = 1e-9};
   const Result<ImportedMesh> again = cache_.MeshOf(file, no_time);
   ASSERT_TRUE(again) << again.error().what;

@@ -25,8 +25,8 @@ Inertia HalfBrick() {
   return {0.3, Vec3(2e-4, 5e-4, 6e-4).asDiagonal()};
 }
 
-/// A constraint, and what it forbids told in another way: how far a pose is from allowed (m or
-/// rad), from the places of points of the body alone.
+/// A constraint, and its fault told in another way: how far a pose is from allowed (m or rad), from
+/// the places of points of the body alone.
 struct Kind {
   const char* name;
   Constraint constraint;
@@ -37,7 +37,7 @@ const Pose kFirst{RotationBy(Vec3(0.3, -0.2, 0.9)), Vec3(0.4, 0.1, -0.2)};
 const Vec3 kPlace = kFirst.p + Vec3(0.05, -0.02, 0.03);
 const Vec3 kAxis(0.6, 0, 0.8);
 
-/// How far a point of the body, `p_W` at first, is from there.
+/// Returns how far a point of the body, `p_W` at first, is from there.
 Vec3 Moved(const Pose& X_WB, const Vec3& p_W) {
   return X_WB * (kFirst.Inverse() * p_W) - p_W;
 }
@@ -114,7 +114,7 @@ TEST(Constraint, DoesNotDriftInAHundredThousandFramesOfShaking) {
       most_turned =
           std::max(most_turned, RotationVector(state.X_WB.q * kFirst.q.conjugate()).norm());
     }
-    // it was shaken: what may move did
+    // the body was shaken: the free motions moved
     EXPECT_GT(farthest + most_turned, 0.1) << kind.name;
   }
 }

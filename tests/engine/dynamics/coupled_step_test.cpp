@@ -35,7 +35,7 @@ Bodies RandomBodies(std::mt19937_64& random, double turning) {
   return bodies;
 }
 
-/// A contact between two bodies at a random place: what each gets, and how that changes.
+/// Makes a contact between two bodies at a random place: what each gets, and how that changes.
 CrossLoad Touch(Bodies& bodies, std::size_t a, std::size_t b, std::mt19937_64& random) {
   CrossLoad cross;
   for (int point = 0; point < 5; ++point) {
@@ -103,7 +103,7 @@ TEST(CoupledStep, SolvesWhatOneDenseMatrixSolves) {
     }
     together.Solve();
 
-    Eigen::MatrixXd S = Eigen::MatrixXd::Zero(24, 13);  // of 0, the hinge, 3
+    Eigen::MatrixXd S = Eigen::MatrixXd::Zero(24, 13);  // columns of body 0, the hinge, body 3
     S.block<6, 6>(0, 0).setIdentity();
     S.block<6, 1>(6, 6) = basis.col(0);
     S.block<6, 6>(18, 7).setIdentity();
@@ -118,8 +118,8 @@ TEST(CoupledStep, SolvesWhatOneDenseMatrixSolves) {
   }
 }
 
-// What one gets the other loses: of momentum, and of its moment about W's origin (of bodies that
-// do not turn yet, so that I is the same at both ends of the step).
+// One body gets the momentum that the other loses, and its moment about W's origin. The bodies do
+// not turn yet, so that I is the same at both ends of the step.
 TEST(CoupledStep, KeepsMomentumAndItsMoment) {
   std::mt19937_64 random(52);
   for (int trial = 0; trial < 200; ++trial) {

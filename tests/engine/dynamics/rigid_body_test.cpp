@@ -103,7 +103,7 @@ TEST(Advance, NoPointGoesFartherThanAllowed) {
       const Vec3 p_B = radius * RandomDirection(random);
       ASSERT_LE((state.X_WB * p_B - before * p_B).norm(), limit * (1 + 1e-9));
     }
-    // what was not moved is not remembered
+    // a way that the body was not allowed is not remembered
     EXPECT_NEAR((state.X_WB.p - before.p - 1e-3 * state.V_WB.v).norm(), 0.0, 1e-15);
     EXPECT_LE(state.V_WB.v.norm(), wanted.v.norm() + 1e-12);
   }
@@ -134,7 +134,7 @@ TEST(Follow, ArrivesAndNeverGoesTooFast) {
   }
 }
 
-// A twist or a target that is no number leaves the body where it was, at rest; the next sound one
+// A twist or a target that is no number leaves the body where it was, at rest. The next sound one
 // moves it again.
 TEST(Advance, WhatIsNoNumberLeavesTheBodyWhereItWas) {
   constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();

@@ -4,8 +4,8 @@
 
 namespace tandem::testing {
 
-/// Runge and Kutta's classical method of fourth order: y after `steps` steps of h with dy/dt =
-/// rate(y). The reference for what the implicit step approaches.
+/// Integrates by Runge and Kutta's classical method of fourth order: y after `steps` steps of h
+/// with dy/dt = rate(y). It is the reference that the implicit step approaches.
 template <class Vector, class Rate>
 Vector RungeKutta(Vector y, const Rate& rate, double h, int steps) {
   for (int i = 0; i < steps; ++i) {
@@ -18,7 +18,7 @@ Vector RungeKutta(Vector y, const Rate& rate, double h, int steps) {
   return y;
 }
 
-/// dq/dt as coefficients x, y, z, w, of a rotation that turns at w_W.
+/// Returns dq/dt as coefficients x, y, z, w, of a rotation that turns at w_W.
 inline Eigen::Vector4d QuatRate(const Quat& q, const Vec3& w_W) {
   return 0.5 * (Quat(0, w_W.x(), w_W.y(), w_W.z()) * q).coeffs();
 }

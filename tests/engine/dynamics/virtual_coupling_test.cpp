@@ -26,8 +26,8 @@ TEST(CouplingLoad, PullsTheGraspedPlaceToTheAnchor) {
   EXPECT_NEAR((load.force.head<3>() - Vec3(0, 0, 0.8)).norm(), 0.0, 1e-12);  // lever 0.1 m
 }
 
-// Moved by a small twist d, the force changes by -K d; sped up by it, by -D d. Near the anchor,
-// where the lever does not change the force's moment.
+// Moved by a small twist d, the body feels the force change by -K d; sped up by it, by -D d. It is
+// near the anchor, where the lever does not change the force's moment.
 TEST(CouplingLoad, ItsMatricesAreTheDerivativesOfItsForce) {
   std::mt19937_64 random(1);
   for (int trial = 0; trial < 50; ++trial) {

@@ -12,7 +12,7 @@
 
 namespace tandem::testing {
 
-/// The distance of p from a segment.
+/// Returns the distance of p from a segment.
 inline double FromSegment(const Vec3& a, const Vec3& b, const Vec3& p) {
   const Vec3 along = b - a;
   const double length = along.squaredNorm();
@@ -20,7 +20,8 @@ inline double FromSegment(const Vec3& a, const Vec3& b, const Vec3& p) {
   return (p - a - t * along).norm();
 }
 
-/// The distance of p from a triangle: the height where p stands over it, else that of an edge.
+/// Returns the distance of p from a triangle: the height where p stands over it, else that of an
+/// edge.
 inline double FromTriangle(const std::array<Vec3, 3>& corners, const Vec3& p) {
   double distance = std::numeric_limits<double>::infinity();
   const Vec3 normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
@@ -47,14 +48,14 @@ class BruteDistance {
     }
   }
 
-  /// Whatever the side, m.
+  /// Returns the distance whatever the side, m.
   double Unsigned(const Vec3& p) const {
     double distance = std::numeric_limits<double>::infinity();
     for (const auto& triangle : triangles_)
       distance = std::min(distance, FromTriangle(triangle, p));
     return distance;
   }
-  /// By the solid angle of all triangles.
+  /// Judges by the solid angle of all triangles.
   bool Contains(const Vec3& p) const {
     double angle = 0;
     for (const auto& [a, b, c] : triangles_) {
@@ -67,10 +68,10 @@ class BruteDistance {
     }
     return angle > 2 * std::numbers::pi;
   }
-  /// Negative inside, m.
+  /// Returns the distance, negative inside, m.
   double Signed(const Vec3& p) const { return Contains(p) ? -Unsigned(p) : Unsigned(p); }
 
-  /// A place at most `reach` from the surface, evenly over its area.
+  /// Returns a place at most `reach` from the surface, evenly over its area.
   Vec3 PlaceNear(double reach, std::mt19937_64& random) const {
     std::uniform_real_distribution<double> one(0, 1);
     std::normal_distribution<double> normal;
@@ -90,7 +91,7 @@ class BruteDistance {
 
  private:
   std::vector<std::array<Vec3, 3>> triangles_;
-  std::vector<double> area_to_;  // of the triangles so far, m^2
+  std::vector<double> area_to_;  // m^2; area of the triangles so far
 };
 
 }  // namespace tandem::testing

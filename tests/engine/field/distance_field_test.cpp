@@ -34,7 +34,7 @@ DistanceField FieldOf(const TriangleMesh& mesh) {
   return std::move(*field);
 }
 
-/// In voxels of V.
+/// Returns a place in voxels of V.
 Vec3 PlaceIn(const DistanceField& field, const Vec3& p_W) {
   return (p_W - field.p_WVo()) / kVoxel;
 }
@@ -45,24 +45,24 @@ FieldGradient GradientAt(const DistanceField& field, const Vec3& place) {
   return told;
 }
 
-/// An L whose notch has 90 degrees; its inner corner comes first.
+/// Returns an L whose concave edge has 90 degrees; its inner corner comes first.
 TriangleMesh Angle() {
   return Raised({{4, 4}, {4, 14}, {0, 14}, {0, 0}, {14, 0}, {14, 4}}, 9, kVoxel);
 }
-/// The same solid as two boxes that lie in one another where the legs meet.
+/// Returns the same solid as two boxes that lie in one another where the legs meet.
 TriangleMesh AngleOfTwo() {
   TriangleMesh both = Raised({{0, 0}, {14, 0}, {14, 4}, {0, 4}}, 9, kVoxel);
   Append(both, Raised({{0, 0}, {4, 0}, {4, 14}, {0, 14}}, 9, kVoxel));
   return both;
 }
-/// A wedge of 20 degrees.
+/// Returns a wedge of 20 degrees.
 TriangleMesh Wedge() {
   return Raised({{0, 0}, {15, -2.645}, {15, 2.645}}, 8, kVoxel);
 }
 
 struct Shape {
   std::string name;
-  TriangleMesh mesh;   // of which the field is
+  TriangleMesh mesh;   // the field is made of it
   TriangleMesh exact;  // the same solid, without anything inside
 };
 
@@ -182,7 +182,7 @@ TEST(DistanceField, BoundsBeyondTheBandAreAThirdOfTheTruthAtLeast) {
   const Shape shape{"ball", Sphere(12 * kVoxel, 4), Sphere(12 * kVoxel, 4)};
   const DistanceField field = FieldOf(shape.mesh);
   VisitPlaces(shape, field, 100, 2000, [&](const Vec3& place, double exact) {
-    // of a brick's distance, twice its half diagonal may be lost
+    // twice a brick's half diagonal may be lost of its distance
     EXPECT_GE(std::abs(field.At(place).value), std::abs(exact) / 3 - 7) << place.transpose();
   });
 }
@@ -254,14 +254,14 @@ TEST(DistanceField, GradientOfAPlaneIsItsNormal) {
   }
 }
 
-// Exact distance where interpolation errs by up to 0.4 voxel: outside a sharp edge, in a notch and
-// in a wall that no node lies in.
+// The field gives the exact distance where interpolation errs by up to 0.4 voxel: outside a sharp
+// edge, in a concave edge and in a wall that no node lies in.
 TEST(DistanceField, FacesTellEdgesNotchesAndThinWalls) {
   const DistanceField notch = FieldOf(Angle());
   const DistanceField wedge = FieldOf(Wedge());
   const DistanceField plate = FieldOf(Box(kVoxel * Vec3(12, 10, 0.3)));
   for (double z = 2; z < 6; z += 0.07) {
-    // on the notch's middle plane, 0.4 from either face
+    // on the middle plane of the concave edge, 0.4 from either face
     const FieldReading in_notch = notch.At(PlaceIn(notch, kVoxel * Vec3(4.4, 4.4, z)));
     EXPECT_NEAR(in_notch.value, 0.4, notch.error_bound());
     // before the wedge's edge, whose two faces are both behind
@@ -298,8 +298,9 @@ TEST(DistanceField, OpenSheetIsFreeOnBothSides) {
   }
 }
 
-// A cell is looked at if its centre is nearer than a reading goes, and half its diagonal more. The
-// face here is just as far from a row of centres, to the last bit of a float or some bits off.
+// The field looks at a cell if its centre is nearer than a reading goes, and half its diagonal
+// more. The face here is just as far from a row of centres, to the last bit of a float or some bits
+// off.
 TEST(DistanceField, IsBuiltWhereCellsAreJustAsFarAsReadingsGo) {
   constexpr float kFar = 2.6162F;
   for (int bits = -8; bits <= 8; ++bits) {

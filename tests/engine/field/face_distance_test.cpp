@@ -67,8 +67,8 @@ TEST(FaceDistance, MeasuresACubeAsItsPlaces) {
   }
 }
 
-// the two faces of a ridge are equally near to what stands before the ridge, one of them from
-// behind
+// The two faces of a sharp edge are equally near to a place before the edge, one of them from
+// behind.
 TEST(FaceDistance, TheFaceThatTurnsToAPlaceTellsItsSide) {
   const Vec3 from(0, -5, 0);
   const Vec3 to(0, 5, 0);

@@ -1,5 +1,5 @@
-// How far surfaces are said to be beyond the band, out to a long range, against brute force over
-// all triangles.
+// Tests how far surfaces are said to be beyond the band, out to a long range, against brute force
+// over all triangles.
 #include <algorithm>
 #include <array>
 #include <cstdlib>
@@ -30,13 +30,13 @@ using testing::Uniform;
 
 constexpr double kFarVoxel = 0.001;
 constexpr double kFar = 10;         // voxels of range
-constexpr double kRounding = 4e-3;  // voxels, of what is stored
+constexpr double kRounding = 4e-3;  // voxels; rounding of what is stored
 
 DistanceField FarFieldOf(const TriangleMesh& mesh, double range) {
   return std::move(*BuildField(mesh, {.voxel_size = kFarVoxel, .range = range}));
 }
 
-/// How near the pushes say that the surface is; nothing if none pushes.
+/// Returns how near the pushes say that the surface is; nothing if none pushes.
 std::optional<double> NearestPush(const DistanceField& field, const Vec3& place_V, double reach) {
   FieldPushes pushes;
   field.Pushes({&place_V, 1}, reach, pushes);
@@ -52,7 +52,7 @@ struct PushErrors {
   double early = 0;
 };
 
-/// The errors of pushes at places of the free side, from the band out to the range.
+/// Returns the errors of pushes at places of the free side, from the band out to the range.
 PushErrors PushErrorsOf(const TriangleMesh& mesh, double voxel_size, const DistanceField& field,
                         int count) {
   std::mt19937_64 random(5);
@@ -74,7 +74,7 @@ PushErrors PushErrorsOf(const TriangleMesh& mesh, double voxel_size, const Dista
   return errors;
 }
 
-/// Boxes with nothing in common, turned and strewn: many sharp edges and narrow gaps.
+/// Returns boxes with nothing in common, turned and strewn: many sharp edges and narrow gaps.
 TriangleMesh StrewnBoxes(std::mt19937_64& random) {
   TriangleMesh mesh;
   for (int i = 0; i < 27; ++i) {

@@ -1,5 +1,5 @@
-// Pushes off surfaces whose ways are known in closed form, and bounds against brute force over all
-// triangles.
+// Tests pushes off surfaces whose ways are known in closed form, and bounds against brute force
+// over all triangles.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -48,7 +48,7 @@ Pushes PushesAt(const DistanceField& field, const Vec3& place) {
   return {pushes.Of(0).begin(), pushes.Of(0).end()};
 }
 
-/// What the pushes come to, in voxels of depth.
+/// Returns the sum of the pushes, in voxels of depth.
 Vec3 SumOf(std::span<const FieldPush> pushes) {
   Vec3 sum = Vec3::Zero();
   for (const FieldPush& push : pushes) {
@@ -57,7 +57,7 @@ Vec3 SumOf(std::span<const FieldPush> pushes) {
   return sum;
 }
 
-/// The force that they come to, where contact is as stiff as a voxel is deep.
+/// Returns the force that they come to, where contact is as stiff as a voxel is deep.
 Vec3 ForceOf(std::span<const FieldPush> pushes) {
   constexpr double kSoft = 0.1;  // voxels over which stiffness grows
   Vec3 sum = Vec3::Zero();
@@ -67,7 +67,7 @@ Vec3 ForceOf(std::span<const FieldPush> pushes) {
   return sum;
 }
 
-/// A floor and a wall that stand on one another at a right angle.
+/// Returns a floor and a wall that stand on one another at a right angle.
 TriangleMesh Notch() {
   TriangleMesh notch = Box(kVoxelSize * Vec3(40, 40, 10));
   Append(notch, Transformed(Box(kVoxelSize * Vec3(10, 40, 30)),
@@ -106,7 +106,7 @@ TEST(FieldPushes, BesideAnEdgeTheyComeFromTheEdge) {
   }
 }
 
-// There two faces are as near, at the same place. The one that turns to the place tells.
+// There two faces are as near, at the same place. The face that turns to the place tells.
 TEST(FieldPushes, OverARimOneOfItsFacesFacesThePlace) {
   std::mt19937_64 random(7);
   for (int i = 0; i < 40; ++i) {
@@ -119,7 +119,7 @@ TEST(FieldPushes, OverARimOneOfItsFacesFacesThePlace) {
       const Vec3 over(10 + beyond, Uniform(random, -8, 8), 6 + gap);
       const Pushes pushes = PushesAt(field, InVoxels(field, kVoxelSize * (q * over)));
       ASSERT_FALSE(pushes.empty());
-      // what is interpolated may be left with a trace of the push
+      // interpolation may leave a trace of another push
       const FieldPush& push = pushes.back();
       EXPECT_GT(push.share, 0.999);
       EXPECT_GT(push.facing, 0.999);
@@ -128,7 +128,7 @@ TEST(FieldPushes, OverARimOneOfItsFacesFacesThePlace) {
   }
 }
 
-/// The way from the surface's nearest point to a place, unit, by all triangles.
+/// Returns the way from the surface's nearest point to a place, unit, by all triangles.
 Vec3 WayOff(const TriangleMesh& mesh, const Vec3& p) {
   Vec3 nearest = mesh.corner(0, 0);
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
@@ -170,8 +170,8 @@ TEST(FieldPushes, ComeOffTheNearestPlaceToTenDegreesWhereverEdgesLie) {
   }
 }
 
-// Where points are shifted inwards force begins in the solid, and what is less deep is not pushed:
-// least of all farther in.
+// Where points are shifted inwards force begins in the solid. A place that is less deep is not
+// pushed, least of all farther in.
 TEST(FieldPushes, NoneIsLessDeepThanAReachInTheSolidOrLeadsFartherIn) {
   constexpr double kInside = -0.5;  // voxels
   std::mt19937_64 random(9);
@@ -326,7 +326,7 @@ TEST(FieldBounds, AreNeverAboveTheDistance) {
         if ((readings.listed >> lane & 1U) == 0) ++decided;
         const bool within = (readings.within >> lane & 1U) != 0;
         EXPECT_TRUE(!within || distance < kReach + 0.03) << distance;
-        // what lies inside is found, however deep
+        // a place inside is found, however deep
         if (distance > 0) {
           EXPECT_LE(bound, distance + 0.012) << at.transpose();
         }
@@ -339,7 +339,7 @@ TEST(FieldBounds, AreNeverAboveTheDistance) {
   }
 }
 
-// More faces lie in a brick than are asked at once: what is told stays below the distance.
+// More faces lie in a brick than are asked at once. The told distance stays below the true one.
 TEST(FieldBounds, HoldWhereFacesAreFarSmallerThanVoxels) {
   const TriangleMesh ball = Sphere(2 * kVoxelSize, 6);
   const DistanceField field = BuiltField(ball);

@@ -1,5 +1,5 @@
-// Fields of real meshes that others made: TANDEM_MODELS names their folder. Without it these tests
-// are skipped; the same claims on meshes of this tree are in distance_field_test.cpp.
+// Tests fields of real meshes that others made. TANDEM_MODELS names their folder, and without it
+// these tests are skipped. distance_field_test.cpp makes the same claims on meshes of this tree.
 #include <cstdlib>
 #include <filesystem>
 #include <random>

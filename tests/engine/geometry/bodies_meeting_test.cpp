@@ -11,7 +11,7 @@ namespace {
 using testing::BoxMesh;
 using testing::MovedBy;
 
-/// Unit boxes along x, two apart.
+/// Returns unit boxes along x, two apart.
 TriangleMesh Row(int count) {
   TriangleMesh row;
   for (int i = 0; i < count; ++i) {

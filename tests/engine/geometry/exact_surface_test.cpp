@@ -31,7 +31,7 @@ class Random {
   std::mt19937 engine_;
 };
 
-// Depth in a box centred at the origin, in closed form.
+// Returns the depth in a box centred at the origin, in closed form.
 double BoxDepth(const Vec3& half, const Vec3& p) {
   const Vec3 beyond = p.cwiseAbs() - half;
   if ((beyond.array() < 0).all()) return -beyond.maxCoeff();
@@ -44,7 +44,7 @@ struct TiltedBox {
   double Depth(const Vec3& p_W) const { return BoxDepth(half, X_WBox.Inverse() * p_W); }
 };
 
-// The distance to an axis-aligned rectangle: a box of no thickness.
+// Returns the distance to an axis-aligned rectangle: a box of no thickness.
 double RectangleDistance(const Vec3& min, const Vec3& max, const Vec3& p) {
   return (p.cwiseMax(min).cwiseMin(max) - p).norm();
 }

@@ -13,7 +13,7 @@ namespace {
 using testing::Sheet;
 using testing::Sphere;
 
-/// A closed cylinder about z, its caps fans round a middle vertex.
+/// Returns a closed cylinder about z, its caps fans round a middle vertex.
 TriangleMesh Cylinder(double radius, double length, std::uint32_t sides) {
   TriangleMesh mesh;
   for (const double z : {0.0, length}) {
@@ -34,7 +34,7 @@ TriangleMesh Cylinder(double radius, double length, std::uint32_t sides) {
   return mesh;
 }
 
-/// A box whose faces are cut into n x n squares.
+/// Returns a box whose faces are cut into n x n squares.
 TriangleMesh CutBox(double side, int n) {
   TriangleMesh mesh;
   std::map<std::array<int, 3>, std::uint32_t> numbers;
@@ -72,7 +72,8 @@ TriangleMesh CutBox(double side, int n) {
   return mesh;
 }
 
-/// The farthest that a polygon's vertices lie from its area-weighted mean plane, found anew.
+/// Returns the farthest that a polygon's vertices lie from its area-weighted mean plane, found
+/// anew.
 double WorstHeight(const TriangleMesh& mesh, const Features& features) {
   std::vector<Vec3> area(features.polygons, Vec3::Zero());
   std::vector<Vec3> moment(features.polygons, Vec3::Zero());
@@ -120,7 +121,7 @@ TEST(Facets, AFineCylinderDoesNotRollIntoOnePolygon) {
     // 16 strips and two caps; growing both ways from a seed they come out nearly as wide
     EXPECT_GE(features.polygons, 18U);
     EXPECT_LE(features.polygons, 40U);
-    EXPECT_LT(features.edges.size(), 3U * sides);  // of 6 n mesh edges
+    EXPECT_LT(features.edges.size(), 3U * sides);  // the mesh has 6 n edges
     // on each rim one where each two strips meet, and one more where an arc leaves its chord
     EXPECT_GE(features.vertices.size(), 2 * (features.polygons - 2));
     EXPECT_LE(features.vertices.size(), 4 * (features.polygons - 2));
@@ -134,7 +135,7 @@ TEST(Facets, ATinyBallKeepsSeveralPolygons) {
   EXPECT_LE(WorstHeight(mesh, features), 1.0);
 }
 
-// Where two polygons alone meet along a curve that stays within tolerance of its chord.
+// Two polygons alone meet there along a curve that stays within tolerance of its chord.
 TEST(Facets, ASmoothRimHasVerticesOnlyWhereItLeavesItsChord) {
   // two square sheets that meet at 60 degrees along a gently waving line of 200 edges
   TriangleMesh mesh;

@@ -23,7 +23,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Whether `attempt` succeeds in a process that is confined to `file`.
+/// Returns whether `attempt` succeeds in a process that is confined to `file`.
 bool Succeeds(const fs::path& file, const std::function<bool()>& attempt) {
   const pid_t child = fork();
   if (child == 0) {
@@ -185,7 +185,7 @@ TEST_F(ImportConfinement, TakesSignalsByThePipeOfTheAnswer) {
   for (const int descriptor : {ends[0], ends[1], mesh}) close(descriptor);
 }
 
-// What ends the reading process must still be able to.
+// The reading process must still be able to end by abort().
 TEST_F(ImportConfinement, LeavesTheWayOutByAbort) {
   const pid_t child = fork();
   if (child == 0) {

@@ -13,13 +13,13 @@ using testing::InsideOut;
 using testing::MovedBy;
 using testing::SphereMesh;
 
-/// Of a box about its centre, for unit mass.
+/// Returns the inertia of a box about its centre, for unit mass.
 Mat3 BoxInertia(const Vec3& size) {
   const Vec3 squares = size.cwiseProduct(size);
   return Mat3((Vec3::Constant(squares.sum()) - squares).asDiagonal()) / 12;
 }
 
-/// The inertia about a point at `r` from the centre of mass, less that about the centre.
+/// Returns the inertia about a point at `r` from the centre of mass, less that about the centre.
 Mat3 Steiner(const Vec3& r) {
   return r.squaredNorm() * Mat3::Identity() - r * r.transpose();
 }
@@ -75,7 +75,7 @@ TEST(MassProperties, OfEverFinerSpheresApproachTheBalls) {
   ExpectNear(inertia, 1.6 * Mat3::Identity(), 1e-5);
 }
 
-// Of the tetrahedron (0, e1, e2, e3): E[x] = 1/4, E[xx] = 1/10, E[xy] = 1/20.
+// The tetrahedron (0, e1, e2, e3) has E[x] = 1/4, E[xx] = 1/10, E[xy] = 1/20.
 TEST(MassProperties, KeepTheirDigitsFarFromTheOrigin) {
   TriangleMesh mesh;
   mesh.vertices = {Vec3::Zero(), Vec3::UnitX(), Vec3::UnitY(), Vec3::UnitZ()};

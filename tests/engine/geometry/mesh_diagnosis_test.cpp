@@ -100,7 +100,8 @@ TEST(MeshDiagnosis, CountsTheFaultsOfEveryEdgeOfTrianglesAtRandom) {
       for (std::size_t i = 0; i < 3; ++i) std::swap(order[i], order[i + random() % (12 - i)]);
       mesh.triangles.push_back({order[0], order[1], order[2]});
     }
-    std::map<std::pair<std::uint32_t, std::uint32_t>, int> runs;  // of each direction of each edge
+    // a count for each direction of each edge
+    std::map<std::pair<std::uint32_t, std::uint32_t>, int> runs;
     for (const TriangleMesh::Triangle& t : mesh.triangles) {
       for (std::size_t k = 0; k < 3; ++k) ++runs[{t[k], t[(k + 1) % 3]}];
     }

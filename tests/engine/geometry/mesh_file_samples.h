@@ -61,7 +61,7 @@ inline std::string Bytes(std::uint64_t number, int count) {
   return bytes;
 }
 
-/// Files in a ZIP archive, stored as they are.
+/// Returns files in a ZIP archive, stored as they are.
 inline std::string Zip(const std::vector<std::pair<std::string, std::string>>& files) {
   const auto crc = [](const std::string& content) {
     std::uint32_t state = 0xffffffff;
@@ -104,9 +104,9 @@ inline std::string ThreeMfBox(int x, int y, int z) {
   return mesh + "</triangles></mesh>";
 }
 
-/// A 3MF file of four objects: boxes of 1 x 1 x 1 (1) and 2 x 2 x 3 (2), both (3), in which the
-/// first is lifted by 5, and a box of 1 x 1 x 1 (4), which is placed at x = 10. `unit`: attribute
-/// of its model, or nothing.
+/// Returns a 3MF file of four objects: boxes of 1 x 1 x 1 (1) and 2 x 2 x 3 (2), both (3), in which
+/// the first is lifted by 5, and a box of 1 x 1 x 1 (4), which is placed at x = 10. `unit`:
+/// attribute of its model, or nothing.
 inline std::string ThreeMf(const std::string& unit) {
   const std::string kHead = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n";
   const std::string model =
@@ -183,8 +183,8 @@ inline std::string BinaryStlSphere(int levels) {
   return BinaryStl(SphereMesh(1, levels));
 }
 
-/// With one to eight random edits: a byte or bit changed, a digit made large, a piece cut out,
-/// doubled, or the end cut off.
+/// Returns the content with one to eight random edits: a byte or bit changed, a digit made large, a
+/// piece cut out, doubled, or the end cut off.
 inline std::string Damaged(std::string content, std::mt19937& random) {
   const auto below = [&random](std::size_t n) {
     return std::uniform_int_distribution<std::size_t>(0, n - 1)(random);

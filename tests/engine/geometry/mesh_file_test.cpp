@@ -169,7 +169,7 @@ TEST_F(MeshFile, ReadsAPartOfA3mfFileInTheUnitThatItDeclares) {
 
   const Bounds cup = size_of("", {.part = "Object_2"});
   EXPECT_TRUE(cup.min.isApprox(Vec3(0, 0, 0)) && cup.max.isApprox(Vec3(2, 2, 3)));
-  const Bounds lid = size_of("", {.part = "Object_1"});  // where the whole has it
+  const Bounds lid = size_of("", {.part = "Object_1"});  // it stands where the whole has it
   EXPECT_TRUE(lid.min.isApprox(Vec3(0, 0, 5)) && lid.max.isApprox(Vec3(1, 1, 6)));
   const Bounds both = size_of("", {.part = "Object_3"});
   EXPECT_TRUE(both.min.isApprox(Vec3(0, 0, 0)) && both.max.isApprox(Vec3(2, 2, 6)));
@@ -196,7 +196,8 @@ TEST_F(MeshFile, A3mfFileThatIsCutAnywhereDeclaresNothingAndHarmsNobody) {
   }
 }
 
-// The unit of XML's first element, as XML may be written: the format's default is a millimetre.
+// The unit stands in XML's first element, however XML may be written. The format's default is a
+// millimetre.
 TEST_F(MeshFile, A3mfFilesUnitIsReadHoweverItsXmlIsWritten) {
   const auto unit_of = [this](const std::string& model) {
     return DeclaredUnit(Write("model.3mf", testing::Zip({{"3D/3dmodel.model", model}})));
@@ -269,8 +270,7 @@ TEST_F(MeshFile, KillsAReaderThatTakesLongWhenItsTimeIsUp) {
   EXPECT_FALSE(HasChildren());
 }
 
-// What the loader is told by variables would be code in the reading process, or files that it
-// writes.
+// Variables that the loader follows would be code in the reading process, or files that it writes.
 TEST_F(MeshFile, KeepsTheCallersVariablesFromItsReader) {
   setenv("LD_DEBUG", "libs", 1);
   setenv("LD_DEBUG_OUTPUT", (folder_.path() / "told").c_str(), 1);
@@ -303,8 +303,8 @@ TEST_F(MeshFile, ReportsAReaderThatHasNoRoom) {
 }
 
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-// From too little to begin with to enough: whichever step of reading fails for want of room, that
-// is what is said of it.
+// The room goes from too little to begin with to enough. Whichever step of reading fails for want
+// of room, the message says so.
 TEST_F(MeshFile, SaysOfEveryLackOfMemoryThatItIsOne) {
   const auto file = Write("sphere.stl", BinaryStlSphere(6));
   int refused = 0;

@@ -1,5 +1,5 @@
-// Good files that the mesh library reads wrong without a word, and bad ones that it reads at all.
-// All are made here; each volume is known.
+// Tests good files that the mesh library reads wrong without a word, and bad ones that it reads at
+// all. All are made here; each volume is known.
 
 #include <array>
 #include <cstdint>
@@ -157,7 +157,8 @@ TEST_F(MisreadFiles, TextStlStaysText) {
 
 // ---- PLY ----
 
-/// A cube whose binary numbers begin with bytes that end lines: its first vertex is at x = 2.4e-38.
+/// Returns a cube whose binary numbers begin with bytes that end lines: its first vertex is at x =
+/// 2.4e-38.
 std::string BinaryPlyCube(bool big, const std::string& line_end) {
   std::string file;
   for (const char* line :
@@ -321,7 +322,8 @@ TEST_F(MisreadFiles, ManyDigitsBehindAPointOrInANameAreRead) {
 
 // ---- glTF ----
 
-/// One triangle, or a tetrahedron, in the smallest file there can be; `index`: of a corner.
+/// Returns one triangle, or a tetrahedron, in the smallest file there can be; `index` is that of a
+/// corner.
 std::string Glb(bool whole, std::uint16_t index = 0, const std::string& old = "{",
                 const std::string& instead = "{") {
   const std::vector<std::uint16_t> corners =
@@ -397,7 +399,7 @@ std::string Model(const std::string& inside, const std::string& unit = "millimet
          spaces + " requiredextensions=\"" + needs + "\">" + inside + "</model>";
 }
 
-/// A box of 1 x 2 x 3 in a model of its own, put twice into the first model's object, once
+/// Returns a box of 1 x 2 x 3 in a model of its own, put twice into the first model's object, once
 /// mirrored.
 std::string SeveralModels(const std::string& unit_of_part = "millimeter") {
   return Zip(
@@ -434,7 +436,7 @@ TEST_F(MisreadFiles, A3mfFileOfSeveralModelsThatIsWrongIsRefusedInWords) {
   ExpectRefused("3D/none.model is missing", "none.3mf", Zip({{"3D/3dmodel.model", missing}}));
 }
 
-// Of the triangles in it only a sketch may be left, or other things count in their place. Both
+// The triangles in such a file may be a sketch only, or other things count in their place. Both
 // files hold 14: boxes of 1, 1 and 12, or one of 1 x 2 x 7.
 TEST_F(MisreadFiles, A3mfFileThatNeedsWhatIsNotReadIsRefused) {
   const std::string begin = "http://schemas.microsoft.com/3dmanufacturing/";
@@ -473,7 +475,7 @@ TEST_F(MisreadFiles, A3mfFileThatNeedsWhatIsNotReadIsRefused) {
 
 // ---- 3MF archives ----
 
-// A box of 2 x 2 x 3 whose width is 7 by one changed byte; the archive says what its bytes add up
+// A box of 2 x 2 x 3 has a width of 7 by one changed byte. The archive says what its bytes add up
 // to.
 TEST_F(MisreadFiles, A3mfFileWhoseBytesAreNotThoseThatWerePackedIsRefused) {
   ExpectRefused("its model 3D/3dmodel.model is damaged", "flip.3mf",

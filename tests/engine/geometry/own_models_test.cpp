@@ -1,5 +1,5 @@
-// What is known of the meshes that this tree makes itself, read from their files: the counterpart
-// of third_party_models_test.cpp that runs everywhere.
+// Tests what is known of the meshes that this tree makes itself, read from their files. It is the
+// counterpart of third_party_models_test.cpp that runs everywhere.
 #include <cmath>
 #include <filesystem>
 #include <string>

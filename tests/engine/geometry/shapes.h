@@ -11,7 +11,7 @@
 
 namespace tandem::testing {
 
-/// A box with its corner at the origin, facing outwards.
+/// Returns a box with its corner at the origin, facing outwards.
 inline TriangleMesh BoxMesh(const Vec3& size) {
   TriangleMesh mesh;
   for (int i = 0; i < 8; ++i) {
@@ -32,8 +32,8 @@ inline TriangleMesh InsideOut(TriangleMesh mesh) {
   return mesh;
 }
 
-/// An icosahedron whose triangles are split in four `levels` times, all vertices at `radius` from
-/// the origin.
+/// Returns an icosahedron whose triangles are split in four `levels` times, all vertices at
+/// `radius` from the origin.
 inline TriangleMesh SphereMesh(double radius, int levels) {
   const double g = std::numbers::phi;
   TriangleMesh mesh;

@@ -1,7 +1,7 @@
-// What is known of real meshes that others made. They are not part of the tree: TANDEM_MODELS names
-// their folder, and without it these tests are skipped. The same claims on meshes of this tree are
-// in own_models_test.cpp (mass, bodies, volumes) and mesh_file_test.cpp (damaged files, seams,
-// axes).
+// Tests what is known of real meshes that others made. They are not part of the tree: TANDEM_MODELS
+// names their folder, and without it these tests are skipped. The same claims on meshes of this
+// tree are in own_models_test.cpp (mass, bodies, volumes) and mesh_file_test.cpp (damaged files,
+// seams, axes).
 #include <algorithm>
 #include <atomic>
 #include <cctype>
@@ -24,7 +24,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A mesh file that is no other file's buffer or material.
+/// Returns whether a file is a mesh and no other file's buffer or material.
 bool IsMeshFile(const fs::path& file) {
   std::string extension = file.extension().string();
   for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));

@@ -30,7 +30,7 @@ Found Find(const TriangleMesh& mesh, bool by_patches) {
   return found;
 }
 
-/// How often one place is asked for at the most: in front of a piece and behind it.
+/// Most times that one place is asked for: in front of a piece and behind it.
 constexpr int kTimesAPiece = 2;
 
 void ExpectSamePieces(const TriangleMesh& mesh, const std::string& what) {

@@ -1,4 +1,4 @@
-// A device's loop and a controller's end of it, in one thread and in virtual time.
+// Tests a device's loop and a controller's end of it, in one thread and in virtual time.
 #include "engine/haptics/device_loop.h"
 
 #include <algorithm>
@@ -41,7 +41,7 @@ class CountingDriver : public Device {
   DeviceCapabilities can;
   Wrench given;
   int reads = 0;
-  HandClock* clock = nullptr;  // that its reads take time of; null: they take none
+  HandClock* clock = nullptr;  // clock of which its reads take time; null: they take none
   std::int64_t read_ns = 0;
   bool started = false;
   bool in_trouble = false;
@@ -92,7 +92,7 @@ class Link {
   double force_at_micrometre = 1;  // N
   bool answers = true;
   bool answered = false;
-  std::int64_t answer_ns = kPeriod / 4;  // what an answer takes
+  std::int64_t answer_ns = kPeriod / 4;  // time that an answer takes
   bool stray_ring = false;               // before each answer, the bell rings for nothing new
 
  private:
@@ -106,7 +106,7 @@ class Link {
       clock.now_ns = until_ns;
     }
   }
-  /// Every second ring, where there are stray ones.
+  /// Returns whether the next ring is stray: every second one is, where there are stray ones.
   bool NextIsStray() {
     stray_ = stray_ring && !stray_;
     return stray_;
@@ -116,7 +116,7 @@ class Link {
     answered = true;
     const Anchor handle = controller->Read();
     Wrench force;
-    // of the tick's last three digits
+    // the force tells the tick's last three digits
     force.f.x() = force_at_micrometre * 1e-3 * std::fmod(std::round(1e6 * handle.X_WA.p.x()), 1000);
     controller->Render(force);
   }
@@ -172,7 +172,7 @@ TEST(DeviceLoop, AHandleIsAsOldAsItsReadBegan) {
   DeviceTick tick;
   ASSERT_TRUE(link.memory->tick.Read(tick));
   EXPECT_EQ(link.clock.now_ns - kPeriod, tick.input_ns);
-  // what answers the tick before is more than five milliseconds old by now
+  // an answer to the tick before is more than five milliseconds old by now
   EXPECT_EQ(link.state(), SafetyState::kDamping);
 }
 
@@ -248,7 +248,7 @@ TEST(DeviceLoop, AnOrderIsAsOldAsTheInputThatItAnswers) {
     link.Tick(false);
   }
   EXPECT_EQ(link.state(), SafetyState::kExpired);
-  // and an answer to what has not been asked yet counts as none
+  // an answer to a tick that has not come yet counts as none
   stuck.tick += 1000;
   stuck.input_ns += 1'000'000'000;
   stuck.ramps += 1;
@@ -340,7 +340,7 @@ TEST(DeviceLoop, ADeviceWithoutMotorsIsToldTheForceUpToTheUsersLimit) {
       controller.Read();
       controller.Render({Vec3::Zero(), Vec3(50, 0, 0)});
     }
-    // at least what lets a handle give way, for it moves no motor
+    // the force is at least what lets a handle give way, for it moves no motor
     EXPECT_NEAR(driver.given.f.x(), std::max(users, kUsersDefault.force), 1e-9);
   }
 }

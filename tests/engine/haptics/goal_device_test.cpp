@@ -21,7 +21,7 @@ class GoalDeviceTest : public ::testing::Test {
     order_.way = way;
     Publish();
   }
-  /// Frames with that part in hand; -1: with none.
+  /// Runs frames with that part in hand; -1: with none.
   void Hold(int body, double x = 0) {
     PartInHand part;
     part.wanted = body;
@@ -30,7 +30,7 @@ class GoalDeviceTest : public ::testing::Test {
     part.radius = 0.02;
     for (int i = 0; i < 3; ++i) device_.See(part);
   }
-  /// A pose 0.1 m to the side, or a rate that way.
+  /// Means a pose 0.1 m to the side, or a rate that way.
   void Mean(GoalOrder::Input input) {
     ++order_.input_seq;
     order_.input = input;
@@ -38,12 +38,12 @@ class GoalDeviceTest : public ::testing::Test {
     order_.linear = Vec3(0, 0.1, 0);
     Publish();
   }
-  /// What has been said until now is of before.
+  /// Asks for a part: what has been said until now is of before.
   void AskFor(int body) {
     order_.void_seq = order_.input_seq;
     order_.body = body;
   }
-  /// The hand's goal after so many frames with that part in it.
+  /// Returns the hand's goal after so many frames with that part in it.
   double GoalAfter(int frames) {
     PartInHand part;
     part.wanted = 0;

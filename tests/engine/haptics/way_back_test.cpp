@@ -1,5 +1,5 @@
-// Ways beyond what there is room for. A pose tells its number by where it is: a millimetre and a
-// bit from one to the next, so that each is kept.
+// Tests ways beyond what there is room for. A pose tells its number by where it is: a millimetre
+// and a bit from one to the next, so that each is kept.
 #include "engine/haptics/way_back.h"
 
 #include <gtest/gtest.h>
@@ -13,14 +13,14 @@ Pose Numbered(int number, double y) {
   return {Quat::Identity(), Vec3(kApart * number, y, 0)};
 }
 
-/// A hand takes a part and moves it along the line at `y`, from one number to another.
+/// Moves a part in a hand along the line at `y`, from one number to another.
 void Move(WayBack& way, int body, int from, int to, double y) {
   way.Begin(body, 0.1, Numbered(from, y));
   for (int i = from + 1; i < to; ++i) way.Note(Numbered(i, y));
 }
 
-/// Goes back with a part that follows at once; where it ends. Every goal is on the line at `y`, at
-/// most as far on as the one before.
+/// Goes back with a part that follows at once, and returns where it ends. Every goal is on the line
+/// at `y`, at most as far on as the one before.
 Pose Back(WayBack& way, Pose X_WB, double y) {
   way.SetOut(X_WB);
   for (int i = 0; i < 200'000 && way.state() == WayBack::State::kUnderWay; ++i) {
@@ -81,7 +81,7 @@ TEST(WayBack, AfterADropAnOlderWayThatIsPartlyOverwrittenIsCut) {
   EXPECT_EQ(way.state(), WayBack::State::kCut);
 }
 
-// Half the way back and on again: what was overwritten once stays forgotten.
+// The part goes half the way back and on again. A place that was overwritten once stays forgotten.
 TEST(WayBack, GoingBackAndOnDoesNotBringWhatIsOverwrittenBack) {
   WayBack way;
   Move(way, 1, 0, 20'000, 0);

@@ -8,7 +8,7 @@
 namespace tandem {
 namespace {
 
-/// A handle where the test says.
+/// A handle that is where the test says.
 class PlacedDevice : public Device {
  public:
   void Start() noexcept override {}
@@ -46,7 +46,7 @@ TEST(Workspace, WithoutAnOrderTheHandleIsItself) {
   EXPECT_EQ(mapped.V_WA.v, Vec3(0, 1, 0));
 }
 
-// a scene loads, a partner is waited for: the handle may be anywhere when the hand begins
+// While a scene loads or a partner is waited for, the handle may be anywhere when the hand begins.
 TEST(Workspace, BeforeTheHandBeginsTheHandleMovesAlone) {
   PlacedDevice device;
   Workspace workspace(device);
@@ -80,7 +80,8 @@ TEST(Workspace, TheDevicesButtonIsAClutchToo) {
   EXPECT_NEAR((workspace.Read().X_WA.p - Vec3(0.02, 0, 0)).norm(), 0, 1e-15);
 }
 
-// Pressed into contact, where the clutch is let go of: a tenth of a second from nothing.
+// The clutch is let go of while the part is pressed into contact: the force takes a tenth of a
+// second from nothing.
 TEST(Workspace, TheForceGrowsOnceTheClutchIsLetGoOf) {
   PlacedDevice device;
   Workspace workspace(device);
@@ -170,7 +171,7 @@ TEST(Workspace, AClutchLetsTheHandGoBackWhileThePartStays) {
   EXPECT_NEAR(workspace.Read().X_WA.p.x(), 0.3, 1e-12);
 }
 
-// Whatever is changed, and whenever: the mapped handle goes no farther in a frame than its hand.
+// The mapped handle goes no farther in a frame than its hand, whatever is changed, and whenever.
 TEST(Workspace, NoChangeIsAJump) {
   PlacedDevice device;
   Workspace workspace(device);

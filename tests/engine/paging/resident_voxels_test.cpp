@@ -19,7 +19,7 @@ namespace {
 using testing::GatedPages;
 
 constexpr double kVoxel = 0.001;
-constexpr double kMiddle = 0.032;  // of a row of hyperchunks
+constexpr double kMiddle = 0.032;  // middle of a row of hyperchunks
 
 /// A long bar along x with a ball that says where one looks.
 class ResidentVoxelsTest : public ::testing::Test {
@@ -41,7 +41,7 @@ class ResidentVoxelsTest : public ::testing::Test {
   }
 
   const Voxmap& whole_outline() const { return pages_->outline(); }
-  /// Where on the bar something is, in voxels of V.
+  /// Returns where on the bar something is, in voxels of V.
   Vec3 At(double x) const { return (Vec3(x, kMiddle, kMiddle) - whole_outline().p_WVo()) / kVoxel; }
   std::uint32_t RecordAt(double x) const {
     const auto& size = whole_outline().header().size;
@@ -68,7 +68,7 @@ class ResidentVoxelsTest : public ::testing::Test {
   std::shared_ptr<GatedPages> pages_;
   std::unique_ptr<ResidentVoxels> voxels_;
   VoxelReader* reader_ = nullptr;
-  VoxelReader* wide_ = nullptr;  // of a shell as long as the bar, that is not tested at first
+  VoxelReader* wide_ = nullptr;  // its shell is as long as the bar, and not tested at first
   double at_ = 0;
 };
 

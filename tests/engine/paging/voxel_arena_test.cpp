@@ -21,7 +21,8 @@ Voxmap Ball(const VoxelizeOptions& options) {
   return std::move(*made);
 }
 
-/// How many voxels of a record's hyperchunk differ from those of the whole map, in any field.
+/// Counts the voxels of a record's hyperchunk that differ from those of the whole map, in any
+/// field.
 std::size_t Differences(const Voxmap& whole, const Voxmap& part, std::uint32_t record) {
   const auto& size = whole.header().size;
   std::size_t differences = 0;

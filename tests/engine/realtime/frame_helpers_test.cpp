@@ -16,7 +16,7 @@ namespace {
 
 constexpr FrameHelpers::Options kFour{.threads = 4, .priority = 0};
 
-// All that a share must be: every place once, by threads that there are.
+// Judges a share: it must have every place once, by threads that there are.
 struct Marks {
   explicit Marks(std::size_t count) : times(count, 0) {}
   void operator()(std::size_t begin, std::size_t end, int thread) const {
@@ -65,7 +65,7 @@ TEST(FrameHelpers, LoseNothingInAHundredThousandPosts) {
   std::vector<std::uint64_t> out(kCount);
   std::uint64_t wrong = 0;
   for (std::uint64_t post = 0; post < 100'000; ++post) {
-    // frames of five posts, of which some call nobody
+    // a frame has five posts, and some frames call nobody
     if (post % 5 == 0 && post % 3 != 0) helpers.Summon();
     std::iota(in.begin(), in.end(), post);
     helpers.Share(kCount, 1, [&](std::size_t begin, std::size_t end, int) {

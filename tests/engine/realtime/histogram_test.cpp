@@ -18,7 +18,7 @@ namespace {
 
 constexpr std::array kQuantiles = {0.0, 0.001, 0.1, 0.5, 0.9, 0.99, 0.999, 1.0};
 
-// The least value that at least a share q of all does not exceed.
+// Returns the least value that at least a share q of all does not exceed.
 std::int64_t ExactQuantile(const std::vector<std::int64_t>& sorted, double q) {
   const double rank = std::ceil(q * static_cast<double>(sorted.size()));
   return sorted[static_cast<std::size_t>(std::max(rank, 1.0)) - 1];

@@ -40,7 +40,7 @@ class Pipe {
   std::array<int, 2> ends_{-1, -1};
 };
 
-/// Never ends, as the writer itself.
+/// Makes a writer that never ends, as the product's own.
 LineWriter& WriterOf(int fd) {
   return *new LineWriter(fd);
 }
@@ -68,7 +68,7 @@ TEST(LineWriter, APipeThatNobodyReadsHoldsUpNobodyAndWhatFindsNoRoomIsCounted) {
   const std::chrono::duration<double> took = std::chrono::steady_clock::now() - began;
   EXPECT_LT(took.count(), 5.0);
   EXPECT_FALSE(writer.Flush(milliseconds(50)));
-  // all but those that wait and those that the pipe holds
+  // all texts but those that wait and those that the pipe holds
   const std::uint64_t kept = LineWriter::kMostTexts + static_cast<std::uint64_t>(room) / 1000 + 1;
   EXPECT_GE(writer.dropped(), kLines - kept);
   // once somebody reads, they are told

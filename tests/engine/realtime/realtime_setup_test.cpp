@@ -25,7 +25,7 @@ using ::testing::Not;
 // Sanitizers answer mlockall() themselves: with success, and nothing is locked.
 constexpr bool kLocksForReal = !kIsSanitized;
 
-// "VmLck:      4096 kB" of this process.
+// Returns the number of "VmLck:      4096 kB" of this process.
 long LockedKilobytes() {
   std::ifstream status("/proc/self/status");
   for (std::string line; std::getline(status, line);) {
@@ -39,7 +39,7 @@ bool Expect(bool holds, const char* claim) {
   return holds;
 }
 
-// Run in a child process, which then exits: 0 when the kernel agrees with the status.
+// Runs in a child process, which then exits: 0 when the kernel agrees with the status.
 [[noreturn]] void EnterAndCompareWithTheKernel() {
   const RealtimeStatus status = EnterRealtime(7);
   sched_param parameters{};
@@ -69,7 +69,7 @@ bool Expect(bool holds, const char* claim) {
   as_expected &= Expect(!status.memory_locked, "memory not locked");
   as_expected &= Expect(status.timer_slack, "timer slack is granted to anybody");
   as_expected &= Expect(status.warning.find("limits.d") != std::string::npos, "a way to mend it");
-  // What a limited mlockall would break: memory beyond the limit.
+  // A limited mlockall would break the use of memory beyond the limit.
   constexpr std::size_t kSize = std::size_t{64} << 20;
   void* block = std::malloc(kSize);
   as_expected &= Expect(block != nullptr, "64 MiB can still be had");

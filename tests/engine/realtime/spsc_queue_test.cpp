@@ -14,7 +14,7 @@ namespace {
 
 struct Sample {
   std::uint64_t number = 0;
-  std::array<std::uint64_t, 7> copies{};  // of the number: all equal unless torn
+  std::array<std::uint64_t, 7> copies{};  // copies of the number: all equal unless torn
 };
 
 Sample MakeSample(std::uint64_t number) {

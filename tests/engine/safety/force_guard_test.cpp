@@ -16,7 +16,7 @@ Wrench WrenchOf(double f, double tau = 0) {
   return {Vec3(0, tau, 0), Vec3(f, 0, 0)};
 }
 
-/// Past the ramp.
+/// Returns a guard that is past the ramp.
 ForceGuard Warm(const DeviceLimits& limits = {}) {
   ForceGuard guard(limits);
   for (int i = 0; i < ForceGuard::kRampFrames; ++i) guard.Pass({});
@@ -43,7 +43,7 @@ TEST(ForceGuard, RisesFromNothingAfterEachBeginning) {
   ForceGuard guard = Warm();
   for (int i = 0; i < 20; ++i) guard.Pass(WrenchOf(5, 0.2));
   guard.Begin();
-  for (int i = 0; i < 10; ++i) guard.Pass(WrenchOf(5, 0.2));  // what was there falls by the slew
+  for (int i = 0; i < 10; ++i) guard.Pass(WrenchOf(5, 0.2));  // it falls by the slew
   for (int i = 10; i < ForceGuard::kRampFrames; ++i) {
     const double share = (i + 1.0) / ForceGuard::kRampFrames;
     const Wrench given = guard.Pass(WrenchOf(5, 0.2));
@@ -86,7 +86,8 @@ TEST(ForceGuard, WhatIsNoNumberIsNothingUntilTheNextBeginning) {
   }
 }
 
-// Nobody expects the force to come back: a second, and no grab meanwhile makes it shorter.
+// Nobody expects the force to come back. It takes a second, and no grab meanwhile makes that
+// shorter.
 TEST(ForceGuard, RisesForASecondAfterAStopAndAfterAFault) {
   for (const bool fault : {false, true}) {
     for (const bool grab : {false, true}) {

@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::int64_t kMilli = 1'000'000;
 
-/// The largest mean over any ten seconds of forces of a millisecond each.
+/// Returns the largest mean over any ten seconds of forces of a millisecond each.
 double LargestMean(const std::vector<double>& forces) {
   constexpr std::size_t kWindow = 10'000;
   double sum = 0;
@@ -36,7 +36,7 @@ TEST(MeanLimit, TheMeanOfAnyTenSecondsStaysWithinTheContinuousForce) {
       limit.Gave(given.back(), kMilli);
     }
     EXPECT_LE(LargestMean(given), 0.88 + 1e-9) << run;
-    // what is always wanted gets nearly all that the motor bears
+    // a force that is always wanted gets nearly all that the motor bears
     if (run == 0) {
       EXPECT_GE(LargestMean(given), 0.9 * 0.88);
     }

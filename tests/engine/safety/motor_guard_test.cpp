@@ -1,4 +1,4 @@
-// Each rule is broken, and what the motor gets is measured.
+// Each test breaks a rule and measures what the motor gets.
 #include "engine/safety/motor_guard.h"
 
 #include <algorithm>
@@ -15,7 +15,7 @@ namespace {
 constexpr double kNoNumber = std::numeric_limits<double>::quiet_NaN();
 constexpr std::int64_t kTick = 1'000'000;  // ns
 
-/// A device's ticks, a millisecond each, and what its motor got.
+/// A device's ticks, a millisecond each, and the forces that its motor got.
 class Rig {
  public:
   explicit Rig(const MotorGuard::Options& options = {.limits = {12, 0.5}, .continuous = {12, 0.5}})
@@ -24,7 +24,7 @@ class Rig {
     order.F_D_W.f = Vec3(5, 0, 0);
     order.F_D_W.tau = Vec3(0, 0.2, 0);
   }
-  /// One tick; `fresh`: the controller has answered it.
+  /// Runs one tick; `fresh`: the controller has answered it.
   Wrench Tick(bool fresh = true, std::int64_t after_ns = kTick) {
     input.now_ns += after_ns;
     if (fresh) order.input_ns = input.now_ns - kTick / 10;
@@ -40,7 +40,7 @@ class Rig {
   void Ticks(int count, bool fresh = true) {
     for (int i = 0; i < count; ++i) Tick(fresh);
   }
-  /// Force is on.
+  /// Begins with force on.
   void Begin() {
     ++order.ramps;
     Ticks(1100);
@@ -227,7 +227,8 @@ void Bring(Rig& rig, SafetyState state) {
   }
 }
 
-// What needs a person is not forgotten because something less was there before, or comes after.
+// A cause that needs a person is not forgotten because a lesser one was there before, or comes
+// after.
 TEST(MotorGuard, OfTwoCausesTheGraverOneHolds) {
   const auto rank = [](SafetyState state) {
     switch (state) {
@@ -275,7 +276,7 @@ TEST(MotorGuard, OfTwoCausesTheGraverOneHolds) {
   }
 }
 
-// As when a cable is pulled: the read hangs, and a tick later the driver says that it failed.
+// A cable is pulled: the read hangs, and a tick later the driver says that it failed.
 TEST(MotorGuard, ADriverThatFailsAfterItHungNeedsAPerson) {
   Rig rig;
   rig.Begin();
@@ -355,7 +356,7 @@ TEST(MotorGuard, AHandFasterThanHandsAreGetsNothingUntilItIsSlowAgain) {
   rig.ExpectWithinLimits();
 }
 
-// Found by simulated hands: its orders cease while it is fast, and it is let in at 0.9 m/s.
+// The hand's orders cease while it is fast, and it is let in at 0.9 m/s.
 TEST(MotorGuard, AFastHandMustBeSlowAgainWhateverEndsItsForceMeanwhile) {
   Rig rig;
   rig.Begin();
@@ -372,7 +373,7 @@ TEST(MotorGuard, AFastHandMustBeSlowAgainWhateverEndsItsForceMeanwhile) {
   EXPECT_NEAR(rig.given.f.x(), 2.5, 0.02);
 }
 
-// Found by simulated hands: in a tenth of a second's ramp-in, late orders had all of the damping.
+// A late order must not have all of the damping in a tenth of a second's ramp-in.
 TEST(MotorGuard, DampingOfALateOrderGrowsAsTheRampInDoes) {
   Rig rig;
   rig.order.F_D_W = {};
@@ -385,7 +386,7 @@ TEST(MotorGuard, DampingOfALateOrderGrowsAsTheRampInDoes) {
   EXPECT_LT(most, 0.11 * 0.4);
 }
 
-// A driver that says that the handle rests, while it goes at 1.5 m/s.
+// The driver says that the handle rests, while it goes at 1.5 m/s.
 TEST(MotorGuard, ADriversOwnSpeedIsNotTrusted) {
   Rig rig;
   rig.Begin();

@@ -9,7 +9,8 @@ namespace {
 
 constexpr double kH = 1e-3;
 
-/// A spring of 1,000 N/m, whose force comes `late` steps late, on a handle that swings.
+/// Returns the balance of a spring of 1,000 N/m, whose force comes `late` steps late, on a handle
+/// that swings.
 double BalanceOfSpring(int late, int steps, PassivityObserver& observer) {
   for (int i = 0; i < steps; ++i) {
     const double t = kH * i;

@@ -1,4 +1,4 @@
-// A vendor's thread that asks, and a loop that puts: in virtual time, in one thread.
+// Tests a vendor's thread that asks and a loop that puts, in virtual time and in one thread.
 #include "engine/safety/vendor_mailbox.h"
 
 #include <algorithm>
@@ -14,7 +14,7 @@ constexpr std::int64_t kMs = 1'000'000;  // ns
 /// A loop of a kilohertz, and a thread that asks `asks` times a millisecond.
 struct Asking {
   explicit Asking(int a_ms = 4) : asks(a_ms) { wanted.f.x() = 5; }
-  /// A millisecond, in which the loop puts or stands still.
+  /// Runs a millisecond, in which the loop puts or stands still.
   void Run(bool puts = true) {
     if (puts) mailbox.Put(wanted, now_ns);
     for (int i = 0; i < asks; ++i) {
@@ -89,7 +89,7 @@ TEST(VendorMailbox, ACutHoldsUntilSomethingIsPutAgain) {
   Asking rig;
   rig.Run(1100, true);
   rig.mailbox.Cut();
-  rig.Run(3, false);  // what was put a millisecond ago counts no more
+  rig.Run(3, false);  // an order put a millisecond ago counts no more
   EXPECT_TRUE(rig.given.f.isZero());
   rig.Run(100, true);
   EXPECT_NEAR(rig.given.f.x(), 0.5, 0.02);

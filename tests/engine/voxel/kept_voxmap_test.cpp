@@ -24,7 +24,7 @@ namespace fs = std::filesystem;
 
 constexpr MadeOf kKey{1, 2};
 
-/// Two balls, whose voxels touch, in several hyperchunks.
+/// Returns two balls, whose voxels touch, in several hyperchunks.
 TriangleMesh Balls() {
   TriangleMesh mesh = testing::Sphere(0.5, 4);
   Append(mesh, testing::At(testing::Sphere(0.3, 3), Vec3(0.85, 0.1, 0)));
@@ -138,7 +138,7 @@ TEST_F(KeptVoxmapTest, PartsComeToTheSameVoxels) {
   }
 }
 
-/// The marks of a page, quarter by quarter.
+/// Returns the marks of a page, quarter by quarter.
 std::string MarksOf(const VoxelPage& page, const Voxmap& outline) {
   const std::size_t bytes = outline.quarter_bytes();
   std::string marks;
@@ -202,7 +202,7 @@ TEST_F(KeptVoxmapTest, RefusesWhatIsNoSuchFile) {
   EXPECT_FALSE(KeptVoxmapFault(file_));
 }
 
-// where the parts of a tail are
+// places of the parts of a tail
 constexpr std::size_t kTail = 240;
 constexpr std::size_t kOutlineAt = 168;
 constexpr std::size_t kIndexBytes = 176;

@@ -83,8 +83,8 @@ TEST(Pointshell, ShiftsAlongItsInwardNormals) {
   }
 }
 
-// The distances of all pairs in voxels that share a face, with every point really moved; several in
-// a voxel: the nearest counts.
+// Finds the distances of all pairs in voxels that share a face, with every point really moved. If a
+// voxel has several points, the nearest counts.
 double GapByPairs(const Pointshell& shell, double displacement) {
   const double s = shell.spacing;
   std::map<std::array<int, 3>, std::vector<std::size_t>> voxels;

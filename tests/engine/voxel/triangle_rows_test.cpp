@@ -15,8 +15,8 @@ namespace {
 
 constexpr std::int64_t kOne = std::int64_t{1} << kSnapBits;
 
-/// Corners anywhere, on grid planes, on voxel centres; slivers, segments, points, and triangles in
-/// planes along the axes.
+/// Returns a triangle with corners anywhere, on grid planes, or on voxel centres: slivers,
+/// segments, points, and triangles in planes along the axes.
 SnappedTriangle RandomTriangle(std::mt19937_64& random) {
   const std::array<int, 3> reaches{2, 8, 40};
   const auto reach = static_cast<std::uint64_t>(reaches[random() % 3] * kOne);

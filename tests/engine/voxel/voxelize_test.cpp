@@ -324,7 +324,7 @@ TEST(Voxelize, RefusesWhatDoesNotFitAndNamesAVoxelThatDoes) {
   EXPECT_FALSE(Voxelize(TriangleMesh{}, {.voxel_size = 0.1}));
 }
 
-/// A figure of /proc/self/status, bytes.
+/// Returns a figure of /proc/self/status, bytes.
 double StatusBytes(const std::string& name) {
   std::ifstream status("/proc/self/status");
   for (std::string line; std::getline(status, line);) {
@@ -347,7 +347,7 @@ TEST(Voxelize, TakesNoMoreMemoryThanEstimatedAndNotFarLess) {
                                   Case{Box(Vec3(1, 0.5, 0.2)), 0.001}, Case{Sheet(1.0), 0.001},
                                   Case{Sphere(0.5, 4), 0.005, 100}};
   for (const Case& c : cases) {
-    malloc_trim(0);  // what the case before gave back would not be counted
+    malloc_trim(0);  // memory that the last case gave back would not be counted
     std::ofstream("/proc/self/clear_refs") << "5";  // the peak begins anew
     const double before = StatusBytes("VmRSS:");
     if (StatusBytes("VmHWM:") > before + 1e6) GTEST_SKIP() << "the peak cannot be set back";

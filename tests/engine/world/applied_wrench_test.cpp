@@ -1,4 +1,4 @@
-// The wrenches that a step reports, by the momentum that bodies gain.
+// Tests the wrenches that a step reports, by the momentum that bodies gain.
 #include <gtest/gtest.h>
 
 #include "engine/world/world.h"
@@ -15,7 +15,7 @@ using testing::HandTo;
 using testing::kVoxel;
 using testing::MakeWorldModel;
 
-/// A cube in a hand above a plate, and what it is told of contact.
+/// A cube in a hand above a plate, and the contact that the step reports.
 struct Blow {
   explicit Blow(ContactModel contact, double friction, bool second_moves)
       : model(MakeModel(contact, friction, second_moves)),
@@ -35,7 +35,7 @@ struct Blow {
     made->scene.gravity_W = second_moves ? Vec3(0.3, 0, 0) : Vec3(0.3, 0, -9.81);
     return made;
   }
-  /// One frame. The oracle knows masses, velocities and all forces but contact's.
+  /// Runs one frame. The oracle knows masses, velocities and all forces but contact's.
   void Step() {
     const RigidState before = world.state(0);
     const Twist other = model->bodies.size() > 1 ? world.state(1).V_WB : Twist{};
@@ -56,7 +56,7 @@ struct Blow {
     ++checked;
     pressed += told.f.norm() > 0 ? 1 : 0;
     if (model->bodies.size() == 1) return;
-    // what the held body gains the other one loses
+    // the other body loses what the held body gains
     const Inertia& others = model->bodies[1].inertia;
     const Vec3 on_other = others.mass * ((world.state(1).V_WB.v - other.v) / kFrame - g);
     worst = std::max(worst, (told.f + on_other).norm() / (1 + on_other.norm()));
@@ -74,15 +74,15 @@ struct Blow {
 
 class AppliedContact : public ::testing::TestWithParam<std::tuple<ContactModel, double, bool>> {};
 
-// The hand throws the cube at a plate that is fixed, or free to move, and holds it there. What is
-// told of contact makes the change of momentum with all other forces, in the frames of the blow and
-// at rest.
+// The hand throws the cube at a plate that is fixed, or free to move, and holds it there. The
+// reported contact makes the change of momentum with all other forces, in the frames of the blow
+// and at rest.
 TEST_P(AppliedContact, BalancesTheChangeOfMomentum) {
   kHapticThread.Enter();
   const auto [contact, friction, second_moves] = GetParam();
   Blow blow(contact, friction, second_moves);
   const Quat& q = blow.model->bodies[0].X_WB0.q;
-  // gently at the free one, or both are held to the travel limit
+  // the throw at the free plate is gentle, or both bodies are held to the travel limit
   blow.inputs.hand = HandTo(*blow.model, 0, {q, Vec3(0.01, 0.002, second_moves ? 0.0 : -0.05)});
   for (int frame = 0; frame < 300; ++frame) blow.Step();
   // 0.3 kg at half a voxel a frame, stopped in one, are 150 N; the hand pulls with 60 N, and a
@@ -115,8 +115,8 @@ struct OffCentrePush {
     made->scene.gravity_W = Vec3(0.3, 0, 0);  // a free block would fall out of reach
     return made;
   }
-  /// What contact gave the block in a frame, about the block's centre, by the block's own motion;
-  /// and what the cube was told of contact, carried there with its sign turned.
+  /// Runs a frame. It compares what contact gave the block, about the block's centre, by the
+  /// block's own motion, with what the cube reports of contact, carried there with its sign turned.
   void Step() {
     const RigidState cube = world.state(0);
     const RigidState block = world.state(1);
@@ -186,8 +186,7 @@ TEST(World, TellsOfAPartAtRestTheForceThatItPressesWith) {
   }
 }
 
-// What the hand gives is what the body gets: with nothing else acting, force times time is
-// momentum.
+// The body gets what the hand gives: with nothing else acting, force times time is momentum.
 TEST(World, ReportsExactlyTheHandsForceThatTheBodyReceived) {
   kHapticThread.Enter();
   const auto model = MakeWorldModel({{At(Box(Vec3(0.02, 0.02, 0.02)), Vec3(0, 0, 0))}}, kVoxel);

@@ -11,7 +11,7 @@ constexpr double kTests = 200'000;
 constexpr double kLookPrice = 500;
 constexpr double kBudget = 800e-6;
 
-/// A frame that did so many point tests and looks.
+/// Returns a frame that did so many point tests and looks.
 StepReport Frame(std::size_t tests, double looks) {
   StepReport report;
   report.tests.looked_up = tests;
@@ -19,7 +19,7 @@ StepReport Frame(std::size_t tests, double looks) {
   return report;
 }
 
-/// What the work of such a frame was measured to take, s.
+/// Returns the time that such a frame's work was measured to take, s.
 double Priced(const StepReport& report) {
   return kBudget * (static_cast<double>(report.tests.looked_up) + kLookPrice * report.look_work) /
          kTests;
@@ -63,7 +63,7 @@ TEST(CapacityFollower, NeverGivesLessThanAQuarterNorMoreThanFourTimes) {
   std::uniform_real_distribution<double> share(0, 1);
   for (int run = 0; run < 100; ++run) {
     CapacityFollower follower(kTests, kLookPrice, kBudget);
-    const double slow = run % 3 == 0 ? 0.0 : run % 3 == 1 ? 1e-6 : 1e-2;  // s, of a frame
+    const double slow = run % 3 == 0 ? 0.0 : run % 3 == 1 ? 1e-6 : 1e-2;  // s a frame
     for (int frame = 0; frame < 500; ++frame) {
       follower.Count(Frame(random() % 300'000, 600 * share(random)), slow * share(random));
       ASSERT_GE(follower.tests(), 0.25 * kTests);

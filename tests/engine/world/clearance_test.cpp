@@ -56,7 +56,7 @@ struct Pressed {
   int pressing = 0;      // frames
 };
 
-/// Points in contact that a frame did not test, of a pair; `before`: where bodies stood.
+/// Counts the points in contact that a frame did not test, of a pair; `before`: where bodies stood.
 std::size_t Untested(const World& world, std::size_t number,
                      const std::vector<BodyMotion>& before) {
   if (world.model().scene.contact == ContactModel::kRefined) {
@@ -70,7 +70,7 @@ std::size_t Untested(const World& world, std::size_t number,
   return UntestedPoints(pair.blocks(), pair.voxmap(), pair.schedule());
 }
 
-// By how much a pressed box stands higher, voxels.
+// Returns by how much a pressed box stands higher, voxels.
 double RisenBy(Pressed& pressed, int layer, double displacement_voxels) {
   const double before = pressed.height();
   pressed.inputs.clearance = {layer, displacement_voxels * kVoxel};

@@ -1,4 +1,4 @@
-// What a clearance that changes while a hand holds a part is for (paper §3.2): a wide one plans a
+// A clearance that changes while a hand holds a part has two uses (paper §3.2): a wide one plans a
 // way that keeps its distance, and a shrinking one tells how tight a fit is.
 #include <algorithm>
 #include <cmath>
@@ -56,7 +56,7 @@ struct Held {
     most_step = std::max(most_step, (force - before).norm());
     touched = touched || !world->pair(0).contacts().empty();
   }
-  /// The part's way from its first place, voxels.
+  /// Returns the part's way from its first place, voxels.
   Vec3 way() const { return (world->state(0).X_WB.p - first.p) / kVoxel; }
 
   std::shared_ptr<const WorldModel> model;
@@ -68,13 +68,13 @@ struct Held {
   bool touched = false;
 };
 
-/// A slab whose upper face is at a height, voxels, or its lower one.
+/// Returns a slab whose upper face is at a height, voxels, or its lower one.
 TriangleMesh Slab(double height, bool above) {
   return At(Box(kVoxel * Vec3(120, 40, 10)), kVoxel * Vec3(0, 0, height + (above ? 5 : -5)));
 }
 
-// The hand leans the part on the floor of a corridor, and moves it along. A part that is eight
-// voxels high and stands at first eight voxels above the floor.
+// The hand leans the part on the floor of a corridor, and moves it along. The part is eight voxels
+// high and stands at first eight voxels above the floor.
 TEST(Clearance, KeepsAPartFromTheWallsOfACorridorAsFarAsItIsEnlarged) {
   kHapticThread.Enter();
   Held held({Slab(-12, false), Slab(12, true)}, Box(kVoxel * Vec3(8, 8, 8)));
@@ -127,7 +127,8 @@ TEST(Clearance, ShrinksUntilAPartPassesAndSoTellsHowTightAFitIs) {
       }
       if (!held.touched) told = reach;
     }
-    // by tenths, and beyond the fine band up to half a voxel sooner
+    // the clearance falls by tenths, and beyond the fine band contact ends up to half a voxel
+    // sooner
     EXPECT_LE(told, play + 0.001) << play;
     EXPECT_GE(told, play - 0.65) << play;
   }
@@ -150,7 +151,7 @@ TEST(Clearance, DoesNotJerkTheHandAsItGoesThroughItsWholeRange) {
   }
 }
 
-// Wherever it stands, whatever it is told: no feature point within reach is left out.
+// No feature point within reach is left out, wherever the part stands and whatever it is told.
 TEST(Clearance, NoPointIsMissedAnywhereInItsWholeRangeNorIsMemoryAskedFor) {
   kHapticThread.Enter();
   std::mt19937_64 random(7);

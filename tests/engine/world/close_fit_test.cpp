@@ -1,4 +1,4 @@
-// A body that a hand holds still in a close fit: nothing of the fit may set it in motion.
+// A hand holds a body still in a close fit. Nothing of the fit may set it in motion.
 #include <algorithm>
 #include <cmath>
 
@@ -23,18 +23,18 @@ using testing::Uniform;
 constexpr double kRadius = 0.01;
 constexpr double kClearance = 0.45;  // voxels at which force begins (decision 0010)
 
-/// A ball in its hollow with so many voxels to spare before it touches on all sides.
+/// Returns a ball in its hollow with so many voxels to spare before it touches on all sides.
 std::shared_ptr<const WorldModel> BallInHollow(double spare) {
   const double radius = kRadius - (kClearance + spare) * kVoxel;
   return MakeWorldModel({{HollowBlock(0.03, kRadius), true}, {Sphere(radius, 4)}}, kVoxel);
 }
 
 struct Rest {
-  double speed = 0;   // the most, of the ball's surface, voxels a frame
-  double ripple = 0;  // of the hand's force about its mean, N
+  double speed = 0;   // voxels a frame; largest speed of the ball's surface
+  double ripple = 0;  // N; ripple of the hand's force about its mean
 };
 
-/// Holds a ball at a pose and tells what is left of motion after a second.
+/// Holds a ball at a pose and returns what is left of motion after a second.
 Rest Hold(const WorldModel& model, World& world, const Pose& X_WG) {
   constexpr int kSettling = 1000;
   constexpr int kFrames = 500;

@@ -23,7 +23,7 @@ using testing::Uniform;
 
 const Vec3 kDown(0, 0, -9.81);
 
-/// A world whose body 0 is held by a constraint, made from its first pose.
+/// Makes a world whose body 0 is held by a constraint, made from its first pose.
 template <typename Make>
 std::shared_ptr<const WorldModel> Constrained(const std::vector<TestBody>& bodies, const Make& make,
                                               const Vec3& gravity_W = Vec3::Zero()) {
@@ -128,8 +128,8 @@ class Collision {
   StepInputs inputs_;
 };
 
-// Whatever the shapes, the masses and the contact model: what one gets the other loses, in every
-// frame in which neither was held back.
+// Each body gets what the other loses, whatever the shapes, the masses and the contact model, in
+// every frame in which neither was held back.
 TEST(FreeBody, BodiesThatCollideKeepTheirMomentum) {
   kHapticThread.Enter();
   std::mt19937_64 random(23);
@@ -153,8 +153,8 @@ TEST(FreeBody, BodiesThatCollideKeepTheirMomentum) {
   }
 }
 
-// A ball against a ball, off centre. Solved one by one they would trade velocities, and the lighter
-// one would make energy: ten times as much as there was. Contact is damped so that nothing springs
+// A ball hits a ball, off centre. Solved one by one they would trade velocities, and the lighter
+// ball would make ten times the energy that there was. Contact is damped so that nothing springs
 // back.
 TEST(FreeBody, BallsThatCollideNeverGainEnergy) {
   kHapticThread.Enter();
@@ -209,9 +209,9 @@ TEST(ThrownGoal, HalfAMetreAwayAddsNoEnergyAfterTheThrow) {
   }
 }
 
-// Thrown at a plate that stands in the way: no surface point ever goes faster than the bound, which
-// is half a voxel a frame as soon as a point may meet something, and the peaks of energy of the
-// seconds that follow fall.
+// The body is thrown at a plate that stands in the way. No surface point ever goes faster than the
+// bound, which is half a voxel a frame as soon as a point may meet something. The peaks of energy
+// of the seconds that follow fall.
 TEST(ThrownGoal, BehindAPlateTheBodyKeepsTheBoundAndComesToRest) {
   kHapticThread.Enter();
   std::mt19937_64 random(22);
@@ -250,12 +250,12 @@ TEST(ThrownGoal, BehindAPlateTheBodyKeepsTheBoundAndComesToRest) {
   }
 }
 
-/// The farthest that a point fixed in a body has come from where it stood.
+/// Returns the farthest that a point fixed in a body has come from where it stood.
 double Drift(const Pose& X_WB0, const Pose& X_WB, const Vec3& p_W) {
   return (X_WB * (X_WB0.Inverse() * p_W) - p_W).norm();
 }
 
-// A door is pulled shut against a block by a hand that pulls every which way: two points of its
+// A hand that pulls every which way pulls a door shut against a block. Two points of the door's
 // axis never leave their place, the block stops it, and it opens again.
 TEST(ConstrainedBody, ADoorTurnsOnItsHingeAndStopsAtABlock) {
   kHapticThread.Enter();
@@ -293,8 +293,8 @@ TEST(ConstrainedBody, ADoorTurnsOnItsHingeAndStopsAtABlock) {
   EXPECT_NEAR(RotationVector(world.state(0).X_WB.q * X_WB0.q.conjugate()).z(), -0.5, 0.2);
 }
 
-// A part that may only slide on a plane, with gravity across it and a hand that lifts: it stays in
-// the plane, turns about its normal alone, and stops at a wall.
+// A part may only slide on a plane, with gravity across it and a hand that lifts. It stays in the
+// plane, turns about its normal alone, and stops at a wall.
 TEST(ConstrainedBody, APartInItsPlaneNeverLeavesIt) {
   kHapticThread.Enter();
   const TriangleMesh wall = At(Box(Vec3(0.01, 0.2, 0.04)), Vec3(0.045, 0, 0));

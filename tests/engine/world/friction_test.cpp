@@ -1,4 +1,5 @@
-// Coulomb friction between bodies, against the textbook: slopes, sliding blocks, spinning discs.
+// Tests Coulomb friction between bodies against the textbook: slopes, sliding blocks, spinning
+// discs.
 #include "engine/contact/friction.h"
 
 #include <cmath>
@@ -51,13 +52,13 @@ class Slope {
     for (int frame = 0; frame < frames; ++frame) world_.Step(inputs_);
   }
   double speed() const { return world_.state(0).V_WB.v.dot(q_ * Vec3::UnitX()); }
-  /// Of its centre from where it stood: along the slope, across it, and off it.
+  /// Returns the way of its centre from where it stood: along the slope, across it, and off it.
   Vec3 moved() const {
     return q_.conjugate() * (world_.state(0).X_WB.p - model_->bodies[0].X_WB0.p);
   }
 
  private:
-  /// Just above where it will rest.
+  /// Returns a gap just above where it will rest.
   static double FirstGap(ContactModel contact) {
     return (contact == ContactModel::kRefined ? 0.5 : 3.0) * kVoxel;
   }
@@ -75,7 +76,8 @@ TEST(Friction, BelowTheFrictionAngleABlockOnlyCreeps) {
       slope.Run(500);
       const double from = slope.moved().x();
       slope.Run(1000);
-      // in a second; as the load is to what friction can hold, so is the speed to the creep's limit
+      // creep in a second; its share of the creep's limit is the load's share of what friction can
+      // hold
       const double creep = slope.moved().x() - from;
       EXPECT_NEAR(creep, kCreepSpeed * tangent / 0.5, 0.05 * kCreepSpeed) << tangent;
       EXPECT_LT(std::abs(slope.moved().y()), 0.01 * kVoxel) << tangent;
@@ -103,8 +105,8 @@ TEST(Friction, AboveTheFrictionAngleABlockSlidesWithTheAccelerationLeft) {
   }
 }
 
-// The plain model's planes jump from voxel to voxel, so that it holds on steeper slopes than it
-// should; here only that it does hold.
+// The plain model's planes jump from voxel to voxel, so it holds on steeper slopes than it should.
+// The test asks only that it does hold.
 TEST(Friction, HoldsInThePlainModelToo) {
   Slope held(0.3, 0.5, false, ContactModel::kPlain);
   held.Run(500);
@@ -113,8 +115,8 @@ TEST(Friction, HoldsInThePlainModelToo) {
   EXPECT_LT(std::abs(held.moved().x() - from), 0.2 * kVoxel);
 }
 
-// A block that a hand has thrown along a plate: from frame to frame it has less energy, stops after
-// v^2 / (2 mu g), and then lies still.
+// A hand has thrown a block along a plate. From frame to frame the block has less energy, stops
+// after v^2 / (2 mu g), and then lies still.
 TEST(Friction, AThrownBlockLosesEnergyInEveryFrameAndStopsWhereItMust) {
   kHapticThread.Enter();
   constexpr double kMu = 0.3;
@@ -146,8 +148,8 @@ TEST(Friction, AThrownBlockLosesEnergyInEveryFrameAndStopsWhereItMust) {
   EXPECT_LT(world.state(0).V_WB.v.norm(), kCreepSpeed);
 }
 
-// Boxes dropped at random turns onto a plate tumble to rest; kinetic, potential and what contact
-// springs hold never exceed what there was at the drop.
+// Boxes dropped at random turns onto a plate tumble to rest. Kinetic energy, potential energy and
+// that of contact springs never exceed what there was at the drop.
 TEST(Friction, TumblingBoxesNeverGainEnergyAndComeToRest) {
   kHapticThread.Enter();
   std::mt19937_64 random(31);

@@ -1,5 +1,5 @@
-// The same bits from the same inputs, by each instruction set that the kernels are compiled for, on
-// one, two and four threads.
+// Tests that the same inputs give the same bits, by each instruction set that the kernels are
+// compiled for, on one, two and four threads.
 #include <gtest/gtest.h>
 #include <hwy/targets.h>
 
@@ -16,8 +16,8 @@ using testing::At;
 using testing::Box;
 using testing::Sphere;
 
-// As GCC 12 makes them, with glibc 2.36 on a processor with FMA: sines and cosines of glibc have
-// other last bits without it. Whoever changes what a frame does, and means to, changes them and
+// GCC 12 makes these values, with glibc 2.36 on a processor with FMA: sines and cosines of glibc
+// have other last bits without it. A change that means to alter what a frame does alters them, and
 // says so.
 constexpr std::uint64_t kRefined = 3034232333778006494U;
 constexpr std::uint64_t kPlain = 15563491377759763536U;
@@ -34,7 +34,7 @@ std::shared_ptr<const WorldModel> BallAndBlockOnATable(ContactModel contact) {
   return made;
 }
 
-/// A hand draws the block over the table, turns it, and pushes the ball before it.
+/// Lets a hand draw the block over the table, turn it, and push the ball before it.
 std::uint64_t HashOfARun(ContactModel contact, int threads) {
   kHapticThread.Enter();
   const auto model = BallAndBlockOnATable(contact);

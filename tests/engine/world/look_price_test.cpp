@@ -1,4 +1,5 @@
-// Exact looks are part of what a frame may cost (paper §5): by counts, so the same everywhere.
+// Exact looks are part of what a frame may cost (paper §5). They are counted, so the cost is the
+// same everywhere.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -32,14 +33,14 @@ std::shared_ptr<const WorldModel> BallInHollow() {
 }
 
 struct Ride {
-  double looks = 0;   // a frame, in the mean; points sifted by their share of one
+  double looks = 0;   // mean a frame; sifted points count by their share of a look
   double tests = 0;   // points
-  double travel = 0;  // m, of the ball's surface
+  double travel = 0;  // m; travel of the ball's surface
   double most_cost = 0;
-  std::vector<double> travels;  // of each frame
+  std::vector<double> travels;  // one for each frame
 };
 
-/// A hand that turns the ball as fast as it goes.
+/// Lets a hand turn the ball as fast as it goes.
 Ride Turn(const std::shared_ptr<const WorldModel>& model, double capacity, double look_price) {
   kHapticThread.Enter();
   World world(model);
@@ -65,9 +66,9 @@ Ride Turn(const std::shared_ptr<const WorldModel>& model, double capacity, doubl
   return ride;
 }
 
-// What the sieve and looks take does not depend on the travel, but near rest: a ball that fills its
-// hollow costs a frame as much where it is held to the floor. So however little room there is for
-// looks, they do not slow it down.
+// The cost of sifting and of looks does not depend on the travel, except near rest: a ball that
+// fills its hollow costs a frame as much where it is held to the floor. So looks do not slow it
+// down, however little room there is for them.
 TEST(LookPrice, SlowsNoHeavyContactForWhatSlowingDoesNotSave) {
   const auto model = BallInHollow();
   constexpr double kPrice = 400;
@@ -89,7 +90,7 @@ TEST(LookPrice, SlowsNoHeavyContactForWhatSlowingDoesNotSave) {
     std::printf("  with room for %.0f %%: %.1f looks, %.0f tests, %.4f voxels a frame\n",
                 100 * share, ride.looks, ride.tests, ride.travel / kVoxel);
     EXPECT_GT(ride.travel, 0.95 * free.travel);
-    // what regions take is left out
+    // the cost of regions is left out
     EXPECT_LT(cost(ride), 1.02 * cost(free));
   }
 }

@@ -1,4 +1,4 @@
-// Bodies that follow what other peers say of them.
+// Tests bodies that follow what other peers say of them.
 #include <gtest/gtest.h>
 
 #include "engine/world/world.h"
@@ -32,7 +32,7 @@ TEST(World, AMirrorThatJumpsDoesNotTunnel) {
   bool touched = false;
   for (int frame = 0; frame < 600; ++frame) {
     const Vec3 before = world.state(1).X_WB.p;
-    // where nothing is near it may walk faster
+    // the mirror may walk faster where nothing is near
     const double gap = std::abs(before.z() - world.state(0).X_WB.p.z()) - 0.0015 - 0.008;
     const bool near = gap < 0.9 * kVoxel;
     const StepReport report = world.Step(inputs);
@@ -45,7 +45,7 @@ TEST(World, AMirrorThatJumpsDoesNotTunnel) {
   EXPECT_LE(largest_step, 0.25 * kVoxel * 1.000001);  // half of the pair's half voxel
 }
 
-// A mirror may come 60 mm in a frame; who takes it then takes no 60 m/s with it.
+// A mirror may come 60 mm in a frame. The peer that takes it then takes no 60 m/s with it.
 TEST(World, WhatWasMirroredBeginsAtRest) {
   kHapticThread.Enter();
   const auto model = MakeWorldModel({{Box(Vec3(0.02, 0.02, 0.02))}}, 0.002);
@@ -62,13 +62,13 @@ TEST(World, WhatWasMirroredBeginsAtRest) {
   inputs.hand = testing::HandTo(*model, 0, X_WB);
   EXPECT_LT(world.Step(inputs).hand_B_W.f.norm(), 1e-9);
   EXPECT_LT((world.state(0).X_WB.p - X_WB.p).norm(), 1e-12);
-  // one that is moved by forces keeps its way
+  // a body that forces move keeps its way
   inputs.hand.goal.X_WA.p.x() += 0.01;
   world.Step(inputs);
   EXPECT_GT(world.state(0).V_WB.v.x(), 0.01);
 }
 
-// Of a body that somebody throws the speed is told: who takes it over lets it fly on.
+// The speed of a body that somebody throws is told, and the peer that takes it over lets it fly on.
 TEST(World, WhatWasMirroredBeginsAsItsInputsSay) {
   kHapticThread.Enter();
   const auto model = MakeWorldModel({{Box(Vec3(0.02, 0.02, 0.02))}}, 0.002);

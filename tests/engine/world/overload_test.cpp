@@ -22,7 +22,7 @@ using testing::Uniform;
 constexpr int kFramesForFiftyMillimetres = static_cast<int>(0.05 / (0.5 * kTravelFloor * kVoxel));
 
 /// Presses for a second with room to spare, then squeezes the capacity, to nothing or by what a
-/// look costs, and pulls to `out`. Gives how far from there the body is at the end, m.
+/// look costs, and pulls to `out`. Returns how far from there the body is at the end, m.
 double PulledOut(const std::shared_ptr<const WorldModel>& model, int body, const Pose& pressed,
                  const Pose& out, double capacity = 0, double look_price = 0) {
   kHapticThread.Enter();
@@ -61,7 +61,7 @@ TEST_P(Overload, ABarJammedInASlotComesOut) {
   }
 }
 
-// Whatever is pressed onto a plate, and however, it comes off.
+// Any body comes off a plate, however it is pressed onto it.
 TEST_P(Overload, AnyBodyPressedOntoAPlateComesOff) {
   std::mt19937_64 random(42);
   const TriangleMesh plate = At(Box(Vec3(0.08, 0.08, 0.01)), Vec3(0, 0, -0.005));

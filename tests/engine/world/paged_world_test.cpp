@@ -77,7 +77,7 @@ TEST(PagedWorld, WaitsForNothingWherePagesComeWithinTenFrames) {
   for (int frame = 0; frame < 6000; ++frame) {
     inputs.hand = HandAt(*model, frame);
     waits += paged.world->Step(inputs).waited > 0 ? 1 : 0;
-    // what was asked for in the last ten frames comes now, and nothing in between
+    // pages asked for in the last ten frames come now, and none in between
     if (frame % 10 != 0) continue;
     paged.pages->Open();
     paged.world->WaitForVoxels();

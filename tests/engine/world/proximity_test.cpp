@@ -24,7 +24,7 @@ using testing::Uniform;
 
 constexpr double kProximityVoxel = 0.001;
 const double kBound =
-    std::sqrt(3.0) * kProximityVoxel;  // of voxels against voxels of the same size
+    std::sqrt(3.0) * kProximityVoxel;  // voxels against voxels of the same size
 constexpr double kPi = 3.14159265358979323846;
 const Vec3 kOff(0.00031, -0.00017, 0.00023);  // so that nothing lies on the grid's planes
 
@@ -34,7 +34,7 @@ ProximityShape ShapeOf(const TriangleMesh& mesh_W, double voxel = kProximityVoxe
   return {mesh_W, std::move(*map)};
 }
 
-/// Exact: outside a box of half sides `half` about the origin.
+/// Returns the exact way from a box of half sides `half` about the origin to p, which is outside.
 Vec3 FromBox(const Vec3& half, const Vec3& p) {
   return p - p.cwiseMin(half).cwiseMax(-half);
 }
@@ -225,8 +225,8 @@ TEST(ProximityPair, BodiesAFractionOfAVoxelApartDoNotOverlap) {
   }
 }
 
-// As near to the wall from within: that the surfaces do not cross is no sign that the bodies are
-// apart.
+// The ball is as near to the wall from within. Surfaces that do not cross are no sign that the
+// bodies are apart.
 TEST(ProximityPair, ABodyJustWithinAnothersWallOverlaps) {
   std::mt19937_64 random(9);
   for (int i = 0; i < 20; ++i) {

@@ -18,7 +18,7 @@ namespace {
 namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 
-/// The numbers of a tetrahedron of that size: corners and places.
+/// Returns the numbers of a tetrahedron of that size: corners and places.
 std::string Numbers(float size) {
   const std::array<std::uint16_t, 12> corners{0, 2, 1, 0, 1, 3, 1, 2, 3, 0, 3, 2};
   const std::array<float, 12> places{0, 0, 0, size, 0, 0, 0, size, 0, 0, 0, size};
@@ -28,7 +28,7 @@ std::string Numbers(float size) {
   return bytes;
 }
 
-/// A glTF file whose numbers are in a file of that name.
+/// Returns a glTF file whose numbers are in a file of that name.
 std::string Gltf(const std::string& uri) {
   return R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],
     "meshes":[{"primitives":[{"attributes":{"POSITION":0},"indices":1}]}],

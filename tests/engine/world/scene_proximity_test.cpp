@@ -14,7 +14,7 @@ using testing::Box;
 using testing::Sphere;
 
 constexpr double kSceneVoxel = 0.001;
-constexpr double kFacets = 1e-5;  // m, by which the triangles of a sphere of 1 cm miss it
+constexpr double kFacets = 1e-5;  // m; by so much the triangles of a sphere of 1 cm miss it
 
 bool GoOn(std::size_t /*done*/, std::size_t /*total*/, const std::string& /*part*/) {
   return true;
@@ -39,7 +39,7 @@ class TwoMovingParts : public ::testing::Test {
   static constexpr std::size_t kBall = 1;
   static constexpr std::size_t kBlock = 2;
   std::shared_ptr<const std::vector<ProximityPart>> parts_;
-  std::vector<Pose> X_W_ = std::vector<Pose>(4);  // by body
+  std::vector<Pose> X_W_ = std::vector<Pose>(4);  // one for each body
 };
 
 TEST_F(TwoMovingParts, AreOneFixtureAndAPartForEachMovingBody) {
@@ -112,7 +112,7 @@ TEST_F(TwoMovingParts, APairIsSeenFromEitherSide) {
   EXPECT_LT((block.gradient_W - Vec3::UnitX()).norm(), 1e-6);
 }
 
-// The smaller body is the one that is looked for inside the larger, whichever comes first.
+// The search looks for the smaller body inside the larger, whichever comes first.
 TEST_F(TwoMovingParts, ABallDeepWithinTheBlockOverlapsIt) {
   SceneProximity scene(parts_);
   X_W_[1].p = Vec3(0.09, 0, 0.07);

@@ -38,7 +38,7 @@ class SceneFile : public ::testing::Test {
 
   std::filesystem::path File(const std::string& text) { return folder_.Write("scene.json", text); }
 
-  /// The scene with `from` replaced by `to`; `from` must be there.
+  /// Returns the scene with `from` replaced by `to`; `from` must be there.
   static std::string Changed(const std::string& from, const std::string& to) {
     std::string text = kScene;
     const std::size_t at = text.find(from);
@@ -54,13 +54,13 @@ class SceneFile : public ::testing::Test {
     return scene.error().what.substr(start.size());
   }
 
-  /// The scene with more keys for the ring, and for itself.
+  /// Returns the scene with more keys for the ring, and for itself.
   static std::string WithKeys(const std::string& of_ring, const std::string& of_scene = "") {
     std::string text = Changed("2700}", "2700, " + of_ring + "}");
     return text.replace(text.find("\"bodies\""), 0, of_scene + "\n  ");
   }
 
-  /// What is wrong then, less the file's name.
+  /// Returns what is wrong then, less the file's name.
   std::string ErrorOf(const std::string& of_ring, const std::string& of_scene = "") {
     const Result<Scene> scene = LoadScene(File(WithKeys(of_ring, of_scene)));
     if (scene) return "no error";
@@ -170,7 +170,8 @@ TEST_F(SceneFile, PointSpacingIsTheScenesOrABodysOwn) {
             "bodies[2].point_spacing_voxels: give it to the body that this one is merged with");
 }
 
-// Content, that peers must have alike; one point a voxel is what it always was.
+// Peers must have the same hash of content. One point a voxel leaves the hash as it is without the
+// key.
 TEST_F(SceneFile, HashFollowsThePointSpacingUnlessItIsAVoxel) {
   const SceneHash hash = Hashes(kScene);
   EXPECT_EQ(Hash(WithKeys("\"point_spacing_voxels\": 1")), hash.content);
@@ -178,7 +179,7 @@ TEST_F(SceneFile, HashFollowsThePointSpacingUnlessItIsAVoxel) {
   EXPECT_NE(finer.bodies[2].values, hash.bodies[2].values);
   EXPECT_EQ(finer.bodies[1], hash.bodies[1]);
   EXPECT_EQ(finer.parameters, hash.parameters);
-  // said once for all bodies, or of each
+  // the key stands once for all bodies, or for each
   const SceneHash all = Hashes(WithKeys("\"free\": false", "\"point_spacing_voxels\": 0.4,"));
   EXPECT_EQ(all.bodies[2], finer.bodies[2]);
   EXPECT_EQ(all.bodies[0], hash.bodies[0]);  // fixed: it has no points
@@ -458,7 +459,7 @@ TEST_F(SceneFile, ForceParametersHaveAHashOfTheirOwn) {
 TEST_F(SceneFile, EveryBodyHasHashesOfItsValuesAndItsMesh) {
   const SceneHash hash = Hashes(kScene);
   ASSERT_EQ(hash.bodies.size(), 3U);
-  EXPECT_EQ(hash.bodies[1].mesh, hash.bodies[2].mesh);  // of one file
+  EXPECT_EQ(hash.bodies[1].mesh, hash.bodies[2].mesh);  // both are from one file
   EXPECT_NE(hash.bodies[0].mesh, hash.bodies[1].mesh);
   const SceneHash denser = Hashes(Changed("2700", "2701"));
   EXPECT_EQ(denser.bodies[1], hash.bodies[1]);
@@ -495,7 +496,7 @@ TEST_F(SceneFile, HashOfAMissingMeshIsAnError) {
   EXPECT_THAT(hash.error().what, HasSubstr("gone.stl"));
 }
 
-// A shift of a hundred thousand voxels ended the program when its contact was set up.
+// A shift of a hundred thousand voxels must not end the program when its contact is set up.
 TEST_F(SceneFile, NumbersThatNoPartHasAreRefused) {
   for (const char* shift : {"-1e5", "17", "-1e300"}) {
     EXPECT_THAT(ErrorAfter("\"inward_shift_voxels\": 0.5",

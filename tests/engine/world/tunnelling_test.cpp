@@ -1,4 +1,4 @@
-// How far bodies get into one another, by exact geometry.
+// Tests how far bodies get into one another, by exact geometry.
 #include <gtest/gtest.h>
 
 #include "engine/geometry/exact_surface.h"
@@ -18,7 +18,7 @@ using testing::MakeWorldModel;
 using testing::RandomDirection;
 using testing::RandomRotation;
 
-/// How deep the body's vertices are in a solid (m), by exact geometry.
+/// Returns how deep the body's vertices are in a solid (m), by exact geometry.
 double DeepestVertex(const ExactSurface& solid, const TriangleMesh& mesh_W, const Pose& X_WB0,
                      const Pose& X_WB) {
   const Pose X_W = X_WB * X_WB0.Inverse();
@@ -32,9 +32,9 @@ double DeepestVertex(const ExactSurface& solid, const TriangleMesh& mesh_W, cons
 
 class NoTunnelling : public ::testing::TestWithParam<double> {};
 
-// The goal is thrown through the plate in one frame, so that the hand pulls with all it has; the
-// plate is one and three voxels thick. Whatever the direction, the body stays on its side and its
-// exact surface out.
+// The goal is thrown through the plate in one frame, so that the hand pulls with all it has. The
+// plate is one and three voxels thick. The body stays on its side and its exact surface out,
+// whatever the direction.
 TEST_P(NoTunnelling, ABodyThrownAtAThinPlateStaysOnItsSide) {
   kHapticThread.Enter();
   const double thickness = GetParam() * kVoxel;
@@ -176,7 +176,7 @@ TEST(World, BothInstancesOfAPartedBodyStopAtTheFixture) {
     }
   }
   EXPECT_LE(deepest, 0.5 * kVoxel);
-  EXPECT_NEAR(world.state(0).X_WB.p.y(), 0.03, 2e-3);  // where they are drawn along the wall
+  EXPECT_NEAR(world.state(0).X_WB.p.y(), 0.03, 2e-3);  // they are drawn there along the wall
   EXPECT_NEAR(world.second_state(0).X_WB.p.y(), -0.03, 2e-3);
   EXPECT_NEAR(world.state(0).X_WB.p.x(), world.second_state(0).X_WB.p.x(), 1e-4);
 }

@@ -33,7 +33,7 @@ class LoadedWorld : public ::testing::Test {
   ScratchFolder folder_;
 };
 
-// Three cubes side by side are one slab: in mass, centre, inertia and surface; each keeps its own
+// Three cubes side by side are one slab in mass, centre, inertia and surface. Each keeps its own
 // mesh and colour. The whole stands turned, and its parts are named before and after it.
 TEST_F(LoadedWorld, MergedPartsAreOneBodyThatKeepsTheirMeshes) {
   const auto pose = [](double x) {
@@ -62,7 +62,7 @@ TEST_F(LoadedWorld, MergedPartsAreOneBodyThatKeepsTheirMeshes) {
   EXPECT_LT((body.X_WB0.p - same.X_WB0.p).norm(), 1e-9);
   EXPECT_LT(RotationVector(body.X_WB0.q * same.X_WB0.q.conjugate()).norm(), 1e-9);
   EXPECT_NEAR(body.radius, same.radius, 1e-8);
-  // of all three, not of one: the cubes' inner walls count as well
+  // the points are those of all three: the cubes' inner walls count as well
   EXPECT_GT(body.surface_points, same.surface_points);
   EXPECT_GE(TestedPoints(*merged, body), TestedPoints(*slab, same));
 }
@@ -143,7 +143,7 @@ TEST_F(LoadedWorld, AForgottenScaleIsAskedForInPlaceOfLargerVoxels) {
   }
 }
 
-// A plate of 3 m: whoever says the scale, be it 1, is not asked for it.
+// A user who gives the scale of a plate of 3 m, be it 1, is not asked for it.
 TEST_F(LoadedWorld, AScaleThatIsGivenIsNotAskedFor) {
   folder_.Write("plate.obj", ObjText(Box(Vec3(0.01, 3, 0.01))));
   const auto remarks = [this](const std::string& scale) {

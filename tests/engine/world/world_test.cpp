@@ -65,7 +65,7 @@ TEST(World, EnergyNeverGrowsAtRest) {
   }
 }
 
-/// The farthest that any corner goes in a frame, of 400, towards a goal.
+/// Returns the farthest that any corner goes in a frame, of 400, towards a goal.
 double FarthestStep(const WorldModel& model, World& world, const Pose& goal) {
   StepInputs inputs = FreeInputs(model);
   inputs.hand = HandTo(model, 0, goal);
@@ -82,7 +82,8 @@ double FarthestStep(const WorldModel& model, World& world, const Pose& goal) {
   return farthest;
 }
 
-// Travel of every point of the shell, brute force: half a voxel a frame, rotation included.
+// Every point of the shell travels half a voxel a frame at the most, rotation included (brute
+// force).
 TEST(World, NoPointTravelsMoreThanHalfAVoxelAFrameNearAnotherBody) {
   kHapticThread.Enter();
   // a plate close under the whole way
@@ -104,7 +105,7 @@ TEST(World, NoPointTravelsMoreThanHalfAHyperchunkAFrameAnywhere) {
   EXPECT_GT(farthest, kVoxel);  // nothing is near that could be met
 }
 
-// What a turning body sweeps is what its marks sweep, which stand out beyond its surface.
+// A turning body sweeps what its marks sweep, which stand out beyond its surface.
 TEST(World, TestsEveryPointInContactWhileTheVoxmapsBodyTurns) {
   kHapticThread.Enter();
   std::mt19937_64 random(21);
