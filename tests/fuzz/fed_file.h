@@ -9,10 +9,11 @@
 
 namespace tandem {
 
-/// A regular file in memory that holds `bytes`, until the next call.
+/// Writes `bytes` into a regular file in memory, which lasts until the next call, and returns its
+/// path.
 std::filesystem::path FedFile(std::string_view bytes);
 
-/// What every reader promises of what it refuses: one line that a terminal shows as it is.
+/// Checks the promise of every reader on a refusal: one line that a terminal shows as it is.
 template <typename T>
 void ExpectPlain(const Result<T>& result) {
   if (result) return;

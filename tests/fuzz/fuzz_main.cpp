@@ -1,7 +1,7 @@
-// fuzz_readers TARGET SECONDS [SEED] [CORPUS]: feeds a reader with bad files made from good ones,
-// in a process of its own, which is watched: a crash, a file that takes longer than a second, or
-// more than 512 MB of memory end the run with exit code 1, and the file is kept. fuzz_readers
-// FILE...: feeds these files to the reader that the folder or the file's name says.
+// fuzz_readers TARGET SECONDS [SEED] [CORPUS] feeds a reader with bad files made from good ones, in
+// a process of its own, which is watched. A crash, a file that takes longer than a second, or more
+// than 512 MB of memory end the run with exit code 1, and the file is kept. fuzz_readers FILE...
+// feeds these files to the reader that the folder or the file's name says.
 
 #include <algorithm>
 #include <atomic>
@@ -36,7 +36,7 @@ constexpr std::size_t kMostBytes = 1 << 17;
 constexpr auto kLongest = std::chrono::seconds(1);
 constexpr long kMostMemory = 512L << 10;  // KiB
 
-/// What the feeding process tells the watching one.
+/// State that the feeding process tells the watching one.
 struct Shared {
   std::atomic<std::uint64_t> runs;
   std::atomic<std::int64_t> began_ns;  // the file under way

@@ -71,7 +71,7 @@ std::size_t Mutator::Below(std::size_t n) {
 }
 
 void Mutator::PutNumber(std::string& bytes) {
-  // where a text has a number, another one; else bytes of one
+  // a number of a text becomes another one; without a number, bytes do
   const std::size_t digit = bytes.find_first_of("0123456789", Below(bytes.size()));
   if (Below(2) == 0 && digit != std::string::npos) {
     std::size_t end = bytes.find_first_not_of("0123456789.eE+-", digit);

@@ -110,7 +110,7 @@ void FeedStudy(std::string_view bytes) {
   const Result<Study> study = LoadStudy(FedFile(bytes));
   ExpectPlain(study);
   if (!study) return;
-  // whatever is believed has an order, and columns
+  // a study that is believed has an order, and columns
   for (const int participant : {0, study->participants - 1}) {
     TANDEM_CHECK(!TrialsOf(*study, participant).empty());
   }
@@ -130,7 +130,7 @@ void FeedPictures(std::string_view bytes) {
 void FeedHeader(std::string_view bytes) {
   const Result<RecordingHeader> header = ParseHeader(std::string(bytes));
   ExpectPlain(header);
-  // what is believed can be written again, and is believed again
+  // a header that is believed can be written again, and is believed again
   if (header) TANDEM_CHECK(ParseHeader(AsText(*header)).has_value());
 }
 
@@ -156,7 +156,7 @@ const std::shared_ptr<const WorldModel>& TwoBoxes() {
   return model;
 }
 
-/// Frames, each behind its length in two bytes: what a peer does that heard them.
+/// Feeds frames, each behind its length in two bytes, as a peer that heard them.
 void FeedFrames(std::string_view bytes) {
   constexpr int kMostFrames = 40;
   RecordingHeader header;
@@ -223,7 +223,7 @@ void ReadAllOver(const BodySurface& surface) {
   }
 }
 
-/// As it is, and with the sums that a sound file has.
+/// Feeds the bytes as they are, and with the sums that a sound file has.
 void FeedSurface(std::string_view bytes) {
   ExpectPlain(MapSurface(FedFile(bytes), Cuboid(), Pose{}, {}));
   std::string sound(bytes);
@@ -259,7 +259,7 @@ void FeedStl(std::string_view bytes) {
   if (const auto answer = ReadBinaryStl(bytes)) ExpectSound(*answer);
 }
 
-/// The same under a name, whose ending says what it is.
+/// Returns a file of these bytes under a name, whose ending says what it is.
 std::filesystem::path Named(const char* name, std::string_view bytes) {
   static const ScratchFolder folder;
   std::filesystem::path file = folder.path() / name;
@@ -275,7 +275,7 @@ void FeedArchive(std::string_view bytes) {
   static_cast<void>(DeclaredUnit(file));
 }
 
-/// As an archive, and as the model in one whose sums are right.
+/// Feeds the bytes as an archive, and as the model in one whose sums are right.
 void Feed3mf(std::string_view bytes) {
   FeedArchive(bytes);
   FeedArchive(testing::Zip({{"3D/3dmodel.model", std::string(bytes)}}));
@@ -294,7 +294,7 @@ void FeedAnswer(std::string_view bytes) {
   static_cast<void>(ParseAnswer(bytes));
 }
 
-/// What comes to a listener, to whoever joins, and in a line that was sent by mail.
+/// Feeds the bytes as they come to a listener, to a joiner, and in a line that was sent by mail.
 void FeedInvitation(std::string_view bytes) {
   const std::string text(bytes);
   ExpectPlain(ReadInvitation(text));
@@ -312,8 +312,8 @@ void FeedInvitation(std::string_view bytes) {
 constexpr std::array kChanged{"member.txt",         "identity.pem", "identity_ca.pem",
                               "permissions_ca.pem", "revoked.p7s",  "identity.crl"};
 
-/// A member's keys, with one file of them changed: which one in the first byte, where in two, how
-/// many bytes go in one, what comes there in the rest.
+/// Feeds a member's keys with one file of them changed: which one in the first byte, where in two,
+/// how many bytes go in one, what comes there in the rest.
 void FeedKeys(std::string_view bytes) {
   constexpr std::size_t kChange = 4;
   if (bytes.size() < kChange) return;

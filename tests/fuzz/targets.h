@@ -13,7 +13,7 @@ struct FuzzTarget {
 };
 
 std::span<const FuzzTarget> FuzzTargets();
-/// Null: there is none of that name.
+/// Returns the target of that name; null: there is none.
 const FuzzTarget* FuzzTargetNamed(std::string_view name);
 
 }  // namespace tandem
