@@ -53,9 +53,9 @@ namespace {
 using namespace tandem;
 using Clock = std::chrono::steady_clock;
 
-constexpr std::uint32_t kControlDomain = 43;  // that --control takes
+constexpr std::uint32_t kControlDomain = 43;  // domain that --control takes
 
-constexpr double kPatienceSeconds = 120;  // for the signal to begin
+constexpr double kPatienceSeconds = 120;  // longest wait for the signal to begin
 
 std::atomic<bool> begun{false};
 
@@ -90,7 +90,7 @@ void AwaitSignal(Meanwhile meanwhile) {
   begun = false;
 }
 
-/// Requests and goals of ever new hosts, by one writer of each.
+/// Floods with requests and goals of ever new hosts, by one writer of each.
 int FloodController(const std::string& name, const FloodPlan& plan) {
   const Result<ControlDomain> control = EnterControlDomain(name, kControlDomain, {});
   if (!control) return Refused(control.error().what);
@@ -170,7 +170,7 @@ class Attacker {
     looker.leaving = true;
     dds_write(lookers_, &looker);
   }
-  /// Hears of another peer what the session's scene is: whoever has it is taken in.
+  /// Hears from another peer what the session's scene is: a peer that has it is taken in.
   void Learn() {
     const Qos qos = MakeQos(Purpose::kPresence, kEveryPeer);
     const Entity topic(
@@ -214,7 +214,7 @@ class Attacker {
     state.pose.q[3] = 1;
     dds_write(states_, &state);
   }
-  // what is written lately is forgotten here, so that this program does not grow itself
+  // samples written lately are forgotten here, so that this program does not grow itself
   void End(std::uint32_t number) {
     tandem_ObjectState state{};
     state.peer = id_;
@@ -270,7 +270,8 @@ class Attacker {
     Presence("vic-" + std::to_string(number));
     LookOn("looker-" + std::to_string(number));
   }
-  /// A piece of a state that is never whole (RTPS 2.5, section 9.4.5.5), in this program's name.
+  /// Sends a piece of a state that is never whole (RTPS 2.5, section 9.4.5.5), in this program's
+  /// name.
   void Piece(std::uint32_t number, std::uint32_t domain) const {
     constexpr std::uint16_t kPieceBytes = 60'000;
     constexpr std::uint32_t kSampleBytes = 1U << 30U;
@@ -299,7 +300,7 @@ class Attacker {
     sockaddr_in to{};
     to.sin_family = AF_INET;
     to.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    to.sin_port = htons(static_cast<std::uint16_t>(DiscoveryPort(domain, 0) + 1));  // of data
+    to.sin_port = htons(static_cast<std::uint16_t>(DiscoveryPort(domain, 0) + 1));  // port of data
     sendto(socket_, packet.data(), packet.size(), 0, reinterpret_cast<const sockaddr*>(&to),
            sizeof to);
   }
@@ -326,7 +327,7 @@ class Attacker {
   const dds_entity_t participant_;
   const PeerId id_;
   const bool is_member_;
-  const int socket_ = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);  // for what DDS does not send
+  const int socket_ = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);  // it sends what DDS does not
   dds_entity_t states_ = 0, linked_ = 0, views_ = 0, infos_ = 0, events_ = 0, scenes_ = 0,
                lookers_ = 0;
   std::uint32_t seq_ = 0;
@@ -433,13 +434,13 @@ int main(int argc, char** argv) {
                                                 : "vic";
   const auto be_here = [&] {
     if (looks_on) attacker.LookOn(own_name);
-    // one that floods as a viewer is no peer
+    // an attacker that floods as a viewer is no peer
     if (!is_asked("lookers")) attacker.Presence(own_name);
   };
 
   SayJoined();
   for (const std::string& mode : modes) {
-    // what a member costs that is just here is no flood's
+    // a member costs something that is just here, which is no flood's
     AwaitSignal(be_here);
     Sent(FloodBy(mode, plan, options.domain, attacker, be_here));
   }

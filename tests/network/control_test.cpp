@@ -11,7 +11,7 @@
 #include "collab/dds/keys.h"
 #include "tests/support/obj_text.h"
 
-// A host in this program and a controller as a process of its own, over DDS.
+// Tests a host in this program and a controller in a process of its own, over DDS.
 
 namespace tandem {
 namespace {
@@ -79,7 +79,7 @@ TEST_F(ControlTest, AHostTakesAPartMovesItSavesTheSceneAndEndsTheController) {
   const auto risen_mm = [&] {
     return 1e3 * host.snapshot().bodies[body].X_W.p_W[2];
   };
-  // there and at rest: what is saved and what is seen afterwards are the same
+  // it is there and at rest: the saved place and the place seen afterwards are the same
   double before_mm = 0;
   for (int i = 0;
        i < 100 && (std::abs(risen_mm() - 5.0) > 0.3 || std::abs(risen_mm() - before_mm) > 0.02);
@@ -143,7 +143,7 @@ TEST_F(ControlTest, MeasuresHowNearThePartInHandIsToTheOthers) {
   ASSERT_TRUE(host.Ask(MeasureDistancesRequest{false}).ok);
 }
 
-// Names of files and bodies that libraries throw at.
+// Libraries throw at these names of files and bodies.
 TEST_F(ControlTest, OutlivesRequestsThatNoFileFits) {
   Start();
   Controller host = Attach();
@@ -163,7 +163,7 @@ TEST_F(ControlTest, OutlivesRequestsThatNoFileFits) {
   EXPECT_TRUE(host.Ask(GrabRequest{.body = "peg"}).ok);
 }
 
-// Two scenes asked for at once, from two hosts' point of view: one comes, the other is told.
+// Two hosts ask for two scenes at once: one scene comes, the other host is told.
 TEST_F(ControlTest, AnswersLoadsThatMeetAndStopsWhileItLoads) {
   Start();
   Controller host = Attach();

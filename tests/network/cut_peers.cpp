@@ -22,7 +22,7 @@ std::filesystem::path SceneFile() {
   return std::filesystem::path(TANDEM_SCENES) / "stability" / "free.json";
 }
 
-/// As the peer, who holds the cube, has just left it.
+/// Returns the frame as the peer, who holds the cube, has just left it.
 SeenFrame FrameOf(const Peer& peer, std::int64_t now_ns) {
   const SharedBody& shared = *peer.shared();
   SeenFrame frame;

@@ -17,21 +17,21 @@
 
 namespace tandem::testing {
 
-/// What a peer's recording shows of a frame.
+/// A frame as a peer's recording shows it.
 struct SeenFrame {
   std::int64_t now_ns = 0;
   Pose X_WB;      // its own instance of the cube
   Vec3 hand_f_W;  // N on that
   Vec3 links_f_W;
-  std::size_t coupled = 0;    // others to whom the loop is closed
-  std::size_t instances = 0;  // of the others who are here and heard
+  std::size_t coupled = 0;    // number of others to whom the loop is closed
+  std::size_t instances = 0;  // number of instances of others who are here and heard
   std::array<InstanceView, kMaxLinks> instance{};
 
-  /// The instance of that one; null: it is not here.
+  /// Returns the instance of that peer; null: it is not here.
   const InstanceView* Of(PeerId peer) const;
 };
 
-/// What a peer was told of another, when.
+/// A change of another that a peer was told, and when.
 struct SeenChange {
   std::int64_t now_ns = 0;
   PeerId peer = 0;
@@ -40,15 +40,15 @@ struct SeenChange {
 
 struct SeenPeer {
   PeerId id = 0;
-  std::int64_t began_ns = 0;  // its hand
+  std::int64_t began_ns = 0;  // begin of its hand
   std::vector<SeenFrame> frames;
-  std::vector<SeenChange> changes;  // but for claims
+  std::vector<SeenChange> changes;  // all but claims
 
-  /// The last frame before that time.
+  /// Returns the last frame before that time.
   const SeenFrame& At(std::int64_t ns) const;
-  /// How often a change of that kind came, of that peer.
+  /// Returns how often a change of that kind came, of that peer.
   int Count(MembershipChange::Kind kind, PeerId peer) const;
-  /// When first; 0: never.
+  /// Returns when it came first; 0: never.
   std::int64_t First(MembershipChange::Kind kind, PeerId peer) const;
 };
 
@@ -56,18 +56,18 @@ struct SeenPeer {
 /// real packets, which can be cut between any two. They record; what they saw is read from that.
 class CutPeers {
  public:
-  /// Each with a hand that goes that way.
+  /// Starts peers, each with a hand that goes that way.
   explicit CutPeers(const std::vector<std::vector<Waypoint>>& hands);
 
-  /// Until each has said of all others that they joined. False: not within half a minute.
+  /// Waits until each has said of all others that they joined. False: not within half a minute.
   bool Meet();
-  /// What one sends to the other arrives no more, or does again. Gives the time (ns).
+  /// Cuts the way from one peer to the other, or mends it. Returns the time (ns).
   std::int64_t Cut(std::size_t from, std::size_t to, bool cut = true);
-  /// All that a peer has said so far.
+  /// Returns all that a peer has said so far.
   std::string Said(std::size_t i) const;
   std::string NameOf(std::size_t i) const { return "user-" + std::to_string(i); }
-  /// Ends them; what each saw before that. Errors: one that did not end well, a recording that
-  /// cannot be repeated.
+  /// Ends them, and returns what each saw before that. Errors: a peer that did not end well, a
+  /// recording that cannot be repeated.
   Result<std::vector<SeenPeer>> End();
 
  private:

@@ -12,8 +12,9 @@
 #include "tests/support/lag_meter.h"
 #include "tests/support/tap_hub_here.h"
 
-// What a cut of the network is to peers of the product, by real packets: who is cut off is lost,
-// not gone, and comes back, and no hand feels more of that than of any other coming and going.
+// Tests what a cut of the network is to peers of the product, by real packets. A peer that is cut
+// off is lost, not gone, and comes back. No hand feels more of that than of any other coming and
+// going.
 
 namespace tandem {
 namespace {
@@ -26,16 +27,17 @@ using Ways = std::vector<std::pair<std::size_t, std::size_t>>;  // from, to
 
 constexpr std::int64_t kSecondNs = 1'000'000'000;
 constexpr double kDegree = M_PI / 180;
-// After all have met, which is when hands begin or up to a second before: the first hand has pulled
-// by then, and nothing has moved for more than a second.
+// The cut comes after all have met, which is when hands begin or up to a second before. The first
+// hand has pulled by then, and nothing has moved for more than a second.
 constexpr std::chrono::milliseconds kCutAfter{4000};
 constexpr std::chrono::milliseconds kSeenAfterwards{2500};
-// of the hand's start: when the first hand, which pulls, moves on, more than a second after the cut
+// time from the hand's start until the first hand, which pulls, moves on, more than a second after
+// the cut
 constexpr std::int64_t kMovesNs = 5'400'000'000;
 constexpr std::int64_t kMovedNs = 6'100'000'000;
 
-/// The first pulls by 30 mm, and moves on by 20 mm and 10 degrees while it is cut off; the others
-/// stay where they are.
+/// Returns hands of which the first pulls by 30 mm, and moves on by 20 mm and 10 degrees while it
+/// is cut off. The others stay where they are.
 std::vector<std::vector<Waypoint>> Hands() {
   const Vec3 pulled(0.03, 0, 0);
   const Vec3 moved(0.03, 0.02, 0);
@@ -57,7 +59,7 @@ class Cut : public ::testing::Test {
     }
   }
 
-  /// Cyclone forgets who has been silent for 2 s: a cut is longer.
+  /// Cyclone forgets a program that has been silent for 2 s, so a cut is longer.
   void Run(const Ways& ways, std::chrono::milliseconds length) {
     CutPeers peers(Hands());
     ASSERT_TRUE(peers.Meet()) << peers.Said(0) << peers.Said(1) << peers.Said(2);
@@ -73,7 +75,7 @@ class Cut : public ::testing::Test {
     seen_ = *std::move(seen);
     for (std::size_t i = 0; i < seen_.size(); ++i) said_.push_back(peers.Said(i));
 
-    // what the rest is about: there is a load, and the first moves while it is cut off
+    // the other checks need this: there is a load, and the first moves while it is cut off
     const SeenPeer& first = seen_[0];
     ASSERT_GT(first.At(cut_ns_).links_f_W.norm(), 2.0);
     ASSERT_LT(cut_ns_ + kSecondNs, first.began_ns + kMovesNs);
@@ -84,7 +86,7 @@ class Cut : public ::testing::Test {
     ASSERT_GT(X_healed.q.angularDistance(X_cut.q), 3 * kDegree);
   }
 
-  /// How often a line of the other's is told to the person.
+  /// Returns how often a line of the other's is told to the person.
   int Told(std::size_t i, std::size_t other, const std::string& what) const {
     const std::string line = "user-" + std::to_string(other) + " " + what + "\n";
     int count = 0;
@@ -92,8 +94,8 @@ class Cut : public ::testing::Test {
     return count;
   }
 
-  /// Lost once, in that time after the cut, and back once, within a second of its end, with the
-  /// body where the other has it.
+  /// Expects that the other is lost once, in that time after the cut, and back once, within a
+  /// second of its end, with the body where the other has it.
   void ExpectLostAndBack(std::size_t i, std::size_t other, std::int64_t within_ns = kSecondNs) {
     SCOPED_TRACE("user-" + std::to_string(other) + " as user-" + std::to_string(i) + " sees it");
     const PeerId id = seen_[other].id;
@@ -129,8 +131,9 @@ class Cut : public ::testing::Test {
     EXPECT_EQ(Told(i, other, "is lost"), 0);
   }
 
-  /// Between two frames and within 100 ms, as for all who come and go: of the hand and of the links
-  /// together, beyond what is so without any cut, from that before it; but while the hand moves.
+  /// Expects it of the forces of the hand and of the links together, between two frames and within
+  /// 100 ms, as for all who come and go. Changes without any cut, from the second before it, do not
+  /// count, nor do those while the hand moves.
   void ExpectNoForceChangesByMoreThanOneNewton() {
     for (std::size_t i = 0; i < seen_.size(); ++i) {
       for (const auto force : {&SeenFrame::hand_f_W, &SeenFrame::links_f_W}) {
@@ -151,7 +154,8 @@ class Cut : public ::testing::Test {
     }
   }
 
-  /// The largest change of a force, in size or direction, within so many frames of that time.
+  /// Returns the largest change of a force, in size or direction, within so many frames of that
+  /// time.
   double LargestChange(std::size_t i, Vec3 SeenFrame::*force, std::size_t frames,
                        std::int64_t from_ns, std::int64_t to_ns) const {
     const std::vector<SeenFrame>& all = seen_[i].frames;
@@ -192,9 +196,9 @@ TEST_F(Cut, BetweenTwoIsNothingToTheThird) {
   ExpectNoForceChangesByMoreThanOneNewton();
 }
 
-// Nobody hears the first, who hears all. They give it up after 2 s and say no more to it, but for
-// announcements every 0.65 s, of which it may have counted the last as a sign of life: 0.6 s later
-// they are lost to it as well.
+// Nobody hears the first peer, which hears all. The others give it up after 2 s and say no more to
+// it, but for announcements every 0.65 s. It may have counted the last of these as a sign of life:
+// 0.6 s later they are lost to it as well.
 TEST_F(Cut, OneWayIsACutToBothEnds) {
   ASSERT_NO_FATAL_FAILURE(Run({{0, 1}, {0, 2}}, std::chrono::milliseconds(5100)));
   for (const std::size_t other : {1U, 2U}) {

@@ -15,7 +15,7 @@
 #include <unistd.h>
 
 extern "C" {
-// of Cyclone's own headers, which C++ does not take
+// declared in Cyclone's own headers, which C++ does not take
 bool ddsi_typeid_is_hash(const ddsi_typeid* type);
 const ddsi_typeid* ddsi_typeinfo_minimal_typeid(const ddsi_typeinfo* info);
 const ddsi_typeid* ddsi_typeinfo_complete_typeid(const ddsi_typeinfo* info);
@@ -126,7 +126,7 @@ const std::array<Entry, kFunctions> kEntries = {{
 }};
 
 std::uintptr_t Pointer(const dl_phdr_info& program, std::uintptr_t address) {
-  // absolute by now, but where the loader leaves the table as it was linked
+  // absolute by now, except where the loader leaves the table as it was linked
   return address < program.dlpi_addr ? address + program.dlpi_addr : address;
 }
 

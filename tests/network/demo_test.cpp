@@ -28,8 +28,7 @@ struct Ran {
   json out;
 };
 
-/// Runs `tandem demo` with these arguments; what it says on stdout is one JSON object and nothing
-/// else.
+/// Runs `tandem demo` with these arguments. Its stdout is one JSON object and nothing else.
 Ran RunDemo(const std::string& arguments) {
   const std::string command = std::string(TANDEM_PROGRAM) + " demo --headless --json " + arguments;
   FILE* pipe = popen(command.c_str(), "r");
@@ -57,7 +56,7 @@ TEST(Demo, TwoPeersOverDdsWorkTheActuatorOutWhileAViewerWatches) {
   ASSERT_EQ(out.at("peers").size(), 2U);
   for (const json& peer : out.at("peers")) {
     EXPECT_EQ(peer.at("role"), "active");
-    // as many as asked for, and no others: a deadline that is missed is not caught up
+    // as many frames as asked for, and no others: a deadline that is missed is not caught up
     EXPECT_EQ(peer.at("judged_frames"), 20000);
     EXPECT_LE(peer.at("judged_missed").get<int>(), 1000);
     EXPECT_LE(peer.at("guarded_share").get<double>(), 0.01);
@@ -94,8 +93,8 @@ TEST(Demo, TwoPeersOverDdsWorkTheActuatorOutWhileAViewerWatches) {
               peak_mm, 1e3 * expected.peak, 1e3 * options.second_begins_later_s);
 }
 
-// A key that is 0.05 mm larger than its hole on each side: it jams, and that is told before and
-// afterwards.
+// A key is 0.05 mm larger than its hole on each side. It jams, and the program tells that before
+// and afterwards.
 TEST(Demo, APartThatDoesNotFitIsToldBeforeTheStartAndWhatComesOfItAfterwards) {
   const ScratchFolder folder;
   const testing::Said said = testing::RunTandem("demo --headless --json --scene " +
@@ -175,7 +174,7 @@ TEST(Demo, ARunWithoutContactIsMeasuredButNotFailed) {
   EXPECT_THAT(out.at("failures")[0].get<std::string>(),
               ::testing::HasSubstr("mm into what is fixed"));
   EXPECT_THAT(said.err, ::testing::Not(::testing::HasSubstr("into what is fixed")));
-  // where contact would begin is of no account
+  // it does not matter where contact would begin
   EXPECT_TRUE(out.at("start_gaps").empty());
   EXPECT_THAT(said.err, ::testing::Not(::testing::HasSubstr("contact begins")));
   for (const json& peer : out.at("peers")) {

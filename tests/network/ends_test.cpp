@@ -1,4 +1,4 @@
-// Programs of the product end when they are told to, whatever they are in.
+// Tests that programs of the product end when they are told to, whatever they are in.
 #include <algorithm>
 #include <array>
 #include <atomic>
@@ -75,7 +75,7 @@ class Started {
   Started& operator=(const Started&) = delete;
 
   pid_t pid() const { return pid_; }
-  /// Sends the signal; how long it took to end, s; a large number: it did not.
+  /// Sends the signal, and returns how long the program took to end, s; a large number: it did not.
   double SecondsToEnd(int signal) {
     const auto began = std::chrono::steady_clock::now();
     kill(pid_, signal);
@@ -113,7 +113,7 @@ class File {
   int fd_;
 };
 
-/// A pipe that is full: whoever writes to it waits.
+/// A pipe that is full: a program that writes to it waits.
 class FullPipe {
  public:
   FullPipe() {
@@ -204,7 +204,7 @@ TEST(Ends, APeerWhoseReaderGoesAwayGoesOnAndLeavesItsReport) {
   EXPECT_TRUE(nlohmann::json::parse(stream, nullptr, false).is_object());
 }
 
-// DDS waits a second by itself for readers that have not acknowledged all; one that was killed
+// DDS waits a second by itself for readers that have not acknowledged all. A reader that was killed
 // never does.
 TEST(Ends, APeerWhoseViewerWasJustKilledEndsWithItsReport) {
   const TemporaryFolder folder;
@@ -228,7 +228,7 @@ TEST(Ends, APeerWhoseViewerWasJustKilledEndsWithItsReport) {
   }
 }
 
-/// How often a program is told to end, at a moment drawn at random.
+/// Returns how often a program is told to end, at a moment drawn at random.
 int Times() {
   const char* times = std::getenv("TANDEM_ENDS");
   return times != nullptr ? std::atoi(times) : 12;

@@ -13,8 +13,8 @@ inline constexpr std::int64_t kMostGrowth = 16 * 1024 * 1024;  // bytes
 inline constexpr std::int64_t kMostKept = 2 * 1024 * 1024;     // bytes, a minute after a flood
 inline constexpr double kGivenBackSeconds = 60;
 
-/// Waits until all that starting and meeting take is taken: for a second the memory has not grown
-/// any more. Returns the memory, bytes.
+/// Waits until starting and meeting have taken all their memory: for a second it has not grown any
+/// more. Returns the memory, bytes.
 inline std::int64_t MemoryAtRest(const Program& program) {
   constexpr double kStep = 0.1;
   constexpr int kQuiet = 10;             // steps

@@ -22,7 +22,7 @@
 
 namespace {
 
-// What the test's own peer sends: Cyclone finds this program's sendmsg before the system's.
+// Keeps what the test's own peer sends: Cyclone finds this program's sendmsg before the system's.
 std::atomic<bool> keeping = false;
 std::mutex kept_mutex;
 std::vector<tandem::testing::Packet> kept;
@@ -51,13 +51,14 @@ using testing::Packet;
 using testing::PacketFuzzer;
 using testing::RealPeers;
 
-/// As many as a quiet machine sends in so many seconds.
+/// Returns as many as a quiet machine sends in so many seconds.
 long FuzzPackets() {
   const char* seconds = std::getenv("TANDEM_FUZZ_SECONDS");
   return static_cast<long>(40'000 * (seconds != nullptr ? std::stod(seconds) : 5));
 }
 
-/// One of each length and first submessages: thousands of packets differ in their numbers only.
+/// Returns one packet of each length and first submessages: thousands of packets differ in their
+/// numbers only.
 std::vector<Packet> Kinds(const std::vector<Packet>& packets) {
   std::map<std::vector<unsigned>, Packet> kinds;
   for (const Packet& packet : packets) {
@@ -75,9 +76,9 @@ std::vector<Packet> Kinds(const std::vector<Packet>& packets) {
 
 constexpr unsigned char kAcknowledgement = 0x06, kHeartbeat = 0x07, kData = 0x15;
 
-/// What was said, however it was packed: each kind of submessage with whom it is of and for. How
-/// many go into one packet depends on the machine's load, and so does the number of kinds of
-/// packets.
+/// Returns what was said, however it was packed: each kind of submessage with whom it is of and
+/// for. How many go into one packet depends on the machine's load, and so does the number of kinds
+/// of packets.
 std::set<std::vector<unsigned char>> Contents(const std::vector<Packet>& packets) {
   constexpr unsigned char kFirstWithEntities = kAcknowledgement;
   constexpr unsigned char kInfoTimestamp = 0x09, kInfoDestination = 0x0e;
@@ -120,7 +121,7 @@ void Fuzz(const std::vector<Packet>& good, const std::vector<std::uint16_t>& por
   close(out);
 }
 
-/// Lines about the network: what the peers say of bodies and users is not counted.
+/// Counts lines about the network. What the peers say of bodies and users is not counted.
 long NetworkLinesOf(const std::filesystem::path& file) {
   std::ifstream stream(file);
   long lines = 0;
@@ -134,7 +135,8 @@ TEST(Fuzz, ARunningSessionOutlivesBadPacketsAtEveryPort) {
   const std::filesystem::path said = folder.path() / "said";
   RealPeers peers({.count = 2, .seconds = kLongEnough, .said = said.string()});
 
-  // what is sent from the first packet on: discovery, matching, motion, membership, scene
+  // everything that is sent from the first packet on: discovery, matching, motion, membership,
+  // scene
   keeping = true;
   OwnPeer own(peers.session(), 0x1234567890abcdef);
   own.Run(3, [] {
@@ -151,8 +153,8 @@ TEST(Fuzz, ARunningSessionOutlivesBadPacketsAtEveryPort) {
         return one.front() == kind;
       });
     };
-    EXPECT_GE(of(kData), 7);             // of discovery's four writers, of three topics' or more
-    EXPECT_GE(of(kHeartbeat), 7);        // of reliable ones
+    EXPECT_GE(of(kData), 7);             // discovery's four, and three topics' or more
+    EXPECT_GE(of(kHeartbeat), 7);        // those of reliable writers
     EXPECT_GE(of(kAcknowledgement), 7);  //
   }
 

@@ -1,4 +1,4 @@
-// host_for_tests CONTROLLER BODY METRES FILE: attaches, says what it found in FILE, takes the body,
+// host_for_tests CONTROLLER BODY METRES FILE attaches, says what it found in FILE, takes the body,
 // pulls it that far along x, and goes on until it is killed.
 
 #include <chrono>
@@ -37,7 +37,7 @@ int main(int argc, char** argv) {
     host->SetGoal(goal);
     host->Wait(std::chrono::milliseconds(10));
   }
-  // whoever waits for the file finds it whole
+  // a program that waits for the file finds it whole
   const std::string unfinished = std::string(argv[4]) + ".unfinished";
   std::ofstream(unfinished) << took.count() << ' ' << bodies << ' '
                             << host->snapshot().peers.size() << std::endl;

@@ -30,7 +30,7 @@ double Difference(const std::array<double, 3>& a, const std::array<double, 3>& b
   return std::sqrt(sum);
 }
 
-/// The largest change of force within 100 ms.
+/// Returns the largest change of force within 100 ms.
 double LargestChange(const std::vector<ForceThen>& course) {
   double largest = 0;
   for (std::size_t i = 0; i < course.size(); ++i) {
@@ -82,7 +82,7 @@ TEST(HostKilled, PartnersFeelLittleAndTheNextHostFindsAll) {
     const auto body = static_cast<std::size_t>(partner->snapshot().hand.body);
     return partner->snapshot().bodies[body].holders.size() == 2;
   };
-  double least_pull = 99;  // N, of the partner's hand against the pull of the other's
+  double least_pull = 99;  // N; least pull of the partner's hand against the other's
   double worst_change = 0;
   double longest_attach_s = 0;
   for (int kill = 0; kill < kills; ++kill) {

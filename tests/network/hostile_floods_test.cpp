@@ -1,4 +1,4 @@
-// A program of the tests' own (attacker.cpp) against whole programs of the product.
+// Sets a program of the tests' own (attacker.cpp) against whole programs of the product.
 #include <algorithm>
 #include <chrono>
 #include <csignal>
@@ -38,9 +38,9 @@ using testing::Program;
 using testing::StoppedThread;
 
 constexpr double kFloodSeconds = 3;
-// of DDS, no other test's: packets flood all programs of the domain
+// a DDS domain that no other test has: packets flood all programs of the domain
 constexpr const char* kDomain = "71";
-constexpr double kFullSeconds = 600;  // of a flood of a given size, at the most
+constexpr double kFullSeconds = 600;  // longest time of a flood of a given size
 
 /// Returns how much a flood of that mode sends where TANDEM_FLOODS asks for full size; 0: it goes
 /// by the clock.
@@ -88,7 +88,7 @@ class HostileFloods : public ::testing::Test {
     words.insert(words.end(), more.begin(), more.end());
     return Program(words, In("anna"));
   }
-  /// The peer of a secured session, with keys for an attacker of that name beside it.
+  /// Starts the peer of a secured session, with keys for an attacker of that name beside it.
   Program SecuredPeer(const std::string& attacker, Role role) const {
     const std::filesystem::path keys = In("keys");
     EXPECT_TRUE(MakeSessionKeys(keys));
@@ -109,7 +109,7 @@ class HostileFloods : public ::testing::Test {
     return nlohmann::json::parse(stream, nullptr, false);
   }
 
-  /// What a program's memory did in a flood, in bytes more than before it.
+  /// Growth of a program's memory in a flood, in bytes more than before it.
   struct Growth {
     std::int64_t most = 0;
     std::int64_t kept = 0;  // the least of the minute after it
@@ -165,10 +165,10 @@ class HostileFloods : public ::testing::Test {
 
   const TemporaryFolder folder_;
   const std::string session_;
-  std::string stopped_thread_;  // of the victim, during the flood; empty: none
+  std::string stopped_thread_;  // victim's thread, stopped during the flood; empty: none
   long sent_ = 0;
-  double seconds_ = 0;     // of the flood
-  std::size_t lines_ = 0;  // that the victim said meanwhile
+  double seconds_ = 0;     // duration of the flood
+  std::size_t lines_ = 0;  // number of lines that the victim said meanwhile
 };
 
 TEST_F(HostileFloods, StatesOfInventedBodiesTakeNoMemoryAreCountedAndTold) {

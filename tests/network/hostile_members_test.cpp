@@ -1,6 +1,6 @@
-// Floods by those who have keys: a viewer and a member with a program of the tests' own
-// (attacker.cpp) and a plug-in that lets it write what its permissions do not name, both at once,
-// against a peer, a relay and a viewer of one secured session.
+// Programs with keys flood: a viewer and a member with a program of the tests' own (attacker.cpp)
+// and a plug-in that lets it write what its permissions do not name. Both flood at once, against a
+// peer, a relay and a viewer of one secured session.
 #include <algorithm>
 #include <chrono>
 #include <csignal>
@@ -34,7 +34,7 @@ using ::testing::Not;
 using testing::Program;
 using ::testing::SizeIs;
 
-constexpr const char* kEachSeconds = "0.6";            // of each flood
+constexpr const char* kEachSeconds = "0.6";            // duration of each flood
 constexpr std::int64_t kMostOfEach = 2 * 1024 * 1024;  // bytes that a flood may take at once
 
 std::vector<std::string> LinesWith(const std::string& said, const std::string& words) {
@@ -63,7 +63,7 @@ class HostileMembers : public ::testing::Test {
                    "--capacity", "20000", "--brief", "--report", In("report").string()});
     Start("rita", {"relay", "--audience-secure", In("keys-audience").string()});
     Start("wes", {"watch"});
-    // whoever is here before her would be asked for it
+    // a peer that is here before her would be asked for it
     ASSERT_TRUE(victims_.at("anna")->Says("you hold peg")) << victims_.at("anna")->said();
   }
   void Start(const std::string& name, const std::vector<std::string>& what) {

@@ -1,5 +1,5 @@
-// Packets of a plain socket, laid out as DDS never lays them out, against a running peer. Whether
-// the peer took an announcement is seen by what it sends: DDS greets every program that it takes
+// Packets of a plain socket, laid out as DDS never lays them out, against a running peer. The
+// peer's own packets show whether it took an announcement: DDS greets every program that it takes
 // for one, at the port that the announcement names.
 #include <algorithm>
 #include <chrono>
@@ -48,7 +48,7 @@ class Octets {
     padded.resize((padded.size() + 3) / 4 * 4, '\0');
     return Number(id, 2).Number(padded.size(), 2).Text(padded);
   }
-  /// A submessage, little endian (RTPS 2.5, section 9.4.5.1).
+  /// Appends a submessage, little endian (RTPS 2.5, section 9.4.5.1).
   Octets& Submessage(std::uint8_t kind, std::uint8_t flags, const Octets& content) {
     return Number(kind, 1)
         .Number(flags | 1U, 1)
@@ -85,8 +85,9 @@ class LoopbackSocket {
     sendto(descriptor_, packet.data(), packet.size(), 0, reinterpret_cast<const sockaddr*>(&to),
            sizeof to);
   }
-  /// Whether a packet from one of the ports has come, or comes within that time. What comes from
-  /// others is dropped: a port that the system gives may have been a program's that has ended.
+  /// Returns whether a packet from one of the ports has come, or comes within that time. Packets
+  /// from others are dropped: a port that the system gives may have been a program's that has
+  /// ended.
   bool Hears(const std::vector<std::uint16_t>& from, std::chrono::milliseconds within) const {
     const auto end = std::chrono::steady_clock::now() + within;
     for (;;) {
@@ -115,16 +116,16 @@ class LoopbackSocket {
   std::uint16_t port_ = 0;
 };
 
-/// What stands in an announcement of a program (RTPS 2.5, section 8.5.3.2).
+/// Content of an announcement of a program (RTPS 2.5, section 8.5.3.2).
 struct Announced {
-  std::uint64_t sender = 0;  // of the packet
+  std::uint64_t sender = 0;  // sender of the packet
   std::uint64_t program = 0;
-  std::uint16_t port = 0;  // to be greeted at
+  std::uint16_t port = 0;  // port at which the program is to be greeted
   std::uint32_t lease_s = 10;
   std::uint32_t endpoints = kAllEndpoints;
 };
 
-/// A packet of such an announcement behind other submessages.
+/// Returns a packet of such an announcement behind other submessages.
 std::string Packet(const Announced& announced, const std::string& session, const Octets& in_front) {
   const Octets locator = Octets()
                              .Number(1, 4)  // IPv4 over UDP
@@ -156,7 +157,7 @@ std::string Packet(const Announced& announced, const std::string& session, const
       .get();
 }
 
-/// What may stand in front of data, by name (RTPS 2.5, section 9.4.5).
+/// Returns what may stand in front of data, by name (RTPS 2.5, section 9.4.5).
 std::map<std::string, Octets> WhatStandsInFront(std::uint64_t sender) {
   const Octets nothing;
   const Octets eight = Octets().Number(0x0102030405060708, 8);

@@ -1,6 +1,6 @@
-// What a program of the tests' own (tests/collab/dds/attacker.cpp) can do to users of the product
-// who have a part in hand: as an outsider of a plain session, and with a viewer's and a member's
-// keys in a secured one.
+// Tests what a program of the tests' own (tests/collab/dds/attacker.cpp) can do to users of the
+// product who have a part in hand: as an outsider of a plain session, and with a viewer's and a
+// member's keys in a secured one.
 #include <algorithm>
 #include <array>
 #include <chrono>
@@ -39,10 +39,10 @@ constexpr PeerId kLooker = 44;
 constexpr PeerId kMallory = 0x999;
 // 1,200 attacks, or 48 that an honest peer's pace hides; a peer is lost after a second.
 constexpr milliseconds kAttack{1200};
-// Less than all attacks take one after the other.
+// All attacks one after the other take longer.
 constexpr std::time_t kKeysLast = 18;  // s
 
-/// What a program reads its orders from.
+/// The input from which a program reads its orders.
 class Orders {
  protected:
   Orders() { EXPECT_EQ(pipe2(ends_.data(), O_CLOEXEC), 0); }
@@ -52,7 +52,7 @@ class Orders {
   Orders(const Orders&) = delete;
   Orders& operator=(const Orders&) = delete;
 
-  /// Under which another program of this user can open it.
+  /// Returns a name under which another program of this user can open it.
   std::string Input() const {
     return "/proc/" + std::to_string(getpid()) + "/fd/" + std::to_string(ends_[0]);
   }
@@ -65,9 +65,9 @@ class Orders {
   std::array<int, 2> ends_{-1, -1};
 };
 
-/// A peer of the product that ends when it is told to by an order. After a signal it would have
-/// less than a second, which it does not get of a machine that has too much to do: then it ends by
-/// that signal, and how it ends says nothing of what it went through.
+/// A peer of the product that ends when an order tells it to. After a signal it would have less
+/// than a second, which it does not get of a machine that has too much to do. Then it ends by that
+/// signal, and how it ends says nothing of what it went through.
 class PeerWithOrders : private Orders, private Program {
  public:
   using Program::said;
@@ -77,7 +77,7 @@ class PeerWithOrders : private Orders, private Program {
       : Program(command, said, Input()) {}
 
   void Quit() const { Order("quit"); }
-  /// Its exit code.
+  /// Orders it to end, and returns its exit code.
   std::optional<int> QuitAndWait() {
     Quit();
     return Wait(kQuitWithin);
@@ -120,7 +120,7 @@ class HostileRights : public ::testing::Test {
     ASSERT_TRUE(made) << made.error().what;
     ids_[name] = *made;
   }
-  /// Keys that are as good as others for so long, s.
+  /// Makes keys that are as good as others for so long, s.
   void MakeKeysFor(const std::string& name, std::time_t seconds) {
     MakeKeys(name, Role::kActive);
     const std::filesystem::path folder = In("keys-" + name);
@@ -136,7 +136,7 @@ class HostileRights : public ::testing::Test {
     ASSERT_TRUE(SignDocument(may, PermissionsAuthority(In("keys")), folder / "permissions.p7s"));
   }
 
-  /// `outsider`: the id of one without keys.
+  /// Starts an attacker; `outsider`: the id of one without keys.
   ChildPeer Attacker(const std::string& mode, const std::string& keys,
                      PeerId outsider = kMallory) const {
     const bool plain = keys == "-";
@@ -145,7 +145,7 @@ class HostileRights : public ::testing::Test {
                       std::to_string(plain ? outsider : ids_.at(keys)), keys,
                       std::to_string(ids_.at("anna"))});
   }
-  /// Attacks whoever holds the ball, with those keys and no check of the attacker's own ("-":
+  /// Attacks the peer that holds the ball, with those keys and no check of the attacker's own ("-":
   /// none).
   void Attack(const std::string& mode, const std::string& keys) {
     const Recorder::Heard before = heard_.Now();
@@ -171,7 +171,7 @@ class HostileRights : public ::testing::Test {
     ExpectNobodyLetGo(mode);
   }
 
-  /// All that one can try, the ones that an honest peer's pace hides slowly, too.
+  /// Attacks by all means, and by those that an honest peer's pace hides slowly, too.
   void AttackByAllMeans(const std::string& keys) {
     for (const char* mode :
          {"claim", "claim_slowly", "claim_next_slowly", "claim_as_victim_slowly", "sit_down_slowly",
@@ -182,7 +182,7 @@ class HostileRights : public ::testing::Test {
     }
   }
 
-  /// How often a user was told such words of the attacker.
+  /// Returns how often a user was told such words of the attacker.
   int Told(const std::string& name, const std::string& words) const {
     int told = 0;
     for (const std::string& line : LinesOf(programs_.at(name)->said())) {
@@ -220,8 +220,8 @@ class HostileRights : public ::testing::Test {
   }
   std::filesystem::path In(const std::string& file) const { return folder_.path() / file; }
 
-  /// That what the program said so far is text, without a control character or a change of
-  /// direction.
+  /// Expects that the words of the program so far are text, without a control character or a change
+  /// of direction.
   void ExpectReadable(const std::string& name) const {
     const std::string said = programs_.at(name)->said();
     EXPECT_NO_THROW(static_cast<void>(nlohmann::json(said).dump())) << "no UTF-8";
@@ -319,7 +319,7 @@ TEST_F(HostileRights, OutsidersOfAPlainSessionTakeNothingAndKeepNobodyOutByOffer
   EXPECT_THAT(carl->said(), HasSubstr("active peers, the most there can be: look on with"));
   ExpectNobodyLetGo("crowd");
 
-  // alone with one
+  // anna is alone with one attacker
   for (ChildPeer* attacker : {&others, &crowd, &second, &third}) attacker->Command("end");
   EndAll();
   const std::unique_ptr<PeerWithOrders> eve = Peer("eve", {});

@@ -27,7 +27,7 @@ constexpr std::uint32_t kDomain = 42;
 constexpr PeerId kHostile = 0x99;
 
 /// Further writers of motion of the participant of the program's own peer, which is known to the
-/// session: whatever they write in that peer's partition comes as that peer's.
+/// session. Everything that they write in that peer's partition comes as that peer's.
 class HostileWriters {
  public:
   HostileWriters() {
@@ -45,7 +45,7 @@ class HostileWriters {
 
   /// Tells whether each writer has a reader in another's participant.
   bool AreHeard() const { return IsHeard(states_) && IsHeard(linked_) && IsHeard(twofold_); }
-  /// Of one alone, and of one with links beside it.
+  /// Writes a state of one peer alone, and one with links beside it.
   void State(const std::function<void(tandem_ObjectState&)>& spoil) {
     const tandem_ObjectState alone = Spoilt(spoil);
     dds_write(states_, &alone);

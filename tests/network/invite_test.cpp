@@ -25,7 +25,7 @@ using nlohmann::json;
 using ::testing::HasSubstr;
 using Clock = std::chrono::steady_clock;
 
-// the bar: from `tandem join` to the part in hand
+// longest time from `tandem join` to the part in hand
 constexpr double kJoinedWithin = 15;  // s
 
 class Invite : public ::testing::Test {
@@ -35,7 +35,7 @@ class Invite : public ::testing::Test {
   }
   std::filesystem::path In(const std::string& name) const { return folder_.path() / name; }
 
-  /// Anna has the peg in hand, in her network.
+  /// Starts Anna, who has the peg in hand, in her network.
   std::unique_ptr<Program> Anna(const std::vector<std::string>& further = {}) const {
     std::vector<std::string> command{TANDEM_PROGRAM, "peer",   "--session", kSession, "--scene",
                                      "peg_in_slot",  "--hold", "peg",       "--name", "anna"};
@@ -44,7 +44,7 @@ class Invite : public ::testing::Test {
     EXPECT_TRUE(anna->Says("you hold peg")) << anna->said();
     return anna;
   }
-  /// `tandem invite`, with its line.
+  /// Starts `tandem invite` and reads its line.
   std::unique_ptr<Program> Inviter(const std::vector<std::string>& further, std::string& line) {
     std::vector<std::string> command{TANDEM_PROGRAM, "invite", kSession};
     command.insert(command.end(), further.begin(), further.end());
@@ -56,7 +56,7 @@ class Invite : public ::testing::Test {
     }
     return inviter;
   }
-  /// `tandem join` in the other network, as somebody with a home of their own.
+  /// Starts `tandem join` in the other network, as somebody with a home of their own.
   std::unique_ptr<Program> Joiner(const std::string& line, const std::string& home,
                                   const std::vector<std::string>& further = {}) {
     std::vector<std::string> command{"env",          "XDG_DATA_HOME=" + In(home).string(),
@@ -68,7 +68,7 @@ class Invite : public ::testing::Test {
     return std::make_unique<Program>(networks_.There(command),
                                      In("joiner-" + std::to_string(++joiners_)));
   }
-  /// What the joiner prints once it holds the peg, and that it does in time.
+  /// Returns what the joiner prints once it holds the peg, and expects that it does in time.
   json Entered(const Program& joiner, Clock::time_point begin) {
     EXPECT_TRUE(joiner.Says("\"holding\"", kJoinedWithin)) << joiner.said();
     const double took = std::chrono::duration<double>(Clock::now() - begin).count();
@@ -136,14 +136,14 @@ TEST_F(Invite, OfASecuredSessionTheFirstWhoHasTheLineBecomesAMemberAndNoOther) {
   EXPECT_TRUE(anna->Says("ben joined"));
   EXPECT_EQ(inviter->Wait(), 0) << inviter->said();
 
-  // somebody else who has read the mail
+  // somebody else has read the mail
   const auto eve = Joiner(line, "eve");
   EXPECT_EQ(eve->Wait(), 5) << eve->said();
   EXPECT_THAT(eve->said(), HasSubstr("was used or taken back"));
   EXPECT_EQ(LinesOf(eve->said()).size(), 1U) << eve->said();
   EXPECT_FALSE(std::filesystem::exists(In("eve") / "tandem" / "keys" / "identity.key"));
   End(*ben);
-  // who has become a member by it can come back by it
+  // a person who has become a member by the line can come back by it
   const auto back = Joiner(line, "ben");
   EXPECT_EQ(Entered(*back, Clock::now()).at("name"), "ben");
   EXPECT_THAT(back->said(), HasSubstr("they are taken"));

@@ -15,11 +15,11 @@ namespace tandem::testing {
 /// peg_in_slot and keeping it where it is.
 class OwnPeer {
  public:
-  /// A haptic frame: what is to be called in it is the argument.
+  /// The work of a haptic frame, around which a test may do its own.
   using Frame = std::function<void(PeerNode& node, std::int64_t now_ns)>;
 
   OwnPeer(const std::string& session, PeerId id, Frame frame = DefaultFrame);
-  /// Without threads: its frames are the caller's to step, in a time of their own.
+  /// Tag of a peer without threads: its caller steps its frames, in a time of their own.
   struct Stepped {};
   OwnPeer(const std::string& session, PeerId id, Stepped);
   /// Leaves with a goodbye.
@@ -29,10 +29,10 @@ class OwnPeer {
 
   /// Goes on with the control thread's work, on the caller's thread, until `done` or for `seconds`.
   void Run(double seconds, const std::function<bool()>& done);
-  /// So many frames, at most one a millisecond: haptic, then sender, every 20th the control
+  /// Steps so many frames, at most one a millisecond: haptic, then sender, every 20th the control
   /// thread's.
   void StepFrames(int count);
-  /// Steps until what is held is coupled to another's: each has heard the other, and been heard by
+  /// Steps until the held body is coupled to another's: each has heard the other, and been heard by
   /// it. False: not within a minute.
   bool StepUntilCoupled();
 

@@ -13,8 +13,8 @@
 namespace tandem::testing {
 
 namespace {
-constexpr std::size_t kHeader = 20;       // of RTPS: magic, version, vendor, sender
-constexpr std::size_t kFirstLength = 22;  // of the first submessage
+constexpr std::size_t kHeader = 20;       // header of RTPS: magic, version, vendor, sender
+constexpr std::size_t kFirstLength = 22;  // place of the first submessage's length
 }  // namespace
 
 std::vector<std::uint16_t> UdpPortsOf(pid_t process) {

@@ -11,7 +11,7 @@ namespace tandem::testing {
 
 using Packet = std::vector<unsigned char>;
 
-/// The UDP ports that a process listens at (IPv4).
+/// Returns the UDP ports that a process listens at (IPv4).
 std::vector<std::uint16_t> UdpPortsOf(pid_t process);
 
 /// Makes bad packets of good ones: bytes flipped, set to limits or cut off, lengths that lie, two

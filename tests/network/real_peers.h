@@ -17,7 +17,7 @@ class RealPeers {
  public:
   struct Options {
     int count = 2;       // they wait for one another
-    double seconds = 4;  // of the hands' motion
+    double seconds = 4;  // duration of the hands' motion
     std::string said{};  // a file for what they say; empty: to our own stderr
     std::string law = DefaultLaw()->name();
   };
@@ -26,9 +26,9 @@ class RealPeers {
 
   const std::string& session() const noexcept { return session_; }
   ChildProcess& peer(std::size_t i) { return peers_[i]; }
-  /// Waits for all; their exit codes, -1 of one that did not end in time.
+  /// Waits for all, and returns their exit codes; -1 for one that did not end in time.
   std::vector<int> Wait();
-  /// What a peer reported at the end; not an object where it did not.
+  /// Returns what a peer reported at the end; not an object where it did not.
   nlohmann::json Report(std::size_t i) const;
 
  private:

@@ -21,17 +21,18 @@
 
 namespace {
 
-// What this program's own peer sends: Cyclone finds this sendmsg before the system's. RTPS data of
-// user topics are told apart by their writers, all else by where it goes and what it is made of.
+// Keeps what this program's own peer sends: Cyclone finds this sendmsg before the system's. RTPS
+// data of user topics are told apart by their writers, all else by where it goes and what it is
+// made of.
 using Clock = std::chrono::steady_clock;
 
 /// Packets alike to one place: answers, heartbeats and signs of life come in steady beats.
 struct Stream {
-  std::vector<Clock::time_point> at;  // of its packets
+  std::vector<Clock::time_point> at;  // times of its packets
 
-  /// Of a beat as its packets are apart, so that it does not matter where in it a window began;
-  /// what comes now and then counts by the window. A machine that stands still makes some of a
-  /// beat's packets late: then it is as fast as most of them are.
+  /// Returns the rate of a beat as its packets are apart, so that it does not matter where in it a
+  /// window began. Packets that come now and then count by the window. A machine that stands still
+  /// makes some of a beat's packets late: then it is as fast as most of them are.
   double PerSecond(double window_s) const {
     constexpr std::size_t kLeast = 4;
     const auto packets = static_cast<double>(at.size());
@@ -51,7 +52,7 @@ struct Stream {
 };
 
 struct Sent {
-  std::map<std::uint32_t, long> samples;  // by writer
+  std::map<std::uint32_t, long> samples;  // counts by writer
   std::map<std::string, Stream> others;   // packets without any: matching, heartbeats, acks
   double window_s = 0;
 
@@ -81,8 +82,8 @@ constexpr unsigned char kInfoDestination = 0x0e;
 constexpr unsigned char kData = 0x15;
 constexpr std::size_t kWriterAt = 12;           // in a data submessage
 constexpr unsigned char kBuiltInWriter = 0xc0;  // bits of an entity's kind
-// what finds new participants: every two seconds or so one to each port that one may have, in
-// bursts that a window of the test holds one or two of
+// announcements find new participants: every two seconds or so one to each port that a participant
+// may have, in bursts of which a window of the test holds one or two
 constexpr std::array<unsigned char, 4> kAnnouncer{0, 1, 0, 0xc2};
 
 std::string Hex(const unsigned char* bytes, std::size_t count) {
@@ -95,7 +96,8 @@ std::string Hex(const unsigned char* bytes, std::size_t count) {
   return text;
 }
 
-/// What of a submessage tells streams apart: its kind, and to whom or of which reader and writer.
+/// Returns what tells streams apart in a submessage: its kind, and to whom or of which reader and
+/// writer.
 std::string KindOf(const unsigned char* submessage) {
   std::string kind = Hex(submessage, 1);
   if (submessage[0] == kData) kind += Hex(submessage + kWriterAt - 4, 8);
@@ -149,7 +151,7 @@ namespace {
 using testing::OwnPeer;
 using testing::RealPeers;
 
-/// Viewers of the relay, until they go out of scope; what each said is in a file of its own.
+/// Viewers of the relay, until they go out of scope. Each has a file of its own for its words.
 class RelayViewers {
  public:
   RelayViewers(const std::string& session, int count) {
@@ -160,9 +162,9 @@ class RelayViewers {
       if (viewer) viewers_.push_back(std::move(*viewer));
     }
   }
-  /// Ends them; the least that one of them received, for each second from `begin` to its end. A few
-  /// at a time: a program has less than a second for its end, and what each of them does about the
-  /// ends of all the others takes longer where there is anything else to do.
+  /// Ends them, and returns the least that one of them received, for each second from `begin` to
+  /// its end. They end a few at a time: a program has less than a second for its end, and its work
+  /// on the ends of all the others takes longer where there is anything else to do.
   double LeastPerSecond(Clock::time_point begin) {
     constexpr std::size_t kAtOnce = 4;
     double least = 1e9;
@@ -190,13 +192,14 @@ class RelayViewers {
   std::vector<ChildProcess> viewers_;
 };
 
-/// Of a window: some ten beats of each stream. TANDEM_RELAY_SECONDS=40: a longer one.
+/// Returns the frames of a window: some ten beats of each stream. TANDEM_RELAY_SECONDS=40: a longer
+/// one.
 int WindowFrames() {
   const char* seconds = std::getenv("TANDEM_RELAY_SECONDS");
   return seconds == nullptr ? 3000 : 1000 * std::atoi(seconds);
 }
 
-/// What the own peer sends in a window of frames, each as long as the program makes it.
+/// Returns what the own peer sends in a window of frames, each as long as the program makes it.
 Sent SentInAWindow(OwnPeer& own) {
   {
     const std::scoped_lock lock(sent_mutex);
@@ -211,12 +214,13 @@ Sent SentInAWindow(OwnPeer& own) {
   return sent;
 }
 
-// A thread that is late has packets sent twice, by chance: what is true is in two windows alike.
-// They are looked for in so many at the most.
+// A thread that is late has packets sent twice, by chance. The true figures are in two windows
+// alike, which are looked for in so many at the most.
 constexpr std::size_t kMostWindows = 8;
 
 bool Alike(const Sent& a, const Sent& b) {
-  constexpr double kAlike = 0.003;  // of some 17 a second; one packet in a window is six times that
+  // share of some 17 a second; one packet in a window is six times that
+  constexpr double kAlike = 0.003;
   const double apart = std::abs(a.OthersPerSecond() - b.OthersPerSecond());
   return apart <= kAlike * std::min(a.OthersPerSecond(), b.OthersPerSecond());
 }
@@ -229,7 +233,7 @@ void AddWindow(OwnPeer& own, std::vector<Sent>& windows) {
   std::ranges::sort(windows, {}, &Sent::OthersPerSecond);
 }
 
-/// In the window with the least, which there should be twice.
+/// Returns what is sent in the window with the least, which there should be twice.
 Sent LeastSent(OwnPeer& own) {
   std::vector<Sent> windows;
   AddWindow(own, windows);
@@ -239,7 +243,8 @@ Sent LeastSent(OwnPeer& own) {
   return windows[0];
 }
 
-/// Whether the own peer sends no more than that in two windows: what viewers cost is in every one.
+/// Returns whether the own peer sends no more than that in two windows: the cost of viewers is in
+/// every one.
 ::testing::AssertionResult SendsNoMoreThan(const Sent& alone, OwnPeer& own) {
   const double most = 1.01 * alone.OthersPerSecond();
   std::vector<Sent> windows;
@@ -271,7 +276,7 @@ TEST(Relay, AnActivePeerSendsTheSameHoweverManyLookOn) {
   own.StepFrames(8000);  // all have met, and have said all that is said once
 
   const Sent alone = LeastSent(own);
-  ASSERT_GE(alone.samples.size(), 3U);  // of states with their links, view and peer_info
+  ASSERT_GE(alone.samples.size(), 3U);  // states with their links, view and peer_info
   std::vector<long> counts;
   for (const auto& [writer, count] : alone.samples) counts.push_back(count);
   std::sort(counts.begin(), counts.end());

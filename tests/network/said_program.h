@@ -52,7 +52,7 @@ class Program {
     }
     return false;
   }
-  /// Bytes in memory now.
+  /// Returns the bytes in memory now.
   std::int64_t Memory() const {
     std::ifstream status("/proc/" + std::to_string(process_->pid()) + "/status");
     for (std::string line; std::getline(status, line);) {

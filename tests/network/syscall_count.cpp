@@ -41,7 +41,8 @@ std::optional<SyscallCount> CountSyscalls(pid_t thread) {
       ptrace(PTRACE_GET_SYSCALL_INFO, thread, sizeof info, &info);
       const auto number = static_cast<long>(info.entry.nr);
       if (info.op == PTRACE_SYSCALL_INFO_ENTRY && number == SYS_clock_nanosleep) {
-        // what came before the first sleep is the thread's beginning, after the last its end
+        // calls before the first sleep belong to the thread's beginning, calls after the last to
+        // its end
         if (count.sleeps > 0) {
           for (const auto& [call, times] : since_sleep) count.calls[call] += times;
         }

@@ -8,8 +8,8 @@
 
 namespace tandem::testing {
 
-/// The thread of that name in a process (the first 15 characters), once there is one; nothing when
-/// the process ends or 20 s pass first.
+/// Returns the thread of that name in a process (the first 15 characters), once there is one;
+/// nothing when the process ends or 20 s pass first.
 std::optional<pid_t> AwaitThread(pid_t process, const std::string& name);
 
 /// System calls of a thread by their number, from its first sleep to its last.

@@ -56,9 +56,9 @@ class TwoNetworks {
     }
   }
 
-  /// Why there are none; empty: there are.
+  /// Returns why there are none; empty: there are.
   const std::string& why_not() const { return why_not_; }
-  /// The command that runs another one on one of the two machines.
+  /// Returns the command that runs another one on one of the two machines.
   std::vector<std::string> Here(const std::vector<std::string>& command) const {
     return On(*here_, command);
   }
