@@ -22,10 +22,10 @@ class __attribute__((visibility("default"))) FclPair {
   FclPair(const Mesh& fixed, const Mesh& moving);
   ~FclPair();
 
-  /// How many contacts there are, each with its place and normal.
+  /// Returns how many contacts there are. FCL finds each with its place and normal.
   std::size_t Contacts(const Placed& at) const;
   bool Touch(const Placed& at) const;
-  /// m, 0 or less when they touch.
+  /// Returns the distance, m; 0 or less when they touch.
   double Distance(const Placed& at) const;
 
  private:

@@ -10,7 +10,8 @@
 #include "tests/peers/fcl_peer.h"
 #include "tests/peers/peer_support.h"
 
-// One haptic frame beside FCL's collision and distance queries, at the poses of a file, one thread.
+// Times one haptic frame beside FCL's collision and distance queries, at the poses of a file, one
+// thread.
 namespace tandem {
 namespace {
 
@@ -30,13 +31,13 @@ FclPair::Placed Plain(const Pose& X) {
   return {{X.q.w(), X.q.x(), X.q.y(), X.q.z()}, {X.p.x(), X.p.y(), X.p.z()}};
 }
 
-/// What a class of poses came to; times in us, a figure a pose.
+/// Figures of a class of poses; times in us, one for each pose.
 struct Figures {
   std::vector<double> frame, frame_p99, all_points, touch, first_touch, contacts, yes_no, distance;
   std::vector<double> our_contacts, their_contacts, distance_voxels;
 };
 
-/// Median processor time of a call, us.
+/// Returns the median processor time of a call, us.
 double CallUs(double least_s, const std::function<void()>& call) {
   std::vector<double> times;
   LoopClock& clock = MachineClock();
@@ -50,7 +51,8 @@ double CallUs(double least_s, const std::function<void()>& call) {
   return MedianOf(times);
 }
 
-/// Frames as a hand makes them, 0.05 to 0.5 voxels a frame about the pose. Gives the body's poses.
+/// Times frames as a hand makes them, 0.05 to 0.5 voxels a frame about the pose. Returns the body's
+/// poses.
 std::vector<Pose> TimeFrames(BodyPair& pair, const Pose& X_WB, double voxel, double radius,
                              std::mt19937_64& random, Figures& figures) {
   std::uniform_real_distribution<double> side(-1, 1);
@@ -82,7 +84,7 @@ std::vector<Pose> TimeFrames(BodyPair& pair, const Pose& X_WB, double voxel, dou
   return poses_WB;
 }
 
-/// Yes or no of the same poses: one after the other, and each as if it were the first.
+/// Times yes or no at the same poses: one after the other, and each as if it were the first.
 void TimeTouch(TouchQuery& query, const std::vector<Pose>& poses_WB, Figures& figures) {
   LoopClock& clock = MachineClock();
   std::array<std::vector<double>, 2> times;

@@ -13,7 +13,7 @@
 #include "engine/geometry/mesh_file.h"
 #include "tests/peers/peer_support.h"
 
-// A pointshell's test beside OpenVDB's accessor, and a distance with gradient beside its
+// Times a pointshell's test beside OpenVDB's accessor, and a distance with gradient beside its
 // BoxSampler: the same points by the same transforms, one thread, each with a map of its own kind
 // of the same mesh at the same voxel size.
 namespace tandem {
@@ -26,8 +26,8 @@ struct OpenVdbMesh {
   openvdb::math::Transform::Ptr to_world;
 };
 
-/// OpenVDB's voxels are counted from W's origin, and its values stand at their corners: half a
-/// voxel aside they stand at the centres of ours.
+/// Returns a mesh for OpenVDB. Its voxels are counted from W's origin, and its values stand at
+/// their corners: half a voxel aside they stand at the centres of ours.
 OpenVdbMesh ForOpenVdb(const TriangleMesh& mesh, double s) {
   OpenVdbMesh out;
   for (const Vec3& v : mesh.vertices) out.vertices.emplace_back(v.x(), v.y(), v.z());
@@ -37,8 +37,8 @@ OpenVdbMesh ForOpenVdb(const TriangleMesh& mesh, double s) {
   return out;
 }
 
-/// Distance and gradient at all points that are within a voxel of the surface at any of the poses:
-/// ours beside a level set and its gradients, each sampled trilinearly.
+/// Compares distance and gradient at all points that are within a voxel of the surface at any of
+/// the poses: ours beside a level set and its gradients, each sampled trilinearly.
 Result<nlohmann::ordered_json> CompareGradients(const PeerModels& models) {
   const double s = models.voxmap.voxel_size();
   const Result<DistanceField> field = BuildField(models.fixed, {.voxel_size = s});

@@ -19,7 +19,7 @@
 
 namespace tandem {
 
-/// Runs `app` on what the command line says; how the program is to end.
+/// Runs `app` on what the command line says, and returns how the program is to end.
 int RunPeer(CLI::App& app, int argc, char** argv, const std::function<std::optional<Error>()>& run);
 
 /// A fixed and a moving mesh file and their poses, as options say.
@@ -40,15 +40,15 @@ struct PeerModels {
   TriangleMesh moving;
   Voxmap voxmap;
   Pointshell points;  // in B, whose origin is the mesh's centre of mass
-  // of the refined contact model
+  // surfaces for the refined contact model
   BodySurface fixed_surface;
   BodySurface moving_surface;
   Pose X_MB;                    // M: the file's frame
-  std::vector<FilePose> poses;  // of M, m
+  std::vector<FilePose> poses;  // poses of M
 };
 Result<PeerModels> LoadPeerModels(const PeerPair& pair, ContactModel model);
 
-/// Processor time of all this process's threads, ns.
+/// Returns the processor time of all this process's threads, ns.
 double ProcessCpuNs();
 
 struct Timed {

@@ -8,8 +8,8 @@
 #include "engine/voxel/voxelize.h"
 #include "tests/peers/peer_support.h"
 
-// Voxelize (three distance fields, interior) beside OpenVDB's meshToVolume (one unsigned field),
-// both to eight voxels from the surface.
+// Times Voxelize (three distance fields, interior) beside OpenVDB's meshToVolume (one unsigned
+// field), both to eight voxels from the surface.
 namespace tandem {
 namespace {
 
