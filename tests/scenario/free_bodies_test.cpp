@@ -1,4 +1,4 @@
-// A puck that moves by gravity, friction and contact among peers that are 50 ms apart.
+// Tests a puck that moves by gravity, friction and contact among peers that are 50 ms apart.
 #include <algorithm>
 #include <random>
 
@@ -15,7 +15,7 @@ namespace {
 constexpr ObjectId kPuck = 1;
 constexpr ObjectId kLeft = 2;
 constexpr ObjectId kRight = 3;
-constexpr std::size_t kPuckBody = 0;  // into the moving bodies
+constexpr std::size_t kPuckBody = 0;  // index into the moving bodies
 constexpr double kPuckSide = 0.03;    // m, of the puck
 constexpr double kWayMs = 50;
 constexpr int kHitFrames = 5;
@@ -37,7 +37,7 @@ std::shared_ptr<const WorldModel> Table(double gravity, double friction = 0.3) {
 
 class FreeBodies : public ::testing::Test {
  protected:
-  /// A peer whose hand takes `object` first (-1: nothing) and goes that way.
+  /// Adds a peer whose hand takes `object` first (-1: nothing) and goes that way.
   void Add(PeerId id, int object, std::vector<Waypoint> way = {}) {
     NodeOptions options;
     options.peer.id = id;
@@ -65,7 +65,7 @@ class FreeBodies : public ::testing::Test {
     ASSERT_TRUE(session_.node(peer).peer().commands().TryPush({kind, object, 0}));
   }
 
-  /// Frames, in each of which the puck is one peer's at the most, and jumps nowhere.
+  /// Runs frames, in each of which the puck is one peer's at the most, and jumps nowhere.
   template <typename See>
   void Run(int frames, const See& see) {
     for (int i = 0; i < frames; ++i) {
@@ -79,7 +79,7 @@ class FreeBodies : public ::testing::Test {
         most_step_ = std::max(most_step_, (Puck(p) - last_[p]).norm());
         last_[p] = Puck(p);
         const Vec3& force = PeerOf(p).felt().F_D_W.f;
-        // a hit is felt as it is; what comes after it is to be smooth
+        // a hit is felt as it is; the force after it is to be smooth
         pushed_frames_[p] = WorldOf(p).Pushed(kPuckBody) ? pushed_frames_[p] + 1 : 0;
         if (pushed_frames_[p] > kHitFrames) {
           most_force_step_ = std::max(most_force_step_, (force - forces_[p]).norm());
@@ -93,7 +93,7 @@ class FreeBodies : public ::testing::Test {
   void Run(int frames) {
     Run(frames, [] {});
   }
-  /// How far the puck is at the peers from where it is at the first of them that is here.
+  /// Returns how far the puck is at the peers from where it is at the first of them that is here.
   double Disagreement() {
     double most = 0;
     const Vec3* first = nullptr;
@@ -105,8 +105,8 @@ class FreeBodies : public ::testing::Test {
     }
     return most;
   }
-  /// That no peer takes another for one that forges or seizes. A state that is heard before the
-  /// claim that it goes by is refused as everywhere.
+  /// Expects that no peer takes another for one that forges or seizes. A state that is heard before
+  /// the claim that it goes by is refused as everywhere.
   void ExpectNobodyAccused() {
     for (std::size_t p = 0; p < session_.size(); ++p) {
       for (const auto& [peer, counts] : session_.node(p).inbox().drops().Rows()) {
@@ -127,9 +127,9 @@ class FreeBodies : public ::testing::Test {
   LinkConditions link_{.delay_ms = kWayMs};
   std::shared_ptr<const WorldModel> model_ = Table(9.81);
   SimulatedSession session_;
-  std::vector<Vec3> last_, forces_;  // by peer
+  std::vector<Vec3> last_, forces_;  // one for each peer
   double most_step_ = 0;             // m in a frame
-  std::vector<int> pushed_frames_;   // by peer: since another body has pushed the puck there
+  std::vector<int> pushed_frames_;   // one for each peer: pushed since
   double most_force_step_ = 0;       // N in a frame, of hands that go on pushing
   int most_at_once_ = 0;
 };
@@ -182,7 +182,8 @@ TEST_F(FreeBodies, OneThatIsThrownFliesOnAndRestsWhereAllSeeIt) {
   EXPECT_EQ(most_at_once_, 1);
 }
 
-// It slides at 0.5 m/s into a paddle that another holds still; whoever threw it simulates the hit.
+// It slides at 0.5 m/s into a paddle that another holds still. The peer that threw it simulates the
+// hit.
 TEST_F(FreeBodies, OneThatIsThrownAtAHeldPartIsStoppedByItAndKnocksNoHand) {
   model_ = Table(9.81, 0.05);
   Add(3, kPuck,
@@ -206,7 +207,7 @@ TEST_F(FreeBodies, OneThatIsThrownAtAHeldPartIsStoppedByItAndKnocksNoHand) {
   EXPECT_EQ(most_at_once_, 1);
 }
 
-// It is taken out of a push: who pushed it meets no wall, and no third one sees it stand.
+// It is taken out of a push. The peer that pushed it meets no wall, and no third one sees it stand.
 TEST_F(FreeBodies, OneThatIsTakenWhileAnotherPushesItIsNoWallToThatOne) {
   Add(1, -1);
   Add(2, kLeft, {{.t = 0}, {.t = 1.5, .p_W = Vec3(0.14, 0, 0)}});
@@ -278,7 +279,7 @@ TEST_F(FreeBodies, OneThatIsPushedFromHandToHandIsWithWhoeverPushesIt) {
   Add(2, kLeft,
       {{.t = 0}, {.t = 1.5, .p_W = Vec3(0.14, 0, 0)}, {.t = 2.2, .p_W = Vec3(-0.02, 0, 0)}});
   Add(3, kRight, {{.t = 0}, {.t = 2.6}, {.t = 4.2, .p_W = Vec3(-0.2, 0, 0)}});
-  // how deep a paddle is in the puck where it is held, along the way
+  // depth of a paddle in the puck where it is held, along the way
   double deepest = 0;
   const auto look = [&] {
     const double left = Puck(1).x() - WorldOf(1).state(1).X_WB.p.x();
@@ -334,7 +335,7 @@ TEST_F(FreeBodies, OneWhosePeerDiesGoesOnAtAnother) {
 
 class FreeBodiesBySeed : public FreeBodies, public ::testing::WithParamInterface<int> {
  protected:
-  /// Up and down, to the left and to the right.
+  /// Returns a way up and down, to the left and to the right.
   std::vector<Waypoint> RandomWay() {
     std::vector<Waypoint> way{{.t = 0}};
     while (way.back().t < 6) {

@@ -14,8 +14,8 @@
 #include "engine/world/world.h"
 #include "tests/support/scratch_folder.h"
 
-// The removal of the paper's section 7, from the nest alone; `tandem bench removal` has the whole
-// gear round it.
+// Tests the removal of the paper's section 7, from the nest alone. `tandem bench removal` has the
+// whole gear round it.
 
 namespace tandem {
 namespace {

@@ -22,7 +22,7 @@ SimulatedDemo MustRun(const std::string& scene, const SimulatedDemoOptions& opti
   return demo ? std::move(*demo) : SimulatedDemo{};
 }
 
-/// What the demo promises of both instances.
+/// Expects what the demo promises of both instances.
 void ExpectWorkedOut(const SimulatedDemo& demo) {
   ASSERT_EQ(demo.traces.size(), 2U);
   for (const std::vector<TraceSample>& trace : demo.traces) {
@@ -83,7 +83,7 @@ TEST(SharedPart, ComesOutUnderTheOtherLaws) {
   }
 }
 
-// By exact geometry; and the oracle is not blind: without contact the same hands pull the part
+// Judges by exact geometry. The oracle is not blind: without contact the same hands pull the part
 // through.
 class ThroughTheFixture : public ::testing::TestWithParam<const char*> {};
 

@@ -6,17 +6,18 @@
 #include "tests/support/shapes.h"
 #include "tests/support/test_world.h"
 
-// Two equal bars, crossed, pressed together by two equal hands whose users simulate by voxels of 1
-// mm and of 2 mm (paper §6.1): who pushes harder, and by how much.
+// Two equal bars, crossed, are pressed together by two equal hands whose users simulate by voxels
+// of 1 mm and of 2 mm (paper §6.1). One of them pushes harder, by a known amount.
 
 namespace tandem {
 namespace {
 
 constexpr double kMass = 0.1;      // kg, of a bar
 constexpr double kThick = 0.02;    // m
-constexpr double kBetween = 0.06;  // of their middles at first
+constexpr double kBetween = 0.06;  // m; distance of their middles at first
 
-/// Crossed bars; by voxels alone, which feel no edges that cross at right angles, balls.
+/// Returns crossed bars. By voxels alone, which feel no edges that cross at right angles, it
+/// returns balls.
 std::shared_ptr<const WorldModel> Parts(double voxel_size, ContactModel contact) {
   const bool balls = contact == ContactModel::kPlain;
   const TriangleMesh ball = testing::Sphere(kThick / 2, 4);
@@ -55,9 +56,9 @@ class Pressing {
   void Step(int frames) {
     for (int i = 0; i < frames; ++i) session_.Step();
   }
-  /// N, with which the bar of a peer (0, 1) is pushed back in its own simulation.
+  /// Returns the force with which the bar of a peer (0, 1) is pushed back in its own simulation, N.
   double Pushed(std::size_t peer) { return report(peer).contact_B_W.f.norm(); }
-  /// N, of the deepest contact in a peer's own simulation.
+  /// Returns the force of the deepest contact in a peer's own simulation, N.
   double AtDeepest(std::size_t peer) {
     double most = 0;
     for (const Contact& contact : session_.node(peer).world().pair(0).contacts()) {
@@ -66,7 +67,7 @@ class Pressing {
     return most;
   }
   const StepReport& report(std::size_t peer) { return session_.node(peer).peer().report(); }
-  /// m between the faces of the two bars as their own users have them.
+  /// Returns the distance between the faces of the two bars as their own users have them, m.
   double Gap() {
     return session_.node(1).peer().held_state()->X_WB.p.x() -
            session_.node(0).peer().held_state()->X_WB.p.x() - kThick;
@@ -92,7 +93,7 @@ constexpr double kSide = 1.0 / (1.0 / 300.0 + 1.0 / 800.0);
 TEST(VoxelSizes, EqualOnesPushAlike) {
   Pressing pressing(By(0.001), By(0.001), kWay, 1.5);
   pressing.Step(5000);
-  // how two firm contacts share what both hands press is left to how they met
+  // two firm contacts share what both hands press by the way in which they met
   const double both = (0.02 + GapAtFirstForce(By(0.001))) * kSide;
   EXPECT_NEAR(pressing.Pushed(0) + pressing.Pushed(1), both, 0.05);
   EXPECT_NEAR(pressing.Pushed(0), both / 2, 0.25 * both);
