@@ -61,7 +61,7 @@ TEST(ClutterActuator, IsOfItsSizeAndGivesHalfAMillionPointsAtAMillimetre) {
   EXPECT_NEAR(1.2 * AreaOf(actuator), 5e5, 3e4);
 }
 
-// what the samples of the search say, against the distances of a probe that knows nothing of it
+// The samples of the search are judged by the distances of a probe that knows nothing of it.
 TEST(SeededPoses, StandAsFarAwayAsTheySay) {
   const TriangleMesh nest = ClutterNest();
   const TriangleMesh actuator = ClutterActuator();

@@ -11,8 +11,8 @@
 namespace tandem {
 namespace {
 
-// The paper's scene (section 7, table 1): 4.1 x 1.9 x 4.8 m, 2.76e6 triangles. How many voxels it
-// has is measured by the benches.
+// The scene is the paper's (section 7, table 1): 4.1 x 1.9 x 4.8 m, 2.76e6 triangles. The benches
+// measure how many voxels it has.
 TEST(LandingGear, IsAsLargeAsThePapersAndItsPartsDoNotOverlap) {
   const std::vector<TriangleMesh> parts = MakeLandingGear(LandingGearParts::kAll);
   const GeneratedScene scene = LandingGear(parts);

@@ -61,7 +61,7 @@ struct LoadedScene {
   TriangleMesh moving;
 };
 
-/// A moving part's surface put where a hand means it to be.
+/// Puts a moving part's surface where a hand means it to be.
 class PartOnItsWay {
  public:
   PartOnItsWay(const TriangleMesh& part, double spacing)
@@ -190,7 +190,7 @@ TEST_P(WayOut, HandsMeanToGoThroughSolidAndEndOutside) {
       if (depth > 0) overlapping += kStep;
     }
     EXPECT_GE(deepest, 3 * voxel_mm);
-    // of a run of 20 s, most of which the hands rest: a tenth and a half
+    // a tenth and a half of a run of 20 s, most of which the hands rest
     EXPECT_GE(overlapping, 3.0);
     EXPECT_GE(overlapping, 0.1 * script.duration());
 
@@ -233,7 +233,7 @@ TEST(BallAndSocketScene, BallFitsItsSocketWithoutClearance) {
   EXPECT_NEAR(least, 0, 1e-9);
 }
 
-/// Where the nut is after so many turns along its thread.
+/// Returns where the nut is after so many turns along its thread.
 Waypoint OnTheThread(double turns) {
   constexpr double kPitch = 5 * kMm;
   return {0, Vec3(0, 0, kPitch * turns), RotationBy(Vec3(0, 0, 2 * M_PI * turns))};
@@ -249,7 +249,7 @@ TEST(NutAndBoltScene, TheNutHasPlayAllAlongItsThreadAndNoneBesideIt) {
     const double clear = LeastClearance(nut, solid, at);
     EXPECT_GT(clear, 0.7 * kPlay) << turns;
     EXPECT_LT(clear, 1.2 * kPlay) << turns;
-    if (turns > 0) continue;  // where its thread begins it is lower
+    if (turns > 0) continue;  // the thread is lower where it begins
     for (const double off : {-2 * kPlay, 2 * kPlay}) {
       Waypoint beside = at;
       beside.p_W.z() += off * kMm;

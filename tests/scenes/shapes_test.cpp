@@ -17,7 +17,7 @@ double Volume(const TriangleMesh& mesh) {
   return sum;
 }
 
-// area of a regular polygon of n sides, of that circumradius
+// Returns the area of a regular polygon of n sides, of that circumradius.
 double PolygonArea(double radius, int n) {
   return 0.5 * n * radius * radius * std::sin(2 * M_PI / n);
 }
@@ -44,7 +44,7 @@ TEST(Shapes, HaveTheVolumesOfTheirFormulas) {
   EXPECT_NEAR(Volume(Revolved({{5, 0}, {5, 10}}, 24)), 10 * PolygonArea(5, 24), 1e-9);
   EXPECT_NEAR(Volume(RevolvedRing({{5, 0}, {7, 0}, {7, 3}, {5, 3}}, 24)),
               3 * (PolygonArea(7, 24) - PolygonArea(5, 24)), 1e-9);
-  // a C of 16 less the 3 x 2 notch
+  // a C of 16 less a gap of 3 x 2
   EXPECT_NEAR(Volume(Prism({{0, 0}, {4, 0}, {4, 1}, {1, 1}, {1, 3}, {4, 3}, {4, 4}, {0, 4}}, 0, 2)),
               20, 1e-9);
   const Outline square = {{{20, 20}, 0}, {{-20, 20}, 0}, {{-20, -20}, 0}, {{20, -20}, 0}};

@@ -12,12 +12,12 @@ namespace tandem {
 /// triangles.
 class SolidProbe {
  public:
-  /// Distances are found up to `reach`, in the mesh's unit.
+  /// Finds distances up to `reach`, in the mesh's unit.
   SolidProbe(const TriangleMesh& mesh, double reach);
 
-  /// By the parity of a ray along +z.
+  /// Judges by the parity of a ray along +z.
   bool Inside(const Vec3& p) const;
-  /// To the nearest triangle; `reach` when there is none so near.
+  /// Returns the distance to the nearest triangle; `reach` when there is none so near.
   double Distance(const Vec3& p) const;
 
  private:
@@ -26,19 +26,20 @@ class SolidProbe {
 
   TriangleMesh mesh_;
   double reach_;
-  std::vector<Bounds> boxes_;  // of the triangles
+  std::vector<Bounds> boxes_;  // boxes round the triangles
   Cells near_;                 // triangles by the cells that they come within reach of
   Cells columns_;              // and by the columns along z that they cross
 };
 
-/// Points on the triangles: every point of them has one within `spacing`, and no cube of half that
-/// edge holds two.
+/// Returns points on the triangles: every point of them has one within `spacing`, and no cube of
+/// half that edge holds two.
 std::vector<Vec3> SurfaceSamples(const TriangleMesh& mesh, double spacing);
 
-/// Centre of the enclosed volume.
+/// Returns the centre of the enclosed volume.
 Vec3 VolumeCentre(const TriangleMesh& mesh);
 
-/// Every directed edge is there once, and so is its opposite; the volume is above 0.
+/// Returns whether every directed edge is there once, and so is its opposite, and the volume is
+/// above 0.
 bool ClosedAndTurnedOutward(const TriangleMesh& mesh);
 
 }  // namespace tandem
