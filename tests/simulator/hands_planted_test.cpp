@@ -20,9 +20,9 @@ using testing::SortOf;
 using testing::SortsIn;
 
 constexpr double kSession = 20;           // s
-constexpr std::uint64_t kMostSeeds = 40;  // that are looked at for a fault
+constexpr std::uint64_t kMostSeeds = 40;  // seeds that are looked at for a fault
 
-/// A fault and a sort of breakage that sessions with it are to show.
+/// A fault and a sort of violation that sessions with it are to show.
 struct Expected {
   HandFault fault;
   const char* sort;
@@ -86,8 +86,8 @@ std::set<std::string> BrokenBy(HandFault fault, std::uint64_t seed) {
 
 class PlantedInHands : public ::testing::TestWithParam<Expected> {};
 
-// The test of the tests: with the fault in it a session breaks what the fault is about, which the
-// same seed does not break without.
+// Tests the checkers: with the fault in it a session breaks what the fault is about, which the same
+// seed does not break without.
 TEST_P(PlantedInHands, BreaksWhatItIsAbout) {
   const Expected& expected = GetParam();
   std::set<std::string> others;
@@ -115,8 +115,8 @@ TEST(PlantedHandFaults, AreAllExpectedToBreakSomething) {
   EXPECT_EQ(expected.size() + 1, static_cast<std::size_t>(HandFault::kCount));
 }
 
-// A check that no fault is found by may as well be blind. The sorts are the sentences in the
-// checkers' source.
+// A check that finds no fault may as well be blind. The sorts are the sentences in the checkers'
+// source.
 TEST(PlantedHandFaults, ReachEverySortThatTheCheckersKnow) {
   const std::regex sentence(R"re("((?:a|an|the|what|something) [a-z' ]+)")re");
   const std::set<std::string> known =

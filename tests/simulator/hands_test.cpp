@@ -23,8 +23,8 @@ TEST(HandsSimulator, ASeedGivesTheSameBitsEveryTimeAndOnAnyNumberOfThreads) {
 // 60 s of virtual time; TANDEM_HANDS_SECONDS=3600 for the long run, which `tandem simulate --hands`
 // does too.
 TEST(HandsSimulator, NoSeedBreaksAnInvariant) {
-  constexpr double kSession = 30;       // that it may last
-  constexpr double kLeastSession = 24;  // and does: it ends when all have come to rest
+  constexpr double kSession = 30;       // s; longest session
+  constexpr double kLeastSession = 24;  // s; shortest session: it ends when all have come to rest
   const char* const asked = std::getenv("TANDEM_HANDS_SECONDS");
   const double seconds = asked != nullptr ? std::strtod(asked, nullptr) : 60;
   const auto count = static_cast<std::uint64_t>(std::ceil(seconds / kLeastSession));

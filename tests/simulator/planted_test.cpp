@@ -25,14 +25,14 @@ using testing::NameOfTest;
 using testing::SortOf;
 using testing::SortsIn;
 
-/// A fault, a sort of breakage that a session with it is to show, and a seed that does: looked at
-/// first, for time. Where another build of the program has other bits and that seed shows nothing,
-/// all seeds are looked at from 1 on, or those of them that draw the law.
+/// A fault, a sort of violation that a session with it is to show, and a seed that does, which is
+/// looked at first, for time. Where another build of the program has other bits and that seed shows
+/// nothing, all seeds are looked at from 1 on, or those of them that draw the law.
 struct Expected {
   Fault fault;
   const char* sort;  // up to the first body's name
   std::uint64_t seed = 1;
-  const char* law = "";  // that alone shows the fault; empty: any
+  const char* law = "";  // the only law that shows the fault; empty: any
   bool hostile = false;
 };
 
@@ -118,7 +118,7 @@ const std::shared_ptr<const WorldModel>& Model() {
   return model;
 }
 
-/// What a seed breaks without any fault planted.
+/// Returns what a seed breaks without any fault planted.
 const std::set<std::string>& BrokenAnyway(std::uint64_t seed, bool hostile) {
   static std::map<std::pair<std::uint64_t, bool>, std::set<std::string>> known;
   const auto [it, added] = known.try_emplace({seed, hostile});
@@ -130,7 +130,7 @@ const std::set<std::string>& BrokenAnyway(std::uint64_t seed, bool hostile) {
   return it->second;
 }
 
-/// The seed that is known to show it, then all in turn.
+/// Returns the seed that is known to show it, then all in turn.
 std::vector<std::uint64_t> SeedsFor(const Expected& expected) {
   std::vector<std::uint64_t> seeds{expected.seed};
   const std::string_view law = expected.law;
@@ -150,11 +150,11 @@ class Planted : public ::testing::TestWithParam<Expected> {
   ~Planted() override { planted_fault = Fault::kNone; }
 };
 
-// The test of the tests: with the fault in it a session breaks what the fault is about, which the
-// same seed does not break without.
+// Tests the checkers: with the fault in it a session breaks what the fault is about, which the same
+// seed does not break without.
 TEST_P(Planted, BreaksWhatItIsAbout) {
   const Expected& expected = GetParam();
-  std::set<std::string> others;  // that broke as well, or first
+  std::set<std::string> others;  // sorts that broke as well, or first
   for (const std::uint64_t seed : SeedsFor(expected)) {
     const std::set<std::string>& anyway = BrokenAnyway(seed, expected.hostile);
     planted_fault = expected.fault;
@@ -184,7 +184,7 @@ TEST(PlantedFaults, AreAllExpectedToBreakSomething) {
   EXPECT_EQ(expected.size() + 1, static_cast<std::size_t>(Fault::kCount));
 }
 
-// A check that no fault is found by may as well be blind.
+// A check that finds no fault may as well be blind.
 TEST(PlantedFaults, ReachEverySortThatTheCheckersKnow) {
   // the words of each Add()
   const std::regex add(R"re(Add\(\s*(?:\w+ \? )?"([^"]+)"(?:\s*:\s*"([^"]+)")?)re");
