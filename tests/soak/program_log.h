@@ -10,8 +10,8 @@
 
 namespace tandem::testing {
 
-/// Follows what a peer or a viewer of the product says into a file: whom it hears, how many lines
-/// it says of its own accord, and numbers that are none.
+/// Follows what a peer or a viewer of the product says into a file: the programs that it hears, how
+/// many lines it says of its own accord, and numbers that are none.
 class ProgramLog {
  public:
   /// A row of the table by which a peer answers the order `peers`.
@@ -25,26 +25,26 @@ class ProgramLog {
 
   /// Reads the lines that are new at that time.
   void Read(double now_s);
-  /// Forgets whom the program has heard, so that what is known afterwards is new.
+  /// Forgets the programs that this one has heard, so that what is known afterwards is new.
   void Forget();
 
-  /// The rows of a peer's newest table by name.
+  /// Returns the rows of a peer's newest table by name.
   const std::map<std::string, Row>& rows() const { return rows_; }
-  /// The names in a viewer's newest status line.
+  /// Returns the names in a viewer's newest status line.
   const std::set<std::string>& seen() const { return seen_; }
-  /// The newest lines, without answers to orders.
+  /// Returns the newest lines, without answers to orders.
   const std::deque<std::string>& newest() const { return newest_; }
-  /// The most lines in any `kWindow` seconds, without answers to orders.
+  /// Returns the most lines in any `kWindow` seconds, without answers to orders.
   std::size_t most_lines() const { return most_lines_; }
   std::size_t lines() const { return lines_; }
-  /// How often the program has lost another one.
+  /// Returns how often the program has lost another one.
   std::size_t losses() const { return losses_; }
-  /// The first line with a number that is none; empty: there is none.
+  /// Returns the first line with a number that is none; empty: there is none.
   const std::string& not_finite() const { return not_finite_; }
 
  private:
   void Take(const std::string& line, double now_s);
-  /// Whether the line is part of an answer to `peers`.
+  /// Returns whether the line is part of an answer to `peers`.
   bool TakeAnswer(const std::string& line);
   void TakeStatus(const std::string& line);
 
@@ -54,7 +54,7 @@ class ProgramLog {
   std::map<std::string, Row> rows_;
   std::set<std::string> seen_;
   std::deque<std::string> newest_;
-  std::deque<double> times_;  // s, of the lines of a window
+  std::deque<double> times_;  // s; times of the lines of a window
   std::size_t most_lines_ = 0;
   std::size_t lines_ = 0;
   std::size_t losses_ = 0;

@@ -18,7 +18,7 @@ namespace {
 using nlohmann::json;
 using nlohmann::ordered_json;
 
-constexpr double kRounding = 1.000001;  // of a limit, in a report
+constexpr double kRounding = 1.000001;  // factor for the rounding of a limit in a report
 
 json ReportOf(const SoakLife& life) {
   std::ifstream stream(life.report);
@@ -75,7 +75,7 @@ void JudgePeer(const SoakLife& life, const json& report, const SoakBounds& bound
   }
 }
 
-/// Some twenty of the life's footprints, evenly spread.
+/// Returns some twenty of the life's footprints, evenly spread.
 ordered_json CourseInTime(const std::vector<Footprint>& footprints) {
   constexpr std::size_t kShown = 20;
   ordered_json course = ordered_json::array();

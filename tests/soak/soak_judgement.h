@@ -11,18 +11,18 @@
 
 namespace tandem::testing {
 
-/// What the endurance run asks of each life of a program.
+/// Bounds of the endurance run for each life of a program.
 struct SoakBounds {
-  double settle_s = 300;          // from a program's start, until its memory must be flat
+  double settle_s = 300;          // time from a program's start until its memory must be flat
   std::int64_t growth = 4 << 20;  // bytes that a program may grow by afterwards
   std::size_t files = 8;          // descriptors that it may have more of afterwards
   double end_s = 1;               // from SIGTERM to the end
   double lines_per_s = 11;        // ten, and one more where a window begins within a second
   double least_delay_ms = 50;     // each way, as a peer measures it
-  double contact_after_s = 20;    // of a life, from which on there has been contact
+  double contact_after_s = 20;    // time of a life from which on there has been contact
 };
 
-/// How the memory of a life went after it had settled.
+/// The course of a life's memory after it had settled.
 struct MemoryCourse {
   static constexpr double kWindow = 10;  // s, over which a mean is taken
 
@@ -35,17 +35,17 @@ struct MemoryCourse {
 
   std::int64_t growth() const { return last - settled; }
 };
-/// Nothing: the life was too short to judge it.
+/// Returns the course of a life's memory; nothing: the life was too short to judge it.
 std::optional<MemoryCourse> CourseOf(const SoakLife& life, double settle_s);
 
-/// The places in a report whose number is none: JSON has null there. What a peer without a device
-/// process leaves empty is sound.
+/// Returns the places in a report whose number is none: JSON has null there. Places that a peer
+/// without a device process leaves empty are sound.
 std::vector<std::string> EmptyNumbers(const nlohmann::json& report);
 
-/// What was wrong with a life, in words; empty: nothing. Reads its report and its trace.
+/// Reads a life's report and its trace, and returns what was wrong, in words; empty: nothing.
 std::vector<std::string> FaultsOf(const SoakLife& life, const SoakBounds& bounds);
 
-/// A life's figures; of a peer that was not killed those of its report too.
+/// Returns a life's figures; for a peer that was not killed also those of its report.
 nlohmann::ordered_json AsJson(const SoakLife& life, const SoakBounds& bounds);
 
 }  // namespace tandem::testing

@@ -13,14 +13,14 @@
 
 namespace tandem::testing {
 
-/// What the kernel counts for a program at one time.
+/// A count by the kernel for a program at one time.
 struct Footprint {
   double at_s = 0;
   std::int64_t memory = 0;  // bytes that are resident
   std::size_t files = 0;    // open descriptors
 };
 
-/// One life of a program of the session, from its start to its end: what is left of it.
+/// The remains of one life of a program of the session, from its start to its end.
 struct SoakLife {
   std::size_t place = 0;
   std::string name{};
@@ -28,14 +28,14 @@ struct SoakLife {
   double ended_s = 0;
   bool killed = false;
   bool disk_full = false;    // the recording could not be finished
-  double stopped_s = 0;      // by SIGSTOP, in all
+  double stopped_s = 0;      // time stopped by SIGSTOP, in all
   double took_to_end_s = 0;  // from SIGTERM to the end
   std::optional<int> exit_code{};
   std::optional<bool> said_goodbye{};  // and was heard; nothing: there was no witness
   std::vector<Footprint> footprints{};
   double most_lines_per_s = 0;
   std::size_t lines = 0;
-  std::size_t losses = 0;    // of other programs
+  std::size_t losses = 0;    // number of other programs lost
   std::string not_finite{};  // line with a number that is none
   std::filesystem::path report{};
 
@@ -46,8 +46,8 @@ struct SoakLife {
 class SoakProgram {
  public:
   struct Files {
-    std::filesystem::path folder;     // of all files of the session
-    std::filesystem::path temporary;  // of the program's own temporary files
+    std::filesystem::path folder;     // folder for all files of the session
+    std::filesystem::path temporary;  // folder for the program's own temporary files
   };
 
   SoakProgram(std::size_t place, int life, const Files& files, double now_s);
@@ -57,7 +57,7 @@ class SoakProgram {
 
   const std::string& name() const { return life_.name; }
   std::filesystem::path report() const { return life_.report; }
-  /// The words before the program's own: its temporary folder, and a clock that can be set.
+  /// Returns the words before the program's own: its temporary folder, and a clock that can be set.
   std::vector<std::string> Environment() const;
   void Start(const std::vector<std::string>& command);
 
@@ -75,7 +75,7 @@ class SoakProgram {
   bool stopped() const { return stopped_since_s_.has_value(); }
   /// Ends the program by SIGTERM, and measures how long that takes.
   void End();
-  /// What is left of it, once it has ended.
+  /// Returns what is left of it, once it has ended.
   SoakLife Life(double now_s);
 
  private:

@@ -39,20 +39,20 @@ struct SoakFault {
   static constexpr std::size_t kKinds = static_cast<std::size_t>(Kind::kCount);
 
   Kind kind = Kind::kKill;
-  std::size_t place = 0;  // of the program that the fault strikes; of a flood the attacker's
+  std::size_t place = 0;  // the struck program's; for a flood the attacker's
   double after_s = 0;     // calm before the fault
   double lasts_s = 0;
   Way way = Way::kBoth;  // direction of a cut, seen from the program
-  double step_s = 0;     // of the clock, forward or back
+  double step_s = 0;     // step of the clock, forward or back
   int disk_kb = 0;       // room on the disk
   std::string flood{};   // mode of the attacker
 };
 const char* NameOf(SoakFault::Kind kind);
-/// An object with the numbers that the kind has.
+/// Returns an object with the numbers that the kind has.
 nlohmann::ordered_json AsJson(const SoakFault& fault);
 
-/// The kinds that the words name, "kill,stop" for instance; all kinds if there are no words.
-/// Unknown words name nothing.
+/// Returns the kinds that the words name, "kill,stop" for instance; all kinds if there are no
+/// words. Unknown words name nothing.
 std::vector<SoakFault::Kind> KindsIn(const std::string& words);
 
 /// Draws faults of some kinds from a seed. Each round of draws has every kind once, in a drawn

@@ -21,7 +21,7 @@ constexpr std::chrono::milliseconds kTick{50};
 constexpr double kAskEvery = 0.25;      // s, between orders `peers`
 constexpr double kDiskPatience = 60;    // s, until a peer has started again and its disk is full
 constexpr double kGoodbyePatience = 5;  // s
-constexpr double kSoundDelayMs = 1000;  // of a partner whose answers come again
+constexpr double kSoundDelayMs = 1000;  // delay of a partner whose answers come again
 constexpr const char* kAttackerId = "999999";
 
 /// Presses the peg onto the slot's floor, along it, and up against the tooth, again and again. The

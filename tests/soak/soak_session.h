@@ -43,11 +43,11 @@ class SoakSession {
   double seconds() const;  // since the session was made
   const std::vector<SoakLife>& lives() const { return lives_; }
   const TapHub& hub() const { return *hub_; }
-  /// Files that programs left in their temporary folder.
+  /// Returns the files that programs left in their temporary folder.
   std::vector<std::string> LeftFiles() const;
-  /// Processes of the session that still run.
+  /// Returns the processes of the session that still run.
   std::vector<std::string> LeftProcesses() const;
-  /// The last lines of each program, for a person who looks for what went wrong.
+  /// Returns the last lines of each program, for a person who looks for what went wrong.
   std::string LastWords() const;
 
  private:
@@ -69,7 +69,7 @@ class SoakSession {
   std::vector<std::string> ViewerWords(const SoakProgram& program) const;
   void Tick();
   bool Together();
-  /// Whether the program says those words in time.
+  /// Returns whether the program says those words in time.
   bool AwaitSaid(std::size_t place, const std::string& words, double within_s);
   void Bury(std::size_t place);
   /// Ends a program by SIGTERM; the witness must hear its goodbye.

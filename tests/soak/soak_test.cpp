@@ -66,7 +66,7 @@ SoakBounds BoundsOf(double seconds) {
   return {.settle_s = seconds >= kLongRun ? 300 : seconds / 3};
 }
 
-/// The network spaces that the test made and did not take away.
+/// Returns the network spaces that the test made and did not take away.
 std::vector<std::string> LeftNetworks() {
   const std::string own = "tandem" + std::to_string(getpid()) + "-";
   std::vector<std::string> left;
@@ -100,7 +100,7 @@ ordered_json AsJson(const FrameStats& empty) {
             {"max", us(empty.lateness().max())}}}};
 }
 
-/// A share of deadlines, as a person compares it.
+/// Returns a share of deadlines, as a person compares it.
 double MissedPerMillion(const ordered_json& row) {
   const auto missed = row.at("missed").get<double>();
   return 1e6 * missed / std::max(1.0, row.at("frames").get<double>() + missed);
@@ -187,7 +187,7 @@ TEST_F(Soak, ThreePeersAndTwoViewersOutliveDrawnFaults) {
   SoakCourse course;
   {
     SoakSession session(wanted_s_ + 300);
-    // the haptic threads' priority, and no work: what it misses, no peer can keep
+    // it has the haptic threads' priority and no work: a deadline that it misses, no peer can keep
     PeriodicThread empty({.name = "empty"}, [](std::int64_t, std::int64_t) {
       return true;
     });

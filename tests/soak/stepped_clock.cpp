@@ -64,7 +64,7 @@ const std::atomic<std::int64_t>* MappedStep() noexcept {
   return mapped == MAP_FAILED ? nullptr : static_cast<const std::atomic<std::int64_t>*>(mapped);
 }
 
-/// What the clock is ahead of the kernel's.
+/// Returns by how much the clock is ahead of the kernel's.
 std::int64_t Step() noexcept {
   static const std::atomic<std::int64_t>* const step = MappedStep();
   return step == nullptr ? 0 : step->load(std::memory_order_relaxed);
