@@ -17,12 +17,12 @@ using testing::FreeBox;
 using testing::HandOfBox;
 using testing::LossyNetwork;
 
-/// TANDEM_STABILITY=1 runs the whole sweep.
+/// Returns whether TANDEM_STABILITY=1 asks for the whole sweep.
 bool Whole() {
   return std::getenv("TANDEM_STABILITY") != nullptr;
 }
 
-/// A knock of 5 N for 50 ms under that law, without the gate.
+/// Returns a knock of 5 N for 50 ms under that law, without the gate.
 LabCase Knock(const std::string& law, const std::string& hand, double delay_s, bool lossy) {
   LabCase test;
   test.hands = {HandOfBox(hand)};
@@ -47,7 +47,7 @@ void ExpectCalm(const LabCase& test) {
   EXPECT_LE(run.metrics.link_force_rate, 2000);
 }
 
-// After a knock: every user, hand, network and delay.
+// Each law is judged after a knock: every user, hand, network and delay.
 class EveryLaw : public ::testing::TestWithParam<const char*> {};
 
 INSTANTIATE_TEST_SUITE_P(Laws, EveryLaw, ::testing::Values("p+d", "p+dd"),
@@ -86,7 +86,7 @@ TEST_P(EveryLaw, IsCalmWithEightUsersOverALossyLine) {
   }
 }
 
-// The oracle is not blind; and the gate keeps even this within its credit, one for each end.
+// The oracle is not blind, and the gate keeps even this law within its credit, one for each end.
 TEST(Type2, AFixedStiffnessBlowsUpAndTheGateHoldsIt) {
   LabCase test = Knock("constant", "off", 0.1, false);
   const CaseResult without = RunCase(test, FreeBox());
@@ -99,7 +99,7 @@ TEST(Type2, AFixedStiffnessBlowsUpAndTheGateHoldsIt) {
   EXPECT_GT(with.metrics.clip_share, 0.0);
 }
 
-// Forces in place of states: half of k_crit is too much already.
+// Forces are exchanged in place of states: half of k_crit is too much already.
 TEST(Type2, ExchangedForcesGrowWhereExchangedStatesDoNot) {
   LabCase test = Knock("constant", "relaxed", 0.1, false);
   test.law.limits.constant_stiffness = 100;
@@ -113,7 +113,7 @@ TEST(Type2, ExchangedForcesGrowWhereExchangedStatesDoNot) {
   EXPECT_GT(forces.metrics.generated_J, 0.01);
 }
 
-/// The first hand goes 0.2 m in 1 s, the other gives way.
+/// Returns a case in which the first hand goes 0.2 m in 1 s, and the other gives way.
 LabCase Move(const std::string& law, double tau, bool lossy) {
   LabCase test = Knock(law, "relaxed", tau, lossy);
   test.hands = {{"own", HandImpedance{}, {}}, HandOfBox("relaxed")};
@@ -123,7 +123,7 @@ LabCase Move(const std::string& law, double tau, bool lossy) {
   return test;
 }
 
-// The table of p+d, +-15 %: 20/72/140/181 mm clean, 45/87/145/181 mm lossy; the default law is
+// The table of p+d, +-15 %: 20/72/140/181 mm clean, 45/87/145/181 mm lossy. The default law is
 // below it and below what p+d was measured at, at every delay.
 TEST(Type2, InstancesPartAsFarAsTheLawSays) {
   const std::string firmer_law = DefaultLaw()->name();
@@ -147,7 +147,7 @@ TEST(Type2, InstancesPartAsFarAsTheLawSays) {
   }
 }
 
-// Under p+d. A pushes 0.1 m with 300 N/m against B's 400 N/m: 24/56/73/82 mm apart, +-10 %.
+// Under p+d hand A pushes 0.1 m with 300 N/m against B's 400 N/m: 24/56/73/82 mm apart, +-10 %.
 TEST(Type2, HandsThatHoldAgainstOneAnotherPartByForceOverStiffness) {
   const std::array<double, 4> delays{0.02, 0.1, 0.3, 1.0};
   const std::array<double, 4> expected{0.024, 0.056, 0.073, 0.082};
@@ -171,7 +171,7 @@ TEST(Type2, HandsThatHoldAgainstOneAnotherPartByForceOverStiffness) {
   }
 }
 
-/// A stiffness that knows of no delay, 10 N s/m against the ground.
+/// Returns a case of a stiffness that knows of no delay, and 10 N s/m against the ground.
 LabCase Constant(const std::string& hand, double delay_s, double boundary_ratio) {
   LabCase test = Knock("constant", hand, delay_s, false);
   test.law.limits.constant_damping = 10;
@@ -200,8 +200,8 @@ TEST(Type2, ShortDelaysAndMoreUsersAreStableToTheBoundary) {
   }
 }
 
-// With inertia over mass in all gains every axis has the same boundary: the first is knocked about
-// z, and nothing moves but that it turns.
+// With inertia over mass in all gains every axis has the same boundary. The first body is knocked
+// about z, and nothing but its turning moves.
 TEST(Type2, TurningHasTheBoundaryOfTravel) {
   HandScript turned;
   turned.impedance = Turning(HandOfBox("off").impedance, FreeBox().inertia());
@@ -228,7 +228,7 @@ TEST(Type2, TurningHasTheBoundaryOfTravel) {
   }
 }
 
-// 1.5 s without anything, then all again: no energy, no blow-up, no step above 1 N in a frame.
+// For 1.5 s nothing comes, then all again: no energy, no blow-up, no step above 1 N in a frame.
 TEST_P(EveryLaw, FindsAnOutageAndItsEndHarmless) {
   for (const double tau : {0.02, 0.3}) {
     SCOPED_TRACE(tau);

@@ -15,16 +15,16 @@
 #include "tests/support/test_world.h"
 
 // A wall of 4 mm comes between two instances of one shared cube (paper §6.1;
-// docs/decisions/0023-apart.md). The wall stands in the plane x = 0 from y = -200 to y = 0; all
-// begin above its edge.
+// docs/decisions/0023-apart.md). The wall stands in the plane x = 0 from y = -200 to y = 0. All
+// instances begin above its edge.
 namespace tandem {
 namespace {
 
 using testing::At;
 using testing::Box;
 
-// m, of the cube: on both sides of the wall its instances are 20 mm apart, for which 500 N/m take
-// 10 N, within the 12 N of a device
+// m; side of the cube: on both sides of the wall its instances are 20 mm apart, for which 500 N/m
+// take 10 N, within the 12 N of a device
 constexpr double kSide = 0.014;
 constexpr double kWall = 0.004;   // m
 constexpr double kAbove = 0.03;   // m, of the start over the wall's edge
@@ -43,7 +43,7 @@ const std::shared_ptr<const WorldModel>& WallAndCube() {
   return kModel;
 }
 
-/// Aside by so much, then down along that side of the wall.
+/// Returns a hand that goes aside by so much, then down along that side of the wall.
 HandScript Side(double aside, double hand_stiffness) {
   HandScript script;
   script.impedance.stiffness = hand_stiffness;
@@ -74,8 +74,8 @@ class FeltDevice : public Device {
 };
 
 struct ApartCase {
-  std::vector<PeerId> ids;         // of the users
-  std::vector<double> aside;       // where each goes
+  std::vector<PeerId> ids;         // ids of the users
+  std::vector<double> aside;       // place of each beside the wall's plane
   double delay_ms = 20;            // one way
   double hand_stiffness = 300;     // N/m
   std::filesystem::path record{};  // folder of recordings, a file each; empty: none
@@ -169,8 +169,9 @@ struct ApartRun {
   double time_s = 0;    // since the hands began
 };
 
-// Found about 0.6 s after the two no longer come nearer, on both sides; capped by gentle slew;
-// after two seconds more the second comes back to the first by its way. Both ends, for any delay.
+// Both sides find the wall about 0.6 s after the two no longer come nearer. The gentle slew caps
+// the link. After two seconds more the second comes back to the first by its way. This holds for
+// both ends and any delay.
 TEST(Apart, AWallBetweenTwoIsFoundCappedAndHealed) {
   for (const double delay_ms : {1.0, 20.0, 100.0, 200.0}) {
     SCOPED_TRACE(std::to_string(delay_ms) + " ms");
@@ -190,7 +191,7 @@ TEST(Apart, AWallBetweenTwoIsFoundCappedAndHealed) {
       if (back_s < 0 && led_s > 0 && !led) back_s = run.time_s;
       if (led) {
         EXPECT_EQ(run.devices[1]->force, Vec3::Zero());
-        // what pictures, traces and exports show of it
+        // pictures, traces and exports show this of it
         EXPECT_EQ(run.peer(1).report().hand_B_W.f, Vec3::Zero());
         EXPECT_EQ(run.peer(1).report().hand_B_W.tau, Vec3::Zero());
       }
@@ -222,7 +223,7 @@ TEST(Apart, AWallBetweenTwoIsFoundCappedAndHealed) {
   }
 }
 
-// Whoever is parted from the lowest comes to it: two to one, or one to two.
+// A peer that is parted from the lowest comes to it: two to one, or one to two.
 TEST(Apart, ThreeMeetWhereTheLowestIs) {
   for (const std::size_t lonely : {0U, 1U, 2U}) {
     SCOPED_TRACE(lonely);
@@ -258,8 +259,8 @@ TEST(Apart, AUserAsksToBeBroughtTogether) {
   }
 }
 
-// Asked for before the link is capped: it pulls with more than is gentle to let go of in 0.2 s, and
-// falls with the hand all the same, at both ends.
+// The user asks before the link is capped. It pulls with more than is gentle to let go of in 0.2 s,
+// and falls with the hand all the same, at both ends.
 TEST(Apart, TheLinkFallsWithTheHandThatLetsGo) {
   for (const double delay_ms : {1.0, 50.0}) {
     SCOPED_TRACE(delay_ms);
@@ -293,7 +294,7 @@ TEST(Apart, NothingToHealIsSaidSo) {
   EXPECT_FALSE(run.peer(1).parting().leading());
 }
 
-// All of it is in the inputs of the frames; and no frame of it allocates.
+// All of it is in the inputs of the frames, and no frame of it allocates.
 TEST(Apart, TheWayBackIsRepeatedBitForBit) {
   const ScratchFolder scratch;
   ApartRun run({{1, 2}, {0.06, -0.06}, 30, 300, scratch.path()});
@@ -323,7 +324,8 @@ TEST(Apart, TheWayBackIsRepeatedBitForBit) {
   }
 }
 
-// Hands too soft to leave one another: the coupling holds them together, and no alarm is heard.
+// The hands are too soft to leave one another: the coupling holds them together, and no alarm is
+// heard.
 TEST(Apart, SoftHandsAreHeldTogether) {
   ApartRun run({{1, 2}, {0.06, -0.06}, 20, 15});
   run.Run(8);

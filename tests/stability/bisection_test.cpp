@@ -13,7 +13,7 @@ namespace {
 using testing::FreeBox;
 using testing::HandOfBox;
 
-/// 10 N s/m against the ground, whatever the stiffness.
+/// Returns a case with 10 N s/m against the ground, whatever the stiffness.
 LabCase Constant(const std::string& hand, double delay_s) {
   LabCase test;
   test.hands = {HandOfBox(hand)};
@@ -28,10 +28,10 @@ LabCase Constant(const std::string& hand, double delay_s) {
 struct Row {
   const char* hand;
   double delay_s;
-  double ratio;  // of the whole chain, hand, coupling and body in steps of 1 ms, by its eigenvalues
+  double ratio;  // boundary of hand, coupling and body in steps of 1 ms, by eigenvalues
 };
 
-// TANDEM_STABILITY=1: at 1 s too.
+// TANDEM_STABILITY=1 adds a delay of 1 s.
 TEST(FindBoundary, IsWhereTheWholeChainsEigenvaluesSay) {
   const bool whole = std::getenv("TANDEM_STABILITY") != nullptr;
   for (const Row& row :
@@ -46,7 +46,7 @@ TEST(FindBoundary, IsWhereTheWholeChainsEigenvaluesSay) {
   }
 }
 
-// What theory is silent on is said, not run.
+// A case on which theory is silent is named, not run.
 TEST(FindBoundary, TellsWhereThereIsNone) {
   LabCase exchanged = Constant("off", 0.1);
   exchanged.law.exchange_forces = true;

@@ -23,7 +23,7 @@ TEST(ContactBlend, MeetsFirmlyAndGivesWayToWhatTheDelayAllows) {
   EXPECT_GT(blend.stiffness(), 0.95 * ContactBlend::kFirm);
   for (int i = 0; i < 400; ++i) blend.Next(true, 0.1, 0.01, 1e-3);
   EXPECT_NEAR(blend.stiffness(), 100, 2);
-  // off it again: firm, and following as soon as it is back
+  // off it again: the mirror is firm, and follows as soon as it is back
   for (int i = 0; i < 400; ++i) blend.Next(false, 0.1, 0.01, 1e-3);
   EXPECT_TRUE(blend.yields());
   EXPECT_NEAR(blend.stiffness() * 0.01, ContactBlend::kMostPull, 1e-9);  // but not with more
@@ -41,7 +41,7 @@ std::vector<Waypoint> Shift(const Vec3& by, double seconds) {
   return {{0, Vec3::Zero(), Quat::Identity()}, {seconds, by, Quat::Identity()}};
 }
 
-// Two press one another, 40 mm of overlap wanted, at every delay: they come to rest.
+// Two press one another, with 40 mm of overlap wanted, at every delay. They come to rest.
 TEST(Type1, TwoThatPressOneAnotherComeToRestAtEveryDelay) {
   const auto model = MakeWorldModel(
       {{Transformed(Box(Vec3(0.03, 0.03, 0.03)), {Quat::Identity(), Vec3(-0.05, 0, 0)})},
@@ -63,7 +63,7 @@ TEST(Type1, TwoThatPressOneAnotherComeToRestAtEveryDelay) {
         rests = rests && peer.report().loaded_points > 0;
         least[p] = std::min(least[p], peer.held_state()->X_WB.p.x());
         most[p] = std::max(most[p], peer.held_state()->X_WB.p.x());
-        // in each one's eyes they never pass through one another
+        // no user sees the parts pass through one another
         const World& world = session.node(p).world();
         ASSERT_GT(world.state(1).X_WB.p.x() - world.state(0).X_WB.p.x(), 0.029) << tau_ms;
       }
@@ -75,8 +75,8 @@ TEST(Type1, TwoThatPressOneAnotherComeToRestAtEveryDelay) {
   }
 }
 
-// The other's part is cut off in front of our thin wall and comes back behind it: its mirror goes
-// there by its share of the travel limit, through our wall's holder nothing is pushed or jumps.
+// The other's part is cut off in front of our thin wall and comes back behind it. Its mirror goes
+// there by its share of the travel limit, and nothing of the holder of our wall is pushed or jumps.
 TEST(Type1, AfterAnOutageThePartComesBackBehindAThinWallWithoutTunnellingOurs) {
   const auto model = MakeWorldModel(
       {{Transformed(Box(Vec3(0.004, 0.06, 0.06)), {Quat::Identity(), Vec3(0, 0, 0)})},
@@ -114,7 +114,7 @@ TEST(Type1, AfterAnOutageThePartComesBackBehindAThinWallWithoutTunnellingOurs) {
   }
   EXPECT_LE(largest_step, 2.0);  // N a frame: the slew of the device
   EXPECT_LE(peak, 12.0);
-  EXPECT_GT(lag, 0.05);        // told, while the mirror is held up
+  EXPECT_GT(lag, 0.05);        // the lag is told while the mirror is held up
   EXPECT_LT(last.x(), -0.01);  // in the end it is behind
 }
 

@@ -102,7 +102,7 @@ TEST(RunCase, MeasuresWhatEveryFrameShows) {
   }
 }
 
-// The hand of a file goes 40 mm along y, a grasp of its own in hand; the other follows.
+// The hand of a file goes 40 mm along y, with a grasp of its own. The other follows.
 TEST(RunCase, AHandOfAFileGoesItsOwnWay) {
   LabCase test;
   HandScript script;
@@ -124,7 +124,7 @@ TEST(RunCase, AHandOfAFileGoesItsOwnWay) {
   EXPECT_GT(turned, 0.01);
 }
 
-// 200 N/m without drag at 100 ms, hands off: 10 times k_crit.
+// The case has 200 N/m without drag at 100 ms, hands off: 10 times k_crit.
 TEST(RunCase, CatchesWhatIsUnstable) {
   LabCase test;
   test.hands = {HandOfBox("off")};
@@ -147,8 +147,8 @@ TEST(RunCase, GivesTheSameBitsAgainAndOthersForAnotherSeed) {
   EXPECT_NE(RunCase(test, FreeBox()).digest, run.digest);
 }
 
-// where the ways differ, one link pulls 1.6 s before the other; pulled by one alone, a knock gives
-// energy: 33 mJ
+// where the ways differ, one link pulls 1.6 s before the other; a body that one link alone pulls
+// gets energy of a knock: 33 mJ
 TEST(RunCase, KnocksOnceEveryLinkPulls) {
   LabCase test;
   test.hands = {HandOfBox("off")};

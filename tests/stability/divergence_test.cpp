@@ -9,22 +9,22 @@
 #include "collab/lab/case_file.h"
 #include "collab/lab/case_run.h"
 
-// How far a hand that moves parts the instances, beside what no law can beat: docs/stability.md,
-// 9.13.
+// Compares how far a hand that moves parts the instances with what no law can beat:
+// docs/stability.md, 9.13.
 namespace tandem {
 namespace {
 
 constexpr double kWay = 0.2;      // m, in a second, minimum jerk
-constexpr double kPeak = 5.7735;  // of the acceleration of a unit way in a unit time
+constexpr double kPeak = 5.7735;  // peak acceleration of a unit way in a unit time
 
-/// Where the hand means to be t seconds after it begins, m.
+/// Returns where the hand means to be t seconds after it begins, m.
 double MeantAt(double t) {
   if (t <= 0) return 0;
   if (t >= 1) return kWay;
   return kWay * t * t * t * (10 - 15 * t + 6 * t * t);
 }
 
-/// The least divergence of a copy that repeats the hand one delay later, m.
+/// Returns the least divergence of a copy that repeats the hand one delay later, m.
 double OfACopyThatRepeats(double delay_s) {
   double most = 0;
   for (double t = 0; t <= 1 + delay_s; t += 1e-3) {
@@ -33,8 +33,8 @@ double OfACopyThatRepeats(double delay_s) {
   return most;
 }
 
-/// The same where the copy goes on as it was told that the hand went, m: what acceleration that it
-/// has not heard of yet comes to.
+/// Returns the same where the copy goes on as it was told that the hand went, m. The acceleration
+/// that it has not heard of yet makes the divergence.
 double OfACopyThatForesees(double delay_s) {
   return std::min(kWay, 0.5 * kPeak * kWay * delay_s * delay_s);
 }
@@ -42,8 +42,8 @@ double OfACopyThatForesees(double delay_s) {
 TEST(Divergence, OfTheDefaultLawIsWithinAFewTimesWhatNoLawCanBeat) {
   struct Case {
     double delay_s;
-    double most_m;   // never more than it was
-    double repeats;  // times the least of a copy that repeats
+    double most_m;   // m; never more than was measured
+    double repeats;  // limit, in times the least of a copy that repeats
   };
   for (const Case& row : {Case{0.02, 0.014, 2.0}, Case{0.1, 0.053, 1.5}, Case{0.3, 0.109, 1.1},
                           Case{1.0, 0.171, 0.9}}) {
@@ -56,8 +56,8 @@ TEST(Divergence, OfTheDefaultLawIsWithinAFewTimesWhatNoLawCanBeat) {
     EXPECT_EQ(run.verdict, Verdict::kStable);
     EXPECT_LE(run.metrics.peak_apart, row.most_m);
     EXPECT_LT(run.metrics.peak_apart, row.repeats * OfACopyThatRepeats(row.delay_s));
-    // a law that were below this would know what it cannot know; at a second the law holds the
-    // hand back, so that the hand does not go where it means to be
+    // a law below this would know what it cannot know; at a second the law holds the hand back, so
+    // that the hand does not go where it means to be
     if (row.delay_s < 1) {
       EXPECT_GT(run.metrics.peak_apart, OfACopyThatForesees(row.delay_s));
     }

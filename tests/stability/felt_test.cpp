@@ -22,7 +22,7 @@ struct Forces {
   std::vector<Vec3> links;
 };
 
-/// One pulls at so many others with 3 N on its links together.
+/// One user pulls at so many others with 3 N on its links together.
 class Pull {
  public:
   Pull(double tau, std::size_t others) : tau_(tau), others_(others) {
@@ -35,12 +35,12 @@ class Pull {
     for (int i = 0; i < 8000 && !Closed(); ++i) session.Step();
   }
 
-  /// Another one, who waits for no more than one other.
+  /// Adds another user, who waits for no more than one other.
   void Add(std::vector<Waypoint> waypoints) {
     const PeerId id = session.size() + 1;
     session.Add(ScriptedNode(FreeBox().model, id, 0, std::move(waypoints), 1e3 * tau_), id);
   }
-  /// A frame.
+  /// Runs a frame.
   void Step() {
     session.Step();
     for (const std::size_t user : {0U, 1U}) {
@@ -56,7 +56,7 @@ class Pull {
   }
 
   SimulatedSession session;
-  std::array<Forces, 2> forces;  // of the one, and of the first of the others
+  std::array<Forces, 2> forces;  // those of the user who pulls, and of the first of the others
 
  private:
   bool Closed() {
@@ -73,8 +73,8 @@ class Pull {
 
 enum class What { kNothing, kJoin, kLeave, kKill, kHalt };
 
-/// What the first of two feels; 6 s in something happens to a third one, who comes, or to the
-/// second one, who goes.
+/// Returns what the first of two feels. 6 s in, something happens to a third one, who comes, or to
+/// the second one, who goes.
 Forces ThreeNewtons(double tau, What what) {
   Pull pull(tau, 1);
   for (int frame = 0; frame < 10000; ++frame) {
@@ -92,7 +92,7 @@ Forces ThreeNewtons(double tau, What what) {
 
 enum class Cut { kBothWays, kFromIt, kToIt };
 
-/// 6 s in the one who pulls is cut off from all others, for 3 s.
+/// Cuts off the user who pulls from all others 6 s in, for 3 s.
 std::array<Forces, 2> CutOff(double tau, std::size_t others, Cut cut) {
   Pull pull(tau, others);
   for (int frame = 0; frame < 13000; ++frame) {
@@ -105,8 +105,8 @@ std::array<Forces, 2> CutOff(double tau, std::size_t others, Cut cut) {
   return pull.forces;
 }
 
-/// The largest change of a force, in size or direction, within `frames`, event or not; from 5.5 s
-/// on.
+/// Returns the largest change of a force, in size or direction, within `frames`, event or not, from
+/// 5.5 s on.
 double LargestChange(const std::vector<Vec3>& force, std::size_t frames) {
   double largest = 0;
   for (std::size_t i = 5500; i + frames < force.size(); ++i) {
@@ -142,7 +142,7 @@ TEST(Felt, WhoComesOrGoesChangesNoForceByMoreThanOneNewton) {
   }
 }
 
-// However many links go and come at once. Who is heard and does not hear, or the other way, is not
+// Many links go and come at once. A peer that is heard and does not hear, or the other way, is not
 // lost: a link is softer the longer it has no echo.
 TEST(Felt, WhoIsCutOffFromAllOthersFeelsNoChangeByMoreThanOneNewton) {
   for (const double tau : {0.001, 0.1}) {

@@ -10,7 +10,7 @@
 
 namespace tandem::testing {
 
-/// One shared box of 0.3 kg, alone: made once.
+/// Returns one shared box of 0.3 kg, alone, which is made once.
 inline const LabScene& FreeBox() {
   static const LabScene kScene = [] {
     auto model =
@@ -21,12 +21,12 @@ inline const LabScene& FreeBox() {
   return kScene;
 }
 
-/// A hand of the lab that holds it.
+/// Returns a hand of the lab that holds it.
 inline LabHand HandOfBox(const std::string& name) {
   return *HandNamed(name, FreeBox().inertia());
 }
 
-/// Up to 30 ms more at random, 5 % lost.
+/// Returns a network with up to 30 ms more at random, and 5 % lost.
 inline LabNetwork LossyNetwork() {
   LabNetwork network;
   network.name = "lossy";

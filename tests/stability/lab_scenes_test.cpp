@@ -41,8 +41,8 @@ void ExpectCalm(const CaseResult& run) {
 
 constexpr const char* kDefaultLaw = R"({"gate": false})";
 
-// Leaning on what is there, and one who is pulled away from it; the hands are heavy. The ball has
-// no friction, so it goes on swinging in its socket for a second, beside the way in which it is
+// One user leans on what is there, and one is pulled away from it. The hands are heavy. The ball
+// has no friction, so it goes on swinging in its socket for a second, beside the way in which it is
 // leant.
 TEST(LabScenes, AreCalmUnderTheDefaultLawInContact) {
   for (const char* name : {"wall", "slot", "ball"}) {
@@ -58,7 +58,7 @@ TEST(LabScenes, AreCalmUnderTheDefaultLawInContact) {
           RunCase(test, scene, [&](double t_s, std::span<const UserFrame> users) {
             const Vec3& v = users[1].state.V_WB.v;
             last = v.norm();
-            // both lean along x with 2 N: what holds them is the scene
+            // both lean along x with 2 N, and the scene holds them
             if (t_s <= 2.9 || t_s >= 3) return;
             leaning = std::max(leaning, (v - swings.cwiseProduct(v)).norm());
             swinging = std::max(swinging, swings.cwiseProduct(v).norm());
@@ -71,7 +71,7 @@ TEST(LabScenes, AreCalmUnderTheDefaultLawInContact) {
   }
 }
 
-// Voxels of 2 mm are for speed: leaning on the ball's socket is as calm with voxels of half the
+// Voxels of 2 mm are for speed. Leaning on the ball's socket is as calm with voxels of half the
 // size.
 TEST(LabScenes, TheBallIsCalmWithFinerVoxelsToo) {
   const ScratchFolder finer;
@@ -93,7 +93,7 @@ TEST(LabScenes, TheBallIsCalmWithFinerVoxelsToo) {
   }
 }
 
-// 54 mm from the centre, a knock turns the body: growth, tail and energy count that.
+// A knock 54 mm from the centre turns the body. Growth, tail and energy count that.
 TEST(LabScenes, AGraspOffTheCentreTurnsTheBodyAndIsCalm) {
   const LabCase test = Case("off_centre", "kick", kDefaultLaw);
   const CaseResult run = RunCase(test, SceneOf(test));
@@ -109,9 +109,9 @@ TEST(LabScenes, FaultsNameTheFileAndTheBody) {
   EXPECT_EQ(scene.error().what, (kFolder / "free.json").string() + ": there is no body 'handle'");
 }
 
-// Delays of 20, 300, 50, 1000 and 20 ms, outages of 1.5 s and 3.5 s, jitter and loss at 100 Hz,
-// while a hand goes to and fro: no energy, nothing for the gate to do, no step of the links above 1
-// N in a frame.
+// The network has delays of 20, 300, 50, 1000 and 20 ms, outages of 1.5 s and 3.5 s, and jitter and
+// loss at 100 Hz, while a hand goes to and fro. There is no energy, nothing for the gate to do, and
+// no step of the links above 1 N in a frame.
 TEST(LabScenes, TheDefaultLawBearsDelaysThatJumpAndOutages) {
   const Result<LabCase> test = LoadCase(kFolder / "adversarial.json");
   ASSERT_TRUE(test) << test.error().what;
@@ -122,7 +122,7 @@ TEST(LabScenes, TheDefaultLawBearsDelaysThatJumpAndOutages) {
   EXPECT_LE(run.metrics.link_force_rate, 1000);
 }
 
-// The same with 200 N/m and no drag: it blows up, and the gate holds it within its credits: 0.1 J
+// The same network with 200 N/m and no drag blows up. The gate holds it within its credits: 0.1 J
 // for every end of a link that has begun, of which there are two more after each outage.
 TEST(LabScenes, AFixedStiffnessDoesNotBearThemButForTheGate) {
   Result<LabCase> test = LoadCase(kFolder / "adversarial.json");

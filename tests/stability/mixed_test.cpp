@@ -16,7 +16,7 @@ using testing::ScriptedNode;
 
 constexpr double kCubeSide = 0.03;  // m, of both cubes
 
-/// A shared cube at the origin, and an own one 120 mm beside it.
+/// Returns a shared cube at the origin, and an own one 120 mm beside it.
 std::shared_ptr<const WorldModel> TwoCubes() {
   auto model = std::make_shared<WorldModel>(
       *MakeWorldModel({{Box(Vec3(kCubeSide, kCubeSide, kCubeSide))},
@@ -35,7 +35,8 @@ const Vec3& Held(SimulatedSession& session, std::size_t peer) {
   return session.node(peer).peer().held_state()->X_WB.p;
 }
 
-// Two, or four, hold the cube some way apart: the one who does not sees one cube, at their mean.
+// Two peers, or four, hold the cube some way apart. The peer that does not hold it sees one cube,
+// at their mean.
 TEST(Mixed, AThirdMeetsASharedBodyAsOneThingAtTheMeanOfItsInstances) {
   const auto model = TwoCubes();
   for (const std::size_t holders : {2U, 4U}) {
@@ -57,7 +58,7 @@ TEST(Mixed, AThirdMeetsASharedBodyAsOneThingAtTheMeanOfItsInstances) {
   }
 }
 
-// They part for good: then there are two cubes, and the third runs into each of them.
+// The instances part for good. Then there are two cubes, and the third peer runs into each of them.
 TEST(Mixed, InstancesThatHavePartedAreMetBoth) {
   const auto model = TwoCubes();
   for (const std::size_t holders : {2U, 4U}) {

@@ -11,15 +11,15 @@
 #include "collab/lab/results_file.h"
 #include "collab/lab/sweep_summary.h"
 
-// The presets that are shipped, run: paper.json in tests/app/cli/stability_run_test.cpp,
-// adversarial.json in lab_scenes_test.cpp, all others here, the two long ones by a shard. All cells
-// of those are run by presets.sh; its last result is in docs/results.
+// Runs the presets that are shipped, the two long ones by a shard. paper.json is in
+// tests/app/cli/stability_run_test.cpp, adversarial.json in lab_scenes_test.cpp. presets.sh runs
+// all cells of the long ones; its last result is in docs/results.
 namespace tandem {
 namespace {
 
 const std::filesystem::path kPresets = std::filesystem::path(TANDEM_SCENES) / "stability";
 
-/// The cells of a preset that a shard has, run.
+/// Runs the cells of a preset that a shard has.
 Results RunPreset(const std::string& name, const Shard& shard = {}) {
   const Result<Sweep> sweep =
       LoadSweep(kPresets / name, [](const std::string& text, const std::string& place) {
@@ -72,8 +72,8 @@ TEST(DefaultPreset, IsStableInEveryCell) {
   ExpectAllRows(results);
 }
 
-// Hands that hold a part apart over a line that loses samples: each change of stiffness moves the
-// part, and none moves it so that it is felt (docs/decisions/0050-links-that-last.md).
+// Hands hold a part apart over a line that loses samples. Each change of stiffness moves the part,
+// and none moves it so that it is felt (docs/decisions/0050-links-that-last.md).
 TEST(DefaultPreset, HandsThatHoldAgainstOneAnotherFeelNothingOfALossyLineWithAnySeed) {
   LabCase test = *ParseCase(
       R"({"network": "lossy", "publish_hz": 100, "motion": "hold", "delay_s": 0.02})", "case");

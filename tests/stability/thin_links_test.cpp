@@ -9,8 +9,8 @@
 #include "collab/lab/random_cells.h"
 #include "collab/lab/random_verdict.h"
 
-// Links over which little comes: long delays, few samples a second, bursts that take many; and
-// hands that hold a part apart over them.
+// Tests links over which little comes: long delays, few samples a second, bursts that take many.
+// Hands hold a part apart over them.
 namespace tandem {
 namespace {
 
@@ -33,7 +33,7 @@ void ExpectAtRest(const CaseResult& run) {
   EXPECT_LT(run.metrics.tail_rms, 0.5e-3);
 }
 
-// More than 2.4 s old at times: such a link is softer, and does not fall to nothing.
+// The links are more than 2.4 s old at times. Such a link is softer, and does not fall to nothing.
 TEST(ThinLinks, AtASecondOfDelayKeepTheirStiffnessThroughBursts) {
   for (const char* hands : {R"(["off"])", R"(["heavy"])"}) {
     for (const char* motion : {"kick", "move"}) {
@@ -59,8 +59,8 @@ TEST(ThinLinks, AmongFiveKeepTheirStiffness) {
   EXPECT_GT(run.metrics.stiffness, 7) << "N/m of each of four";
 }
 
-// The part that two hands pull apart is where the stiffness has it; the network moves the delay
-// that stiffness is made for.
+// The stiffness says where the part is that two hands pull apart, and the network moves the delay
+// that the stiffness is made for.
 TEST(ThinLinks, DoNotMoveAPartThatHandsPullApart) {
   const std::string heavy = R"({"mass_kg": 3, "damping_Ns_m": 0.7})";
   for (const std::string line :
@@ -89,7 +89,7 @@ void ExpectCalm(std::uint64_t first, std::size_t count) {
   }
 }
 
-// A few of the cases that `tandem stability random` draws; presets.sh runs a thousand.
+// The cases are a few of those that `tandem stability random` draws. presets.sh runs a thousand.
 TEST(RandomCases, AreCalmUnderTheDefaultLaw) {
   ExpectCalm(1, 12);
 }

@@ -7,7 +7,7 @@
 #include "collab/trace/trace_models.h"
 #include "tests/stability/free_box.h"
 
-// Networks as they are: a run over a trace is the run over what the trace was taken of.
+// Tests networks as they are: a run over a trace is the run over what the trace was taken of.
 namespace tandem {
 namespace {
 
@@ -23,7 +23,7 @@ LabCase Move(double delay_s) {
   return test;
 }
 
-/// What the conditions do to samples at 1 kHz, as a receiver would note it down.
+/// Returns what the conditions do to samples at 1 kHz, as a receiver would note it down.
 std::vector<float> Noted(const LinkConditions& conditions, int samples) {
   LinkConditioner link(conditions);
   std::vector<float> delays;
