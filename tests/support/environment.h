@@ -5,8 +5,8 @@
 
 namespace tandem::testing {
 
-/// Keeps what a test's programs write out of a person's folders: lists are dropped, and voxelized
-/// meshes lie beside the tests' programs.
+/// Keeps the writing of a test's programs out of a person's folders: lists are dropped, and
+/// voxelized meshes lie beside the tests' programs.
 inline void KeepOutOfPersonsFolders() {
   setenv("XDG_STATE_HOME", "/dev/null", 0);
   std::error_code unknown;

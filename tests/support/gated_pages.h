@@ -46,7 +46,7 @@ class GatedPages final : public PageSource {
   void Open() { closed_ = false; }
   void Break() { broken_ = true; }
   void Take(std::chrono::microseconds time) { takes_us_ = time.count(); }
-  /// The records that were read, in their order.
+  /// Returns the records that were read, in their order.
   std::vector<std::uint32_t> order() const {
     const std::lock_guard lock(reading_);
     return order_;

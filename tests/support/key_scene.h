@@ -7,8 +7,8 @@
 
 namespace tandem::testing {
 
-/// Four bars round a rectangular hole, 9 mm high (m). A key of 8 by 7 mm has so much play in it, to
-/// each side.
+/// Returns four bars round a rectangular hole, 9 mm high (m). A key of 8 by 7 mm has so much play
+/// in it, to each side.
 inline TriangleMesh KeyholeMesh(double play) {
   constexpr double kOuter = 0.0125;
   constexpr double kHigh = 0.009;
@@ -21,13 +21,13 @@ inline TriangleMesh KeyholeMesh(double play) {
   return mesh;
 }
 
-/// A key of 8 by 7 by 50 mm that stands in that hole.
+/// Returns a key of 8 by 7 by 50 mm that stands in that hole.
 inline TriangleMesh KeyMesh() {
   return BoxBetween({-0.004, -0.0035, 0}, {0.004, 0.0035, 0.05});
 }
 
-/// The two as a scene file with friction, for the demo: two hands lift the shared key by 60 mm in 3
-/// s. Gives its path.
+/// Writes the two as a scene file with friction, for the demo: two hands lift the shared key by 60
+/// mm in 3 s. Returns its path.
 inline std::string WriteKeyScene(const ScratchFolder& folder, double play, double voxel_m) {
   folder.Write("hole.obj", ObjText(KeyholeMesh(play)));
   folder.Write("key.obj", ObjText(KeyMesh()));

@@ -7,8 +7,8 @@
 
 namespace tandem::testing {
 
-/// How late this machine wakes an ordinary thread, measured beside a test that has a bound on time:
-/// on a quiet machine less than a millisecond.
+/// Measures how late this machine wakes an ordinary thread, beside a test that has a bound on time.
+/// On a quiet machine it is less than a millisecond.
 class LagMeter {
  public:
   using Clock = std::chrono::steady_clock;
@@ -29,9 +29,9 @@ class LagMeter {
   LagMeter(const LagMeter&) = delete;
   LagMeter& operator=(const LagMeter&) = delete;
 
-  /// The latest that it was so far.
+  /// Returns the latest that it was so far.
   Clock::duration worst() const { return Clock::duration(worst_.load()); }
-  /// The bound, and as much more as the machine was late at the worst.
+  /// Returns the bound, and as much more as the machine was late at the worst.
   Clock::duration Within(Clock::duration bound) const { return bound + worst(); }
 
  private:

@@ -7,7 +7,7 @@
 
 namespace tandem::testing {
 
-/// The text of a mesh file in Wavefront's format, in the mesh's own units.
+/// Returns the text of a mesh file in Wavefront's format, in the mesh's own units.
 inline std::string ObjText(const TriangleMesh& mesh) {
   std::ostringstream text;
   text.precision(17);
@@ -20,7 +20,7 @@ inline std::string ObjText(const TriangleMesh& mesh) {
   return text.str();
 }
 
-/// The same of a box of these half sides about the origin.
+/// Returns the text for a box of these half sides about the origin.
 inline std::string BoxObjText(double x, double y, double z) {
   return ObjText(BoxOfHalf({x, y, z}));
 }

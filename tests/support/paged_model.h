@@ -10,7 +10,8 @@
 
 namespace tandem::testing {
 
-/// A box on a plate with bars across, a hundred hyperchunks long, along which a hand may drag it.
+/// Returns a box on a plate with bars across, a hundred hyperchunks long, along which a hand may
+/// drag it.
 inline std::shared_ptr<const WorldModel> Washboard() {
   const double length = 6000 * kVoxel;
   TriangleMesh plate = At(Box(Vec3(length, 0.1, 0.01)), Vec3(0.5 * length, 0, -0.005));
@@ -21,7 +22,7 @@ inline std::shared_ptr<const WorldModel> Washboard() {
                         kVoxel, ContactModel::kPlain);
 }
 
-/// The same model with a megabyte for its fixture's pages.
+/// Returns the same model with a megabyte for its fixture's pages.
 inline std::shared_ptr<WorldModel> PagedModel(const WorldModel& whole,
                                               const std::shared_ptr<GatedPages>& pages) {
   auto paged = std::make_shared<WorldModel>(whole);

@@ -9,7 +9,8 @@
 
 namespace tandem::testing {
 
-/// A whole peer whose hand holds a body of the scene, waits for one other, and goes that way.
+/// Returns a whole peer whose hand holds a body of the scene, waits for one other, and goes that
+/// way.
 inline std::unique_ptr<PeerNode> ScriptedNode(const std::shared_ptr<const WorldModel>& model,
                                               PeerId id, int object, std::vector<Waypoint> way,
                                               double delay_ms) {

@@ -21,7 +21,7 @@ std::unique_ptr<PeerNode> MakeNode(const std::shared_ptr<const WorldModel>& mode
 
 namespace {
 
-/// The same hand, which waits for so long before it begins.
+/// Returns the same hand, which waits for so long before it begins.
 HandScript BegunLater(HandScript script, double seconds) {
   if (seconds <= 0) return script;
   for (Waypoint& waypoint : script.waypoints) waypoint.t += seconds;

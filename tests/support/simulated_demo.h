@@ -20,18 +20,18 @@ struct SimulatedDemoOptions {
   LinkConditions conditions{.delay_ms = 100};
   std::shared_ptr<const CouplingLaw> law = DefaultLaw();
   bool contact = true;
-  /// By how much the second hand begins after the first; below 0: before it.
+  /// Time by which the second hand begins after the first; below 0: before it.
   double second_begins_later_s = 0;
 };
 
-/// The scene of that name among the generated ones.
+/// Returns the scene of that name among the generated ones.
 Result<Scene> GeneratedScene(const std::string& name);
 
-/// What `tandem demo` does with a scene, in virtual time: a whole peer for each of its hands.
+/// Does what `tandem demo` does with a scene, in virtual time: a whole peer for each of its hands.
 Result<SimulatedDemo> RunSimulatedDemo(const std::string& scene,
                                        const SimulatedDemoOptions& options);
 
-/// A whole peer that holds one body of a loaded scene by a script.
+/// Returns a whole peer that holds one body of a loaded scene by a script.
 std::unique_ptr<PeerNode> MakeNode(const std::shared_ptr<const WorldModel>& model, PeerId id,
                                    int object, const HandScript& script, NodeOptions options);
 

@@ -10,7 +10,7 @@ namespace tandem::testing {
 
 inline constexpr double kPi = 3.14159265358979323846;
 
-/// A closed box between two corners, 12 triangles.
+/// Returns a closed box between two corners, 12 triangles.
 inline TriangleMesh BoxBetween(const Vec3& min, const Vec3& max) {
   TriangleMesh mesh;
   for (unsigned i = 0; i < 8; ++i) {
@@ -22,12 +22,12 @@ inline TriangleMesh BoxBetween(const Vec3& min, const Vec3& max) {
   return mesh;
 }
 
-/// A closed box about the origin.
+/// Returns a closed box about the origin.
 inline TriangleMesh BoxOfHalf(const Vec3& half) {
   return BoxBetween(-half, half);
 }
 
-/// A closed surface of revolution about z: `rings` rings of `around` vertices at radius(i),
+/// Returns a closed surface of revolution about z: `rings` rings of `around` vertices at radius(i),
 /// height(i), heights rising, and a fan to a pole on the axis at either end.
 template <typename Radius, typename Height>
 TriangleMesh Revolved(std::uint32_t rings, std::uint32_t around, const Radius& radius,
@@ -55,7 +55,7 @@ TriangleMesh Revolved(std::uint32_t rings, std::uint32_t around, const Radius& r
   return mesh;
 }
 
-/// A closed sphere of meridians and parallels, its vertices on the sphere.
+/// Returns a closed sphere of meridians and parallels, its vertices on the sphere.
 inline TriangleMesh GlobeMesh(double radius, std::uint32_t around) {
   const std::uint32_t rings = around / 2 - 1;
   const auto polar = [rings](std::uint32_t i) {
@@ -72,7 +72,7 @@ inline TriangleMesh GlobeMesh(double radius, std::uint32_t around) {
       -radius, radius);
 }
 
-/// A closed prism about z, from -half_length to half_length.
+/// Returns a closed prism about z, from -half_length to half_length.
 inline TriangleMesh Prism(double radius, double half_length, std::uint32_t around,
                           std::uint32_t rings = 2) {
   return Revolved(

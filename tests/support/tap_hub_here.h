@@ -4,7 +4,7 @@
 
 namespace tandem::testing {
 
-/// What a network of real packets (TapHub) lacks here, in words; null: nothing.
+/// Returns in words why a network of real packets (TapHub) is not to be had here; null: it is.
 inline const char* WhyNoTapHub() {
   const bool possible = geteuid() == 0 && access("/dev/net/tun", R_OK | W_OK) == 0 &&
                         access("/usr/sbin/ip", X_OK) == 0;

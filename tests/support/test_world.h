@@ -16,18 +16,18 @@ struct TestBody {
   double mass = 0.3;  // kg
 };
 
-/// What LoadWorld() makes of a scene, from meshes.
+/// Returns what LoadWorld() makes of a scene, from meshes.
 std::shared_ptr<const WorldModel> MakeWorldModel(const std::vector<TestBody>& bodies,
                                                  double voxel_size,
                                                  ContactModel contact = ContactModel::kRefined);
 
-/// Inputs under which every moving body is simulated and no hand holds anything.
+/// Returns inputs under which every moving body is simulated and no hand holds anything.
 StepInputs FreeInputs(const WorldModel& model);
 
-/// The default hand, holding a body at its centre of mass and pulling it to a pose at rest.
+/// Returns the default hand, holding a body at its centre of mass and pulling it to a pose at rest.
 StepInputs::Hand HandTo(const WorldModel& model, int body, const Pose& X_WG);
 
-/// The corners of a moving body's mesh, in its frame.
+/// Returns the corners of a moving body's mesh, in its frame.
 std::vector<Vec3> CornersOf(const WorldModel& model, std::size_t body);
 
 double KineticEnergy(const WorldModel& model, std::size_t body, const RigidState& state);

@@ -30,7 +30,7 @@ struct Slab {
 
 Slab MakeSlab(const std::array<Wide, 3>& n, Wide least, Wide greatest, const SnappedPoint& corner,
               Wide side) {
-  Wide rise = 0;  // of n . p from the box's lowest corner to its farthest along n
+  Wide rise = 0;  // rise of n . p from the box's lowest corner to its farthest along n
   Wide fall = 0;
   for (const Wide& component : n) (component > 0 ? rise : fall) += component * side;
   return {.value = Dot(n, corner),

@@ -5,10 +5,9 @@
 
 namespace tandem::testing {
 
-/// The oracle of TriangleRows: whether one triangle meets half-open boxes [lowest, lowest +
-/// side)^3, exactly: separating axes in whole numbers
-/// (docs/decisions/0003-exact-voxels.md): a voxel is surface if the closed
-/// triangle meets the half-open cell.
+/// The oracle of TriangleRows tells whether one triangle meets half-open boxes [lowest, lowest +
+/// side)^3, exactly, by separating axes in whole numbers (docs/decisions/0003-exact-voxels.md): a
+/// voxel is surface if the closed triangle meets the half-open cell.
 ///
 /// A half-open box is the union of the closed boxes [lowest, lowest + side - e] over e > 0, so on
 /// each axis the comparison is strict exactly where the box's bound is not attained.
@@ -23,14 +22,15 @@ class TriangleOverlap {
   /// each.
   void MarkBlock(const GridIndex& block, int side_bits, std::array<std::uint64_t, 8>& cells) const;
 
-  /// Lowest and highest cell, of 2^side_bits snapped units, that the triangle's own box meets.
+  /// Returns the lowest and highest cell, of 2^side_bits snapped units, that the triangle's own box
+  /// meets.
   GridIndex LowestCell(int side_bits) const;
   GridIndex HighestCell(int side_bits) const;
 
  private:
   struct Axis {
     std::array<std::int64_t, 3> n;  // an edge crossed with a coordinate axis
-    Wide least;                     // of n . vertex, relative to the first vertex
+    Wide least;                     // least n . vertex, relative to the first vertex
     Wide greatest;
   };
 

@@ -6,9 +6,9 @@
 
 namespace tandem::testing {
 
-/// How many points are in contact by their own field and were not given by the schedule's last
-/// Test(), or the other way round: all are read. Shares with the schedule only where a point is,
-/// not which ones are read.
+/// Counts the points that are in contact by their own field and were not given by the schedule's
+/// last Test(), or the other way round. All are read. The count shares with the schedule only where
+/// a point is, not which ones are read.
 inline std::size_t UntestedPoints(const PointBlocks& blocks, const Voxmap& voxmap,
                                   const Schedule& schedule) {
   std::vector<unsigned> tested(blocks.size(), 0);
