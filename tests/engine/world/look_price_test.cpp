@@ -33,7 +33,7 @@ std::shared_ptr<const WorldModel> BallInHollow() {
 }
 
 struct Ride {
-  double looks = 0;   // mean a frame; sifted points count by their share of a look
+  double looks = 0;   // mean a frame
   double tests = 0;   // points
   double travel = 0;  // m; travel of the ball's surface
   double most_cost = 0;
@@ -66,9 +66,9 @@ Ride Turn(const std::shared_ptr<const WorldModel>& model, double capacity, doubl
   return ride;
 }
 
-// The cost of sifting and of looks does not depend on the travel, except near rest: a ball that
-// fills its hollow costs a frame as much where it is held to the floor. So looks do not slow it
-// down, however little room there is for them.
+// The cost of looks does not depend on the travel: a ball that fills its hollow costs a frame nearly
+// as much where it is held to the floor. So looks do not slow it down, however little room there is
+// for them.
 TEST(LookPrice, SlowsNoHeavyContactForWhatSlowingDoesNotSave) {
   const auto model = BallInHollow();
   constexpr double kPrice = 400;
@@ -90,7 +90,6 @@ TEST(LookPrice, SlowsNoHeavyContactForWhatSlowingDoesNotSave) {
     std::printf("  with room for %.0f %%: %.1f looks, %.0f tests, %.4f voxels a frame\n",
                 100 * share, ride.looks, ride.tests, ride.travel / kVoxel);
     EXPECT_GT(ride.travel, 0.95 * free.travel);
-    // the cost of regions is left out
     EXPECT_LT(cost(ride), 1.02 * cost(free));
   }
 }
