@@ -9,39 +9,39 @@
 
 namespace tandem {
 
-/// How far blocks of points have drifted since they were last looked up (paper §5.2, point
-/// drifting). A block that came near by the sum of all travel may have moved along, round or back;
-/// where it stood is known from its frame's transform, kept for a while, so its drift costs one
-/// small product instead of sixteen look-ups.
+/// Bounds how far blocks of points have drifted since their last look-up (paper §5.2, point
+/// drifting). The sum of all travel may bring a block near although it moved along, round or back.
+/// The drift is found from the transform of the frame of the look-up, which is kept for a while. So
+/// it costs one small product instead of sixteen look-ups.
 ///
-/// Never allocates after construction. Of() and LookedUp() may be called by several threads at
-/// once, each for blocks of its own; the rest by one.
+/// Never allocates after construction. Several threads may call Of() and LookedUp() at once, each
+/// for blocks of its own. One thread calls the rest.
 class BlockDrift {
  public:
-  /// `threads`: the most that will use it at once.
+  /// `threads`: the greatest number of threads that call Of().
   explicit BlockDrift(const PointBlocks& blocks, int threads = 1);
 
-  /// Another frame begins, with the transform that its look-ups will be made with.
+  /// Begins another frame, whose look-ups use `transform`.
   void Begin(const VoxelTransform& transform) noexcept;
-  /// A block was looked up in this frame, its nearest point's mark read.
+  /// Notes that a block is looked up in this frame, and the mark of its nearest point.
   void LookedUp(std::uint32_t block, std::uint8_t nearest) noexcept {
     lookups_[block] = {frame_, nearest};
   }
-  /// Of() will be asked of a block soon.
+  /// Prefetches what Of() reads of a block.
   void Fetch(std::uint32_t block) const noexcept {
     __builtin_prefetch(&lookups_[block]);
     __builtin_prefetch(&blocks_->balls()[block]);
   }
-  /// What is known of a block no longer counts.
+  /// Forgets a block's look-up.
   void Forget(std::uint32_t block) noexcept { lookups_[block].frame = 0; }
-  /// Nothing that is known counts any longer: points were displaced.
+  /// Forgets all look-ups: points were displaced.
   void ForgetAll() noexcept { oldest_ = frame_ + 1; }
 
-  /// The most that any point of the block can be from where it was looked up, in voxels; infinity
-  /// when that is not known. Less the rounding of single precision. `thread`: the calling one's
-  /// number.
+  /// Returns the farthest that any point of the block can be from where it was looked up, voxels;
+  /// infinity when that is not known. The rounding of single precision is not included. `thread`:
+  /// the number of the calling thread.
   float Of(std::uint32_t block, int thread = 0) noexcept;
-  /// The mark that was read then.
+  /// Returns the mark of the nearest point at the last look-up.
   std::uint8_t nearest(std::uint32_t block) const noexcept { return lookups_[block].nearest; }
 
  private:
@@ -50,9 +50,10 @@ class BlockDrift {
     std::uint32_t frame = 0;  // 0: never
     std::uint8_t nearest = 0;
   };
-  /// Between an earlier frame's transform and this one's: the same for all blocks looked up then.
+  /// The change from an earlier frame's transform to this frame's, the same for all blocks looked
+  /// up then.
   struct Change {
-    std::uint32_t frame = 0;  // for which it was computed
+    std::uint32_t frame = 0;  // frame for which the change was computed
     std::array<float, 9> a{};
     std::array<float, 3> b{};
     float turn = 0;  // norm of a
@@ -60,10 +61,10 @@ class BlockDrift {
 
   const PointBlocks* blocks_;
   std::uint32_t frame_ = 0;
-  std::uint32_t oldest_ = 1;  // earlier look-ups do not count
+  std::uint32_t oldest_ = 1;  // first frame whose look-ups count
   std::vector<Lookup> lookups_;
   std::vector<VoxelTransform> history_;
-  std::vector<Change> changes_;  // kHistory of each thread
+  std::vector<Change> changes_;  // kHistory entries for each thread
 };
 
 }  // namespace tandem

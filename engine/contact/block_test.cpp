@@ -17,7 +17,8 @@ namespace {
 namespace hn = hwy::HWY_NAMESPACE;
 
 constexpr std::size_t kLanes = PointBlocks::kLanes;
-// blocks under way at once: what one stage stores the next reads several hundred instructions later
+// blocks in flight at once: the next stage reads a stage's results several hundred instructions
+// later
 constexpr std::size_t kBatch = 8;
 
 using F = hn::CappedTag<float, kLanes>;
@@ -30,19 +31,19 @@ using Uints = hn::Vec<U>;
 constexpr std::size_t kPart = hn::MaxLanes(F());  // lanes of a vector
 constexpr std::size_t kParts = kLanes / kPart;
 
-/// One block between the stages, by lane. Addresses are 32 bits in maps that such reach all of.
+/// One block between the stages, by lane. Addresses have 32 bits in maps that 32 bits can address.
 template <class Address>
 struct alignas(64) Stage {
-  std::array<std::uint32_t, kLanes> hyperchunk;  // in the map's index
-  std::array<std::uint32_t, kLanes> key;         // the same for lanes in one chunk
-  std::array<std::uint32_t, kLanes> pick;        // bytes of a VoxmapPlane: the voxel's quarter
-  std::array<std::uint32_t, kLanes> byte;        // of the mark in that quarter
-  std::array<Address, kLanes> address;           // of the byte with the mark, from quarter 0
-  std::array<std::uint16_t, kLanes> scale;       // brings the mark in that byte to bit 8
-  std::array<std::uint8_t, kLanes> stored;       // that byte
+  std::array<std::uint32_t, kLanes> hyperchunk;  // index of the hyperchunk in the map
+  std::array<std::uint32_t, kLanes> key;         // the same number for lanes in one chunk
+  std::array<std::uint32_t, kLanes> pick;   // byte numbers in a VoxmapPlane: the voxel's quarter
+  std::array<std::uint32_t, kLanes> byte;   // byte of the mark in that quarter
+  std::array<Address, kLanes> address;      // address of the byte with the mark, from quarter 0
+  std::array<std::uint16_t, kLanes> scale;  // brings the mark in that byte to bit 8
+  std::array<std::uint8_t, kLanes> stored;  // the byte with the mark
 };
 
-/// What the kernel reads of a voxmap, in registers.
+/// The parts of a voxmap that the kernel reads, in registers.
 struct MapView {
   explicit MapView(const Voxmap& voxmap)
       : index(voxmap.index()),
@@ -67,7 +68,7 @@ struct MapView {
   int quarter_log2;
   std::uint16_t largest_mark;
   std::uint16_t beyond;
-  std::array<float, 3> last{};  // the middle of the box's last voxel
+  std::array<float, 3> last{};  // middle of the box's last voxel
 };
 
 template <class D, class Mask>
@@ -85,7 +86,7 @@ struct PlaceLanes {
   Floats x, y, z;
 };
 
-/// Where some of a block's points are, in voxels of V.
+/// Returns where some of a block's points are, in voxels of V.
 HWY_INLINE PlaceLanes PlacesOf(const PointBlocks& blocks, const VoxelTransform& transform,
                                std::uint32_t block, std::size_t lane) {
   const F df;
@@ -112,8 +113,8 @@ HWY_INLINE PlaceLanes PlacesOf(const PointBlocks& blocks, const VoxelTransform& 
   return {row(0), row(1), row(2)};
 }
 
-/// The voxels of V at places. Those outside the box are taken to its outermost voxels, which are
-/// of its empty border.
+/// Returns the voxels of V at places. Places outside the box are taken to its outermost voxels,
+/// which belong to its empty border.
 HWY_INLINE VoxelLanes VoxelsAt(const PlaceLanes& places, const std::array<float, 3>& last) {
   const F df;
   const auto within = [&](Floats p, float most) HWY_ATTR {
@@ -123,7 +124,7 @@ HWY_INLINE VoxelLanes VoxelsAt(const PlaceLanes& places, const std::array<float,
   return {within(places.x, last[0]), within(places.y, last[1]), within(places.z, last[2])};
 }
 
-/// Places in cubes of 8 x 8 x 8.
+/// Returns numbers of places in cubes of 8 x 8 x 8.
 HWY_INLINE Uints CellsOf(Uints x, Uints y, Uints z) {
   const auto low = [](Uints i) HWY_ATTR {
     return hn::And(i, hn::Set(U(), 7U));
@@ -131,8 +132,8 @@ HWY_INLINE Uints CellsOf(Uints x, Uints y, Uints z) {
   return hn::Or(low(x), hn::Or(hn::ShiftLeft<3>(low(y)), hn::ShiftLeft<6>(low(z))));
 }
 
-/// As Voxmap::PlaneOf, without a jump that depends on what the chunk stores: free space and what is
-/// near take turns along a pointshell.
+/// As Voxmap::PlaneOf, without a branch on what the chunk stores: free space and surfaces alternate
+/// along a pointshell.
 HWY_INLINE std::uint32_t PlaneOf(const MapView& view, Field field, std::uint32_t hyperchunk,
                                  std::uint32_t chunk) {
   const VoxmapRecord& record = view.records[view.index[hyperchunk]];
@@ -146,7 +147,7 @@ HWY_INLINE std::uint32_t PlaneOf(const MapView& view, Field field, std::uint32_t
   return (slice.stored & bit) != 0 ? plane : uniform;
 }
 
-/// The numbers of quarters that lanes pick from a plane.
+/// Returns the numbers of the quarters that lanes pick from a plane.
 HWY_INLINE Uints QuartersOf(const VoxmapPlane& plane, Uints pick) {
 #if HWY_TARGET == HWY_SCALAR
   return hn::Set(U(), plane.quarters[hn::GetLane(pick) >> 2U & 3U]);
@@ -155,7 +156,7 @@ HWY_INLINE Uints QuartersOf(const VoxmapPlane& plane, Uints pick) {
 #endif
 }
 
-/// Addresses of marks, from their quarters and their bytes in these.
+/// Stores addresses of marks, from their quarters and their bytes in these.
 HWY_INLINE void StoreAddresses(const std::array<Uints, kParts>& quarters,
                                const std::array<Uints, kParts>& bytes, const MapView& view,
                                std::array<std::uint32_t, kLanes>& out) {
@@ -182,7 +183,7 @@ HWY_INLINE void StoreAddresses(const std::array<Uints, kParts>& quarters,
   }
 }
 
-/// Where in the map's levels a block's points are.
+/// Finds where in the map's levels a block's points are.
 template <class Address>
 HWY_INLINE void Place(const PointBlocks& blocks, const VoxelTransform& transform,
                       const MapView& view, std::uint32_t block, Stage<Address>& stage) {
@@ -216,8 +217,8 @@ HWY_INLINE void Place(const PointBlocks& blocks, const VoxelTransform& transform
   }
 }
 
-/// Where the marks of a block's points lie: one look-up for each chunk that its points are in,
-/// which are one to four as a rule.
+/// Finds where the marks of a block's points lie: one look-up for each chunk that its points are
+/// in, usually one to four.
 template <class Address>
 HWY_INLINE void Locate(const MapView& view, Field field, Stage<Address>& stage) {
   const U du;

@@ -14,15 +14,14 @@ namespace tandem {
 
 namespace {
 
-/// Voxels: the widest that a block's points lie apart along an axis.
+/// The greatest extent of a block's points along an axis, voxels.
 constexpr double kBlockSide = 16;
 constexpr int kChunkBits = 5;  // chunks lie in cubes of 32 voxels
-/// As FeatureNormals::edge_cosines: an edge whose faces turn by less than 20 degrees is met by its
+/// As FeatureNormals::edge_cosines. Edges whose faces turn by less than 20 degrees are met by their
 /// distance alone.
 constexpr float kSharpEdge = 0.985F;
 
-/// As std::floor(), which calls a library where the compiler may not take an instruction for
-/// granted.
+/// As std::floor(), which calls a library where the compiler may not assume an instruction.
 std::int32_t RoundedDown(double x) {
   const auto cut = static_cast<std::int32_t>(x);
   return x < cut ? cut - 1 : cut;
@@ -212,7 +211,7 @@ void FeatureBuilder::MeasureEdgeDistances() {
   using Squares = std::array<double, kWidth>;
   for (const Edge& edge : parts_.edges) {
     const GridIndex at = BodyFeatures::CellAt(edge.middle);
-    // by axis: the square of the distance from the cells about it
+    // by axis: the squared distances from the cells about it
     std::array<Squares, 3> squares;
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const auto a = static_cast<Eigen::Index>(axis);
@@ -287,7 +286,7 @@ GridIndex BodyFeatures::CellAt(const Vec3& place_V) noexcept {
 }
 
 std::span<const std::uint32_t> BodyFeatures::EdgesOf(const GridIndex& cell) const noexcept {
-  // a cell with an edge is no way from it
+  // the distance of a cell that holds an edge is 0
   if (!cells_.Holds(cell) || edge_distances_[cells_.NumberOf(cell)] != 0) return {};
   const std::uint64_t code = MortonCode(cell);
   std::size_t at = FirstSlot(code, slots_.size());

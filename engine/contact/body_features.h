@@ -13,22 +13,23 @@
 namespace tandem {
 
 /// The features of a body's surface, packed: its feature points in the frame V of the body's
-/// distance field, in voxels; read-only once built.
+/// distance field, in voxels. Read-only once built.
 ///
-/// Points are packed 16 to a block by their place, blocks into chunks, so that what comes near
-/// together is looked at together. All of it lies in one block of bytes, which feature_image.h
-/// draws and copies share.
+/// Points that lie together share a block of 16, and neighbouring blocks share a chunk, so that
+/// points that come near together are looked at together. All data lie in one block of bytes, which
+/// feature_image.h draws and copies share.
 class BodyFeatures {
  public:
   static constexpr std::size_t kLanes = PointBlocks::kLanes;
-  /// The points of a block, from its middle. Lanes past its count repeat its first point.
+  /// The points of a block, relative to its middle. Lanes past its count repeat its first point.
   using Lanes = PointBlocks::Lanes;
   struct Block {
     GridIndex middle;
-    float radius = 0;  // of a ball round the middle that holds the block's points and edge parts
+    /// Radius of a ball round the middle that holds the block's points and edge parts.
+    float radius = 0;
     std::uint32_t chunk = 0;
-    std::uint16_t lanes = 0;  // bit i: lane i is a point of its own
-    std::uint16_t sharp = 0;  // and of these, the ones with an edge that other edges may cross
+    std::uint16_t lanes = 0;  // bit i: lane i holds a point and repeats none
+    std::uint16_t sharp = 0;  // bit i: that point is on an edge that other edges may cross
   };
   /// The blocks [first, first + count).
   struct Chunk {
@@ -40,9 +41,9 @@ class BodyFeatures {
   static constexpr std::uint32_t kNoEdge = ~0U;
   struct Point {
     Vec3f inward = Vec3f::Zero();  // unit, into the body
-    std::uint32_t edge = kNoEdge;  // its number, of an edge that other edges may cross
-    /// An edge's part counts by its length in voxels, so that finer parts push together as one of a
-    /// voxel does. A vertex counts in full.
+    std::uint32_t edge = kNoEdge;  // number of its edge, if other edges may cross that
+    /// The weight of an edge's part is its length in voxels, so that finer parts push together as
+    /// much as one of a voxel. The weight of a vertex is 1.
     float weight = 1;
   };
   /// The part of a sharp edge in a voxel.
@@ -53,7 +54,7 @@ class BodyFeatures {
     float half_length = 0;
     /// As FeatureNormals::edge_cosines; 0 where the edge is an open rim or has more than two faces.
     float cosine = 0;
-    std::uint32_t ends = 0;  // 1: at a vertex, which the tangent points away from
+    std::uint32_t ends = 0;  // 1: the part ends at a vertex, which the tangent points away from
     std::uint32_t unused = 0;
   };
   static_assert(sizeof(Edge) == 64);
@@ -74,13 +75,14 @@ class BodyFeatures {
     return Vec3(middle.x, middle.y, middle.z) + Vec3(lanes.x[lane], lanes.y[lane], lanes.z[lane]);
   }
   std::size_t point_count() const noexcept { return point_count_; }
-  /// FeatureImage::Read() makes the same features of the same bytes elsewhere.
+  /// FeatureImage::Read() makes the same features from these bytes.
   std::span<const std::byte> bytes() const noexcept { return block_.bytes; }
   const Edge& edge(std::size_t number) const noexcept { return edges_[number]; }
-  /// The greatest half length of a sharp edge's part.
+  /// Returns the greatest half length of a sharp edge's part.
   double longest_half() const noexcept { return longest_half_; }
 
-  /// Voxels: no sharp edge part's middle is nearer to a place than this; at most kFarEdges.
+  /// Returns a lower bound of the distance from a place to the middle of any sharp edge's part,
+  /// voxels; at most kFarEdges.
   double EdgesBeyond(const Vec3& place_V) const noexcept;
   static constexpr double kFarEdges = 12;
   /// Calls visit(edge) for all sharp edge parts whose middles may lie within the box from `low_V`
@@ -103,13 +105,13 @@ class BodyFeatures {
   friend class FeatureBuilder;
 
   static constexpr int kCellBits = 2;  // edges are found by cubes of 4 voxels
-  /// By a hash of the cell: its place among all, and where its edges stand.
+  /// An entry of a hash table: a cell, and the range of its edges in edges_by_cell_.
   struct Slot {
     std::uint64_t cell = ~std::uint64_t{0};
     std::uint32_t first = 0;
     std::uint32_t count = 0;
   };
-  /// An entry of edge_distances_ counts steps of so many voxels.
+  /// The step of an entry of edge_distances_, voxels.
   static constexpr double kEdgeStep = kFarEdges / 255;
   /// A box of cells, x fastest.
   struct CellBox {
@@ -123,7 +125,7 @@ class BodyFeatures {
   /// The block must have the size that its header says.
   explicit BodyFeatures(ImageBlock block);
   static GridIndex CellAt(const Vec3& place_V) noexcept;
-  /// Where a cell's slot is looked for first, of a power of two.
+  /// Returns the slot at which the search for a cell begins; `slots` is a power of two.
   static std::size_t FirstSlot(std::uint64_t cell, std::size_t slots) noexcept {
     return (cell * 0x9e3779b97f4a7c15ULL >> 20U) & (slots - 1);
   }
@@ -133,15 +135,15 @@ class BodyFeatures {
   double longest_half_ = 0;
   CellBox cells_;
   ImageBlock block_;
-  // of the block
+  // views into block_
   std::span<const Block> blocks_;
   std::span<const Lanes> lanes_;
   std::span<const Point> points_;
   std::span<const Chunk> chunks_;
   std::span<const Edge> edges_;
-  std::span<const Slot> slots_;  // a power of two
+  std::span<const Slot> slots_;  // count: a power of two
   std::span<const std::uint32_t> edges_by_cell_;
-  /// By cell, in kEdgeStep: how far the nearest middle of an edge part is.
+  /// By cell, in kEdgeStep: the distance to the nearest middle of an edge's part.
   std::span<const std::uint8_t> edge_distances_;
 };
 

@@ -8,15 +8,17 @@ namespace tandem {
 
 namespace {
 
-/// Between a box about the origin, `outside` beyond each of its faces, and something.
+/// Returns the distance from a box about the origin to something that lies `outside` beyond each of
+/// its faces.
 double FromBox(const Vec3& outside) {
   const double nearest = outside.maxCoeff();
   return nearest > 0 ? outside.cwiseMax(Vec3::Zero()).norm() : nearest;
 }
 
-/// Along the nine cross products of an edge of each box. `t` from a's centre to b's, in a's axes.
+/// Returns the gap along the nine cross products of an edge of each box. `t`: from a's centre to
+/// b's, in a's axes.
 double BetweenEdges(const Vec3& a, const Vec3& b, const Mat3& R, const Vec3& t) {
-  constexpr double kParallel = 1e-9;  // square of the sine: a face's axis says the same
+  constexpr double kParallel = 1e-9;  // squared sine; below it a face's axis gives the same gap
   double gap = -a.norm() - b.norm();
   for (Eigen::Index i = 0; i < 3; ++i) {
     const Eigen::Index i1 = (i + 1) % 3;

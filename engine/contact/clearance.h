@@ -7,23 +7,25 @@
 
 namespace tandem {
 
-/// How fast a clearance goes to another one, m/s: a hand in contact is pushed away or let in at
+/// The rate at which a clearance changes, m/s. It pushes a hand in contact away, or lets it in, at
 /// this pace.
 inline constexpr double kClearancePace = 0.01;
 
-/// How far from surfaces contact begins, as far as it may be changed while running (paper §3.2).
+/// The distance from surfaces at which contact begins, as far as it can be changed while running
+/// (paper §3.2).
 struct Clearance {
-  double layers = 0;        // the force layer; between whole ones while it goes to another
-  double displacement = 0;  // m, of the points along their inward normals: less clearance
+  double layers = 0;  // thickness of the force layer; fractional while it changes
+  /// Shift of the points along their inward normals, m; positive: less clearance.
+  double displacement = 0;
   bool operator==(const Clearance&) const = default;
 };
 
-/// What a clearance may be.
+/// The bounds of a clearance.
 struct ClearanceBounds {
   int least_layer = 0;
   int most_layer = 0;
-  double most_inward = 0;   // m, of a displacement
-  double most_outward = 0;  // m, of one the other way
+  double most_inward = 0;   // greatest displacement inward, m
+  double most_outward = 0;  // greatest displacement outward, m
 
   /// Gives the bounds of plain contact, whose marks reach `range` voxels. Displacement tunes
   /// between one layer and the next.
@@ -31,7 +33,7 @@ struct ClearanceBounds {
     const int most = std::max(0, range - kWarningQueues);
     return {std::min(LeastForceLayer(ContactModel::kPlain), most), most, voxel_size, voxel_size};
   }
-  /// Gives those of refined contact, whose distance fields reach `farther` voxels beyond where
+  /// Gives the bounds of refined contact, whose distance fields reach `farther` voxels beyond where
   /// force begins.
   static constexpr ClearanceBounds OfFields(double farther, double voxel_size) {
     const int least = LeastForceLayer(ContactModel::kRefined);
@@ -41,7 +43,7 @@ struct ClearanceBounds {
   bool Allows(double displacement) const noexcept {
     return displacement >= -most_outward && displacement <= most_inward;
   }
-  /// The nearest that is allowed; what is no number is no displacement.
+  /// Returns the nearest clearance within the bounds; a displacement that is not finite becomes 0.
   Clearance Within(int layer, double displacement) const noexcept {
     const double metres = std::isfinite(displacement) ? displacement : 0.0;
     return {static_cast<double>(std::clamp(layer, least_layer, most_layer)),
@@ -49,8 +51,8 @@ struct ClearanceBounds {
   }
 };
 
-/// One clearance on its way to another, after `seconds`. Where both parts change they share the
-/// pace.
+/// Returns the clearance after `seconds` on the way from one to another. Where both parts change
+/// they share the pace.
 inline Clearance Nearer(const Clearance& from, const Clearance& to, double seconds,
                         double voxel_size) noexcept {
   const auto go = [](double at, double goal, double step) {

@@ -8,7 +8,7 @@ namespace tandem {
 
 namespace {
 
-/// Vectors and matrices about a point, turned from V to W.
+/// Turns vectors and matrices about a point from V to W.
 Load Turned(const Load& load_V, const Mat3& R_WV) {
   Mat6 R = Mat6::Zero();
   R.topLeftCorner<3, 3>() = R_WV;
@@ -17,7 +17,7 @@ Load Turned(const Load& load_V, const Mat3& R_WV) {
           R * load_V.damping * R.transpose()};
 }
 
-/// m += k v v^T, of a symmetric matrix of which only the lower triangle is kept.
+/// m += k v v^T, for a symmetric matrix of which only the lower triangle is kept.
 void AddLower(const Vec6& v, double k, Mat6& m) {
   for (Eigen::Index column = 0; column < 6; ++column) {
     const double kv = k * v[column];
@@ -29,7 +29,7 @@ void MirrorLower(Mat6& m) {
   m.triangularView<Eigen::StrictlyUpper>() = m.transpose();
 }
 
-/// Brings forces, moments first, from about a point to about another, from which it lies at `r`.
+/// Brings forces, moments first, from one point to another. The first lies at `r` from the other.
 Mat6 AboutAnotherPoint(const Vec3& r) {
   Mat6 T = Mat6::Identity();
   T.topRightCorner<3, 3>() << 0, -r.z(), r.y(), r.z(), 0, -r.x(), -r.y(), r.x(), 0;
@@ -91,7 +91,7 @@ CrossLoad AddContactForces(std::span<Contact> contacts, const PairPlaces& at, co
     const Vec3 r_shell = p - p_VS;
     const Vec3 slip = v_shell + w_shell.cross(r_shell) - v_map - w_map.cross(p - p_VM);
     const double approach = -n.dot(slip);
-    // contact pushes and never pulls, however fast the point leaves
+    // contact pushes and never pulls, whatever the speed at which the point leaves
     const double K = contact.share * rule.gains.stiffness;
     const double soft = rule.full_stiffness_depth * rule.voxel_size;
     const double stiffness = ContactStiffness(K, depth, rule.voxel_size, soft);

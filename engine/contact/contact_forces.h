@@ -7,18 +7,18 @@
 
 namespace tandem {
 
-/// How contacts become forces.
+/// The rule by which contacts become forces.
 struct ForceRule {
   ContactGains gains;
   double voxel_size = 0;  // m
-  /// Voxels of depth over which damping grows from nothing; 0: it is there at once. Contacts that
-  /// begin exactly do not jerk with it.
+  /// Voxels of depth over which damping grows from nothing, so that contacts that begin exactly do
+  /// not jerk; 0: damping is full from the start.
   double full_damping_depth = 0;
-  /// Voxels of depth over which stiffness grows from nothing; 0: likewise.
+  /// Voxels of depth over which stiffness grows from nothing; 0: stiffness is full from the start.
   double full_stiffness_depth = 0;
 };
 
-/// Where a pair is: X_VS places the shell's body in the map's frame V.
+/// The places of a pair: X_VS places the shell's body in the map's frame V.
 struct PairPlaces {
   Pose X_VS;
   Pose X_WV;
@@ -26,8 +26,8 @@ struct PairPlaces {
   BodyMotion map_body;
 };
 
-/// Adds what contacts put on both bodies, and gives how the load on the shell changes as the map
-/// moves. Each contact gets its force.
+/// Adds the loads of contacts on both bodies, and sets the force of each contact. Returns how the
+/// load on the shell changes as the map moves.
 CrossLoad AddContactForces(std::span<Contact> contacts, const PairPlaces& at, const ForceRule& rule,
                            Load& on_shell, Load& on_map) noexcept;
 

@@ -11,16 +11,16 @@ namespace tandem {
 
 namespace {
 
-/// No body may travel farther in a frame (paper fn. 3), so no gap need be known better.
+/// No body may travel farther in a frame (paper fn. 3), so larger gaps are not needed exactly.
 constexpr double kEnoughVoxels = 32;
-/// Candidates whose places are asked for while others are placed.
+/// The number of candidates whose data are prefetched while others are placed.
 constexpr std::size_t kAhead = 4;
-/// Of a look, by which the frame's capacity is counted: what it takes to place a candidate and to
-/// find its depth, and what a contact takes to be added up.
+/// The costs of placing a candidate and finding its depth, and of adding up a contact. Unit: one
+/// look, by which the frame's capacity is counted.
 constexpr double kCandidateShare = 0.08;
 constexpr double kPushShare = 0.1;
 
-/// Asks for the lines that a candidate's place and normal lie in.
+/// Prefetches the lines that hold a candidate's place and normal.
 void Fetch(const PointBlocks& blocks, const Candidate& candidate) {
   const PointBlocks::Lanes& p = blocks.positions()[candidate.block];
   const PointBlocks::Lanes& n = blocks.normals()[candidate.block];
@@ -86,7 +86,7 @@ void ContactPair::FindContacts(const Pose& X_VS, const VoxelTransform& transform
     helpers_->Summon();
     helpers_->Share(candidate_count_, kPiece, place);
   } else {
-    // as many at a time as the first cache holds
+    // as many at a time as the first-level cache holds
     for (std::size_t begin = 0; begin < candidate_count_; begin += kPiece) {
       place(begin, std::min(begin + kPiece, candidate_count_), 0);
     }
@@ -116,11 +116,11 @@ PairReport ContactPair::Collide(const BodyMotion& shell_body, const BodyMotion& 
                     map_body.X_WB, map_radius_, X_BV_);
   waiting_ += travel;
   if (reader_ != nullptr) reader_->MoveTo(X_VS, travel / voxmap_->voxel_size());
-  // what was far enough is nearer by no more than the travel
+  // a gap above `enough` shrinks by at most the travel
   const double enough = kEnoughVoxels * voxmap_->voxel_size();
   gap_ -= travel;
   if (!(gap_ > enough)) gap_ = GapBetween(map_extent_, shell_extent_, X_VS, 2.0 * enough);
-  // the broad phase: nothing can be in contact, so nothing is tested and the queues wait
+  // broad phase: nothing can be in contact, so nothing is tested and the queues wait
   contact_count_ = 0;
   if (Gap() > 0) return report;
   schedule_->Test(X_VS, waiting_);
@@ -168,7 +168,7 @@ TestLoad ContactPair::load() const noexcept {
 }
 
 void ContactPair::LimitTravel(double metres) noexcept {
-  // what is far is not scheduled: waiting_ has its travel
+  // a distant pair is not scheduled: waiting_ has its travel
   schedule_->LimitTravel(Gap() > 0 ? 0.0 : metres);
 }
 

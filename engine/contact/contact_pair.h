@@ -18,10 +18,10 @@
 
 namespace tandem {
 
-/// How a pair is tested, and what its contacts do.
+/// How a pair is tested, and how its contacts push.
 struct PairOptions {
   int force_layer = 2;
-  bool both_move = false;  // then cross() is kept
+  bool both_move = false;  // both bodies move: cross() is kept
   ScheduleOptions schedule{};
   /// Reads a voxmap that is in memory in part; null where all of it is.
   VoxelReader* reader = nullptr;
@@ -41,8 +41,8 @@ class ContactPair final : public BodyPair {
   void Rest() noexcept override;
   TestLoad load() const noexcept override;
   void LimitTravel(double metres) noexcept override;
-  /// Between whole layers contact pushes as deep as they say, and what the thicker one holds is
-  /// tested.
+  /// Between whole layers, contact pushes as deep as `layers` says, and the points in the thicker
+  /// layer are tested.
   void SetClearance(const Clearance& clearance) noexcept override;
   ClearanceBounds clearance_bounds() const noexcept override;
   double voxel_size() const noexcept override { return voxmap_->voxel_size(); }
@@ -58,23 +58,23 @@ class ContactPair final : public BodyPair {
   const PointBlocks& blocks() const noexcept { return *blocks_; }
 
  private:
-  /// A lower bound of the way between the shell's points and the map's marks as of the last
-  /// Collide(), m: above zero, nothing can be in contact and nothing is tested.
+  /// Returns a lower bound of the distance between the shell's points and the map's marks as of the
+  /// last Collide(), m. Above zero nothing can be in contact and nothing is tested.
   double Gap() const noexcept { return gap_ - std::abs(schedule_->displacement()); }
-  /// A point for candidates_; the rest of them are given up when it is full.
+  /// Adds a point to candidates_; when that is full, reports it and drops the point.
   void AddCandidate(std::size_t block, std::uint32_t lane, PairReport& report) noexcept;
-  /// Where a candidate is and what it reads.
+  /// Finds where a candidate is and which mark it reads.
   void Place(const Pose& X_VS, const Mat3& R_VS, const VoxelTransform& transform,
              Candidate& candidate) const noexcept;
-  /// Finds the candidates' contacts, which helpers may share.
+  /// Finds the candidates' contacts; helpers may share the work.
   void FindContacts(const Pose& X_VS, const VoxelTransform& transform) noexcept;
-  /// What the contacts come to.
+  /// Adds the loads of the contacts.
   void AddForces(const Pose& X_VS, const BodyMotion& shell_body, const BodyMotion& map_body,
                  const Pose& X_WV, PairReport& report, Load& on_shell, Load& on_map) noexcept;
 
   static constexpr std::size_t kMostCandidates = 1 << 14;
-  static constexpr std::size_t kPiece = 32;  // candidates, some microseconds
-  static constexpr std::size_t kBlocks = 6;  // whose tests take as long as a candidate
+  static constexpr std::size_t kPiece = 32;  // candidates of a piece, some microseconds
+  static constexpr std::size_t kBlocks = 6;  // blocks whose tests take as long as a candidate
 
   const Pointshell* shell_;
   const Voxmap* voxmap_;
@@ -86,18 +86,18 @@ class ContactPair final : public BodyPair {
   bool both_move_;
   VoxelReader* reader_;
   FrameHelpers* helpers_;    // null: none
-  std::size_t shared_from_;  // candidates
+  std::size_t shared_from_;  // candidates from which on the work is shared
   std::unique_ptr<const PointBlocks> blocks_;
   std::unique_ptr<Schedule> schedule_;
   std::vector<Candidate> candidates_;
   std::size_t candidate_count_ = 0;
   std::vector<Contact> contacts_;
   std::size_t contact_count_ = 0;
-  double look_work_ = 0;  // of the last frame
+  double look_work_ = 0;  // look work of the last frame
 
   PairTravel travel_;
-  double waiting_ = 0;  // m of travel that the schedule has not been told of: nothing was near
-  double gap_ = 0;      // m, at the last call, of points that are not displaced
+  double waiting_ = 0;  // travel that the schedule has not been told, m: nothing is near
+  double gap_ = 0;      // gap at the last call, m, for points that are not displaced
 };
 
 }  // namespace tandem

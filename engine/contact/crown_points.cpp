@@ -13,20 +13,21 @@ namespace tandem {
 
 namespace {
 
-/// Voxels from a place within which its neighbours tell whether it stands out from them.
+/// The distance within which a place's neighbours tell whether it stands out from them, voxels.
 constexpr double kNeighbours = 3;
-/// The farthest that a vertex's neighbours are looked for, where none is so near.
+/// The distance up to which a vertex's neighbours are searched for if none is within kNeighbours.
 constexpr double kFarthestNeighbours = 24;
-/// Sine of the turn at an edge from which on the surface bulges there: less is rounding of a plane.
+/// Sine of the turn at an edge from which on the surface bulges there; less is the rounding of a
+/// plane.
 constexpr double kBulges = 1e-4;
-/// Sine of the turn at an edge from which on it is looked at by itself: its ends are not enough for
-/// what lies across its middle.
+/// Sine of the turn at an edge from which on the edge is examined itself. Its ends do not suffice
+/// for what lies across its middle.
 constexpr double kTurns = 0.02;
-/// Sine of the angle from the tangent plane up to which a point above it is beside the place; what
-/// is steeper is another part of the surface.
+/// Sine of the angle from the tangent plane up to which a point above it is beside the place. A
+/// steeper point belongs to another part of the surface.
 constexpr double kBeside = 0.5;
 
-/// Feature points by the cube of kNeighbours voxels that they lie in.
+/// Keeps feature points by the cube of kNeighbours voxels that they lie in.
 class PointCells {
  public:
   explicit PointCells(std::vector<FeaturePoint>& points) : points_(points) {
@@ -38,8 +39,8 @@ class PointCells {
     points_.push_back({.place_W = place, .outward = outward});
   }
 
-  /// Voxels that a place stands out, along `outward`, from the plane on the highest point within
-  /// `reach`; infinity if there is none.
+  /// Returns the voxels that a place stands out, along `outward`, from the plane on the highest
+  /// point within `reach`; infinity if there is none.
   double StandsOut(const Vec3& place, const Vec3& outward, double reach) const {
     double least = std::numeric_limits<double>::infinity();
     const auto rings = static_cast<std::int32_t>(std::ceil(reach / kNeighbours));
@@ -75,11 +76,11 @@ class PointCells {
   std::unordered_map<std::uint64_t, std::vector<std::uint32_t>> cells_;
 };
 
-/// A vertex as the triangles round it have it.
+/// A vertex as seen from the triangles round it.
 struct Corner {
-  Vec3 outward = Vec3::Zero();  // the sum of their normals, by their angles there
-  bool bulges = false;          // some edge at it does
-  bool walled = false;          // an edge at it is not between two triangles
+  Vec3 outward = Vec3::Zero();  // sum of the triangles' normals, weighted by their angles
+  bool bulges = false;          // some edge at it bulges
+  bool walled = false;          // some edge at it is not between two triangles
 };
 
 class Crowns {
@@ -130,8 +131,8 @@ class Crowns {
   }
 
  private:
-  /// The sine of the angle by which the surface turns at a side of a triangle, above 0 where it
-  /// bulges.
+  /// Returns the sine of the angle by which the surface turns at a side of a triangle, above 0
+  /// where it bulges.
   double TurnAt(std::uint32_t t, std::uint32_t k, std::uint32_t other) const {
     const Vec3 along = mesh_.corner(t, (k + 1) % 3) - mesh_.corner(t, k);
     return normals_[t].cross(normals_[other]).dot(along.normalized());
@@ -165,7 +166,7 @@ class Crowns {
   const MeshSides& sides_;
   double voxel_size_;
   PointCells cells_;
-  std::vector<Vec3> normals_;  // unit, by triangle; zero of one without area
+  std::vector<Vec3> normals_;  // unit, by triangle; zero for one without area
 };
 
 }  // namespace

@@ -41,9 +41,10 @@ void DistanceQueues::PutBeside(std::size_t address, int queue, Moves& moves) noe
   if (before == queue) return;
   const std::size_t word = address >> 6;
   const std::uint64_t bit = std::uint64_t{1} << (address & 63);
-  constexpr auto kRelaxed = std::memory_order_relaxed;  // whoever shared the work waits for its end
+  // the threads that share the work wait for its end
+  constexpr auto kRelaxed = std::memory_order_relaxed;
   if (before != kAsleep) {
-    // the upper bit stays: another may be about to put something into the same word
+    // the upper bit stays: another thread may be about to put an address into the same word
     std::atomic_ref(Leaf(before, word)).fetch_and(~bit, kRelaxed);
     --moves[At(before)];
   }

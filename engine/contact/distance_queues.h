@@ -10,24 +10,24 @@
 
 namespace tandem {
 
-/// How far a queue's cursor goes in a frame; 1 is all of its addresses.
+/// The share of its addresses that a queue's cursor passes in a frame; 1 is all of them.
 using Fraction = double;
 
-/// Addresses (blocks of points, or whole chunks) in queues by their distance to contact (paper §5;
-/// decision 0014). A queue is a bitmap over all addresses with an upper level of one bit per 64, so
-/// that stretches without a member cost nothing. An address stands in one queue, or in none
-/// (asleep).
+/// Keeps addresses (blocks of points, or whole chunks) in queues by their distance to contact
+/// (paper §5; decision 0014). A queue is a bitmap over all addresses with an upper level of one bit
+/// per 64, so that stretches without a member cost nothing. An address stands in one queue, or in
+/// none (asleep).
 ///
 ///   upper  |0 1 0 0 1 ...|            one bit per leaf word, set if any of its bits is
 ///   leaf   |0000|0110|0000|0000|1000|  one bit per address
 ///
-/// A queue's cursor runs over its range of addresses, not over its members: when it has gone once
-/// round, every address has been passed, whatever has moved between queues meanwhile. So a queue
-/// whose cursor advances by (travel made / allowance) of the range lets nothing wait for more
-/// travel than its allowance, which is what makes skipping safe (docs/decisions/0014-schedule.md).
-/// The range is cut into strips that are run through side by side, which evens out the load.
+/// A queue's cursor runs over its range of addresses, not over its members. When it has gone once
+/// round, it has passed every address, whatever has moved between queues meanwhile. If the cursor
+/// advances by (travel made / allowance) of the range, no address waits for more travel than the
+/// queue's allowance. This makes skipping safe (docs/decisions/0014-schedule.md). The range is cut
+/// into strips that are run through side by side, which evens out the load.
 ///
-/// Used by one thread, but for PutBeside(). Never allocates after construction.
+/// Used by one thread, except PutBeside(). Never allocates after construction.
 class DistanceQueues {
  public:
   static constexpr int kQueues = 16;
@@ -36,17 +36,17 @@ class DistanceQueues {
   explicit DistanceQueues(std::size_t addresses);
 
   std::size_t addresses() const noexcept { return queue_of_.size(); }
-  /// kAsleep when in none.
+  /// Returns the queue of an address; kAsleep when it is in none.
   int queue_of(std::size_t address) const noexcept { return queue_of_[address]; }
   std::size_t count(int queue) const noexcept { return counts_[At(queue)]; }
   std::size_t awake() const noexcept;
 
   /// Moves an address into a queue, from wherever it was.
   void Put(std::size_t address, int queue) noexcept;
-  /// How many addresses came to each queue, less those that left.
+  /// The number of addresses that came to each queue, less those that left.
   using Moves = std::array<std::ptrdiff_t, kQueues>;
-  /// The same for several threads at once, each with addresses and moves of its own, while nobody
-  /// does anything else here; count() is as before until Add() has been given all moves.
+  /// Does the same for several threads at once, each with addresses and moves of its own. No other
+  /// member may run meanwhile. count() does not change until Add() was called with all moves.
   void PutBeside(std::size_t address, int queue, Moves& moves) noexcept;
   void Add(const Moves& moves) noexcept;
   /// Takes an address out of its queue.
@@ -66,8 +66,8 @@ class DistanceQueues {
     for (std::size_t strip = 0; strip < kStrips; ++strip) VisitPassed(queue, passed, strip, visit);
   }
 
-  /// The same strip by strip, which several threads may do side by side: what a cursor passes in
-  /// each strip, from a share of it to a share of it, or to 1 and more where it begins again.
+  /// The range that a cursor passes in each strip, as shares of the strip. `to` is 1 or more where
+  /// the cursor begins again. Several threads may visit different strips at once.
   static constexpr std::size_t kStrips = 32;
   struct Passed {
     Fraction from = 0;
@@ -99,7 +99,7 @@ class DistanceQueues {
     }
   }
 
-  /// Calls visit(address) for the next `count` members, round robin: the printed rule (paper §5,
+  /// Calls visit(address) for the next `count` members, round robin: the rule as printed (paper §5,
   /// Eqn. 3).
   template <typename Visit>
   void VisitNext(int queue, std::size_t count, const Visit& visit) {
@@ -133,7 +133,7 @@ class DistanceQueues {
     return leaves_[At(queue) * words_ + word];
   }
 
-  /// The members with first <= address < last.
+  /// Visits the members with first <= address < last.
   template <typename Visit>
   void VisitRange(int queue, std::size_t first, std::size_t last, const Visit& visit) {
     if (first >= last) return;

@@ -10,16 +10,17 @@
 
 namespace tandem {
 
-/// How far two bodies moved against one another between two frames. Without end: nobody knows.
+/// The motion of two bodies against one another between two frames; infinite where it is not known.
 struct PairMotion {
-  double way = 0;    // voxels, of the frame's origin
-  double angle = 0;  // rad, about it
+  double way = 0;    // travel of the frame's origin, voxels
+  double angle = 0;  // angle about it, rad
 };
 
-/// Items, each due once it may have come a certain way. What turns goes the farther the farther out
-/// it is, so items are kept in rings by their distance from the origin of the motion, each ring
-/// with an odometer of its own. In `kBucketsPerVoxel` buckets a voxel, so items are taken up to a
-/// bucket early, and never late. Each item has a cost, so what is due next is known as a sum.
+/// Keeps items, each due once it may have come a certain way. Under rotation an item moves the
+/// farther, the farther out it is. So items are kept in rings by their distance from the origin of
+/// the motion, and each ring has its own odometer. There are `kBucketsPerVoxel` buckets per voxel:
+/// items are taken up to a bucket early, and never late. Each item has a cost, so that the cost of
+/// what is due next is a sum over buckets.
 ///
 ///   ring 0   | odometer | + 1 | + 2 | ... | buckets. What is farther than the last is put into any
 ///   ring 1   | ...                          of the latter half, so that not all are due at once
@@ -30,12 +31,12 @@ class DueCalendar {
  public:
   static constexpr std::size_t kBuckets = 512;
   static constexpr double kPerVoxel = kBucketsPerVoxel;
-  /// Voxels ahead that an item can be put in for; it is taken then, however far it is due.
+  /// Voxels ahead that an item can be put in for; items due later are taken by then too.
   static constexpr double kFarthest = (kBuckets - 2) / kPerVoxel;
-  /// Of the radius: how far out a ring's items may be. Beyond the last they are due the earlier.
+  /// Outer bounds of the rings, as shares of the radius. Items beyond the last are due earlier.
   static constexpr std::array<double, 8> kRings{0.25, 0.375, 0.5, 0.625, 0.75, 0.875, 1, 4};
 
-  /// `radius` of the body that turns, voxels.
+  /// `radius`: of the body that turns, voxels.
   DueCalendar(std::size_t items, double radius) : radius_(std::max(radius, 1.0)), items_(items) {
     for (Ring& ring : rings_) {
       ring.heads.fill(kNone);
@@ -44,17 +45,18 @@ class DueCalendar {
     }
   }
 
-  /// The ring of an item that is `out` voxels from the origin and goes `ahead` voxels at the most.
+  /// Returns the ring of an item that is `out` voxels from the origin and goes at most `ahead`
+  /// voxels.
   std::size_t RingOf(double out, double ahead) const noexcept {
     std::size_t r = 0;
     while (r + 1 < kRings.size() && out + ahead > kRings[r] * radius_) ++r;
     return r;
   }
-  /// What a ring's items may have come so far, voxels; not over jumps.
+  /// Returns the way that a ring's items may have come so far, voxels, without jumps.
   double odometer(std::size_t ring) const noexcept { return rings_[ring].odometer; }
 
-  /// Puts an item in, from wherever it was, that is `out` voxels from the origin and due when it
-  /// has come `ahead` voxels; it will cost about so much then.
+  /// Puts an item in, or moves it. It is `out` voxels from the origin and due when it has come
+  /// `ahead` voxels. `cost`: about what it will cost then.
   void Put(std::uint32_t item, double out, double ahead, std::uint32_t cost) noexcept {
     Remove(item);
     const std::size_t r = RingOf(out, std::min(ahead, kFarthest));
@@ -93,8 +95,8 @@ class DueCalendar {
     }
   }
 
-  /// Goes on by a motion, and by so many voxels more for all, and takes out what is due:
-  /// visit(item), which neither puts items in nor removes any.
+  /// Advances by a motion, and by `more` voxels for all items, and takes out what is due. Calls
+  /// visit(item), which must neither put in nor remove items.
   template <class Visit>
   void Advance(const PairMotion& motion, double more, const Visit& visit) noexcept {
     for (std::size_t r = 0; r < kRings.size(); ++r) {
@@ -102,20 +104,20 @@ class DueCalendar {
     }
   }
 
-  /// Takes out what is due before the body's edge has come so many voxels: visit(item), as
+  /// Takes out what is due before the body's edge has come `ahead` voxels. Calls visit(item), as
   /// above.
   template <class Visit>
   void TakeWithin(double ahead, const Visit& visit) noexcept {
     for (std::size_t r = 0; r < kRings.size(); ++r) {
       Ring& ring = rings_[r];
-      // half the calendar at the most: what is put in again is not taken at once
+      // at most half the calendar: what is put in again is not taken at once
       const double most = std::min(ahead * Farther(r), 0.5 * kFarthest);
       Empty(ring, ring.now, BucketAt(ring.odometer + most), visit);
     }
   }
 
   /// Sums the costs of the items that are due before the body's edge has come `ahead` buckets,
-  /// those of now counted, as it goes on with a motion like that.
+  /// including the current bucket, as it goes on with the motion `like`.
   std::uint64_t CostWithin(std::size_t ahead, const PairMotion& like) const noexcept {
     const double edge = like.way + like.angle * radius_;
     const bool moves = edge > 0 && std::isfinite(edge);
@@ -132,7 +134,7 @@ class DueCalendar {
     }
     return sum;
   }
-  /// Voxels that the body's edge may go before anything is due.
+  /// Returns the voxels that the body's edge may go before anything is due.
   double FreeWay() const noexcept {
     double least = kFarthest;
     for (std::size_t r = 0; r < kRings.size(); ++r) {
@@ -149,7 +151,7 @@ class DueCalendar {
   static constexpr std::uint32_t kNone = ~0U;
   static constexpr std::uint16_t kOut = 0xffff;
 
-  /// All of an item is read at once, so it stands in one place.
+  /// An item. All of it is read at once, so it stands in one place.
   struct Item {
     std::uint32_t next = 0;
     std::uint32_t before = 0;
@@ -158,24 +160,24 @@ class DueCalendar {
   };
   struct Ring {
     double odometer = 0;    // voxels
-    std::uint64_t now = 0;  // its bucket
+    std::uint64_t now = 0;  // number of the current bucket
     std::uint32_t items = 0;
     std::array<std::uint32_t, kBuckets> heads;
     std::array<std::uint64_t, kBuckets> costs;
-    std::array<std::uint64_t, kBuckets / 64> filled;  // a bit for each bucket with items
+    std::array<std::uint64_t, kBuckets / 64> filled;  // one bit for each bucket with items
   };
 
-  /// The number of the bucket of an odometer's reading. Over a signed number, which processors
-  /// convert to at once.
+  /// Returns the number of the bucket of an odometer's reading. Converts over a signed integer, for
+  /// which processors have an instruction.
   static constexpr std::uint64_t BucketAt(double voxels) noexcept {
     return static_cast<std::uint64_t>(static_cast<std::int64_t>(voxels * kPerVoxel));
   }
-  /// How many buckets ahead the first one with items is; kBuckets: there is none.
+  /// Returns how many buckets ahead the first bucket with items is; kBuckets: there is none.
   static std::size_t FirstFilled(const Ring& ring) noexcept {
     if (ring.items == 0) return kBuckets;
     const std::size_t first = ring.now % kBuckets;
     constexpr std::size_t kWords = kBuckets / 64;
-    // the word of now is looked at twice, its bits before now at the end
+    // the first word is looked at twice, its bits before `first` at the end
     for (std::size_t k = 0; k <= kWords; ++k) {
       const std::size_t word = (first / 64 + k) % kWords;
       std::uint64_t bits = ring.filled[word];
@@ -187,11 +189,11 @@ class DueCalendar {
     return kBuckets;
   }
 
-  /// From a half to 1, scattered.
+  /// Returns a number from 0.5 to 1, scattered over the items.
   static constexpr double ShareOfWay(std::uint32_t item) noexcept {
     return 0.5 + 0.5 / 65536 * (item * 0x9e3779b1U >> 16U);
   }
-  /// How much farther a ring's items may go than the body's edge.
+  /// Returns how much farther a ring's items may go than the body's edge.
   static constexpr double Farther(std::size_t ring) noexcept { return std::max(1.0, kRings[ring]); }
 
   template <class Visit>
@@ -203,7 +205,7 @@ class DueCalendar {
     const std::uint64_t last = all ? first + kBuckets - 1 : ring.now;
     Empty(ring, first, last, visit);
   }
-  /// Takes out what is in the buckets [first, last], numbers of BucketAt().
+  /// Takes out the items in the buckets [first, last], numbers of BucketAt().
   template <class Visit>
   void Empty(Ring& ring, std::uint64_t first, std::uint64_t last, const Visit& visit) noexcept {
     if (ring.items == 0) return;

@@ -7,36 +7,37 @@ namespace tandem {
 
 namespace {
 
-/// Rad: how far beyond the arc between an edge's two faces a push fades out.
+/// The angle beyond the arc between an edge's two faces over which a push fades out, rad.
 constexpr double kArcFade = 0.15;
 const double kFadeCosine = std::cos(kArcFade);
 const double kFadeSine = std::sin(kArcFade);
-/// The half arc of a loose edge, rad.
+/// Half the arc of a loose edge, rad.
 constexpr double kLooseArc = 1.25;
-/// Voxels over which a push fades out as pieces side by side come to be a voxel apart.
+/// Voxels over which a push fades out as parallel pieces come to be a voxel apart.
 constexpr double kBesideFade = 0.25;
 
-/// How much of a push counts so many voxels from the end of an edge.
+/// Returns the share of a push that counts, from its distance to the end of an edge.
 double ShareFromEnd(double from, double fade) {
   return std::clamp(from / fade, 0.0, 1.0);
 }
 
-/// And so many from the end of a piece, which another goes on from.
+/// Returns the same from the distance to the end of a piece that another piece continues.
 double ShareOfPiece(double from) {
   return std::clamp(0.5 + 0.5 * from / kSeam, 0.0, 1.0);
 }
 
-/// And of a piece `away` from another along the same line, and `gap` above it along the normal.
-/// Edges side by side are about as near along the whole of their faces, and pieces a voxel apart
-/// are looked at or not as the point's voxel has it: so a push is gone by then, or it would come
-/// and go at once. How deep they are is not held against them.
+/// Returns the same for a piece `away` from another along the same line, and `gap` above it along
+/// the normal. Parallel edges are about as near along the whole of their faces. Pieces a voxel
+/// apart are looked at or not, depending on the point's voxel. So a push has faded out there, or it
+/// would come and go at once. Depth does not reduce the share.
 double ShareBeside(const Vec3& away, const Vec3& normal, double gap) {
   const double height = std::clamp(gap, -kRefinedClearance, kRefinedClearance);
   const Vec3 apart = away + (height - gap) * normal;
   return std::clamp((1.0 - apart.cwiseAbs().maxCoeff()) / kBesideFade, 0.0, 1.0);
 }
 
-/// A vector in the plane across a line, of length 1 a direction or a rotation: cosine and sine.
+/// A vector in the plane across a line, as cosine and sine. Of length 1 it is a direction or a
+/// rotation.
 struct Rotation {
   double cosine;
   double sine;
@@ -45,19 +46,19 @@ struct Rotation {
     return {cosine * other.cosine - sine * other.sine, sine * other.cosine + cosine * other.sine};
   }
   Rotation Inverse() const { return {cosine, -sine}; }
-  /// None of a vector without a length.
+  /// The rotation by 0 for a vector without length.
   Rotation Unit() const {
     const double length = std::sqrt(Dot(*this));
     if (length == 0) return {1, 0};
     return {cosine / length, sine / length};
   }
-  /// The sine of the angle from this to the other, times their lengths.
+  /// Returns the sine of the angle from this to the other, times their lengths.
   double Cross(const Rotation& other) const { return cosine * other.sine - sine * other.cosine; }
   double Dot(const Rotation& other) const { return cosine * other.cosine + sine * other.sine; }
 };
 
-/// An edge seen along its line: its faces' normals lie in an arc round its own, half of which is
-/// at most a right angle.
+/// An edge seen along its line. The normals of its faces lie in an arc round its own; half the arc
+/// is at most a right angle.
 struct Wedge {
   Vec3 normal;
   Rotation half;
@@ -67,17 +68,17 @@ struct Leaning {
   double share = 0;
 };
 
-/// The directions in both of two arcs, from `low` to `high`. Where arcs do not meet, both are the
-/// middle of the gap between them, and `share` of a push fades as it widens.
+/// The directions in both of two arcs, from `low` to `high`. Where the arcs do not meet, both are
+/// the middle of the gap between them, and `share` falls as the gap widens.
 struct BothArcs {
   Rotation low;
   Rotation high;
   double share = 1.0;
 };
 
-/// One arc lies about 0, the other about `turn`.
+/// Intersects two arcs: one lies about 0, the other about `turn`.
 BothArcs CommonOf(const Rotation& half, const Rotation& turn, const Rotation& other_half) {
-  // whether `turn` is more than an angle of at most a right angle
+  // tells whether `turn` is more than an angle that is at most a right angle
   const auto is_beyond = [&turn](const Rotation& angle) {
     return turn.cosine < 0 ? turn.sine > 0 : angle.Cross(turn) > 0;
   };
@@ -95,8 +96,8 @@ BothArcs CommonOf(const Rotation& half, const Rotation& turn, const Rotation& ot
   return common;
 }
 
-/// How an edge leans on another along the same line `t`, `away` from it: along the direction in
-/// both arcs that parts them most, which is how far apart two wedges are.
+/// Finds how an edge leans on another along the same line `t`, `away` from it. The normal is the
+/// direction in both arcs that parts them most: along it lies the distance of two wedges.
 Leaning LeanOnParallel(const Vec3& t, const Vec3& away, const Wedge& below, const Wedge& above) {
   const Vec3 e1 = (below.normal - below.normal.dot(t) * t).normalized();
   const Vec3 e2 = t.cross(e1);
@@ -113,20 +114,20 @@ Leaning LeanOnParallel(const Vec3& t, const Vec3& away, const Wedge& below, cons
 struct Pieces {
   const ShellEdge& edge;
   Vec3 other_t;
-  Vec3 n;     // outward, of the map's, on the side that the shell's faces
+  Vec3 n;     // outward normal of the map's edge, on the side that the shell's edge faces
   Vec3 away;  // p - q
   double other_end;
-  double half;        // with what it reaches into the next
-  double other_half;  // as well
+  double half;        // half length with what it reaches into the next
+  double other_half;  // the same for the map's
   double cosine;      // between t and t'
   double sine;
-  double along;         // away, along t
-  double other_along;   // along t'
-  double facing;        // cosine between the ways in which they push
-  double least_across;  // facing of edges that cross and push one another, at least
+  double along;         // `away` along t
+  double other_along;   // `away` along t'
+  double facing;        // cosine between the directions in which they push
+  double least_across;  // least `facing` at which crossing edges push one another
 };
 
-/// What one way of meeting says.
+/// The result of one way of meeting.
 struct Way {
   bool apart = false;
   bool pushes = false;
@@ -137,7 +138,7 @@ struct Way {
   double share = 0;
 };
 
-/// Side by side: each part of the shell's edge rests on the part of the map's beside it.
+/// Meets parallel pieces: each part of the shell's edge rests on the part of the map's beside it.
 Way BesideOne(const Pieces& pieces, const EdgeArc& other_arc) {
   const ShellEdge& edge = pieces.edge;
   Way met;
@@ -154,7 +155,7 @@ Way BesideOne(const Pieces& pieces, const EdgeArc& other_arc) {
   return met;
 }
 
-/// One across the other: along the way that is square to both.
+/// Meets crossing pieces, along the direction that is square to both.
 Way AcrossOne(const Pieces& pieces, const EdgeArc& other_arc) {
   const ShellEdge& edge = pieces.edge;
   const double square_sine = pieces.sine * pieces.sine;
@@ -168,7 +169,7 @@ Way AcrossOne(const Pieces& pieces, const EdgeArc& other_arc) {
   const double side = met.normal.dot(pieces.n + edge.nhat);
   if (side < 0) met.normal = -met.normal;
   met.gap = pieces.away.dot(met.normal);
-  // both bodies' material must lie behind the plane between the edges
+  // the material of both bodies must lie behind the plane between the edges
   met.share =
       other_arc.ShareOf(met.normal.dot(pieces.n)) * edge.arc.ShareOf(met.normal.dot(edge.nhat));
   if (std::abs(side) < kSides) met.pushes = false;
@@ -197,7 +198,7 @@ double EdgeArc::ShareOf(double push_cosine) const noexcept {
 }
 
 namespace {
-/// Made before any frame, after the fades that it is made with.
+/// Initialized before any frame, after the fades that it depends on.
 const EdgeArc kLooseEdgeArc = [] {
   EdgeArc loose(kLooseArc);
   loose.loose = true;

@@ -12,11 +12,12 @@ namespace tandem {
 
 namespace {
 
-/// Pairs of parts that are compared while a place is looked up: most by their middles only.
+/// The number of pairs of parts that are compared in the time of a look-up: most by their middles
+/// only.
 constexpr std::size_t kPairsOfALookUp = 4;
 
-/// The least distance of two pieces of lines, of which one's middle is `between` from the other's,
-/// and each has a vector from its middle to an end.
+/// Returns the least distance of two pieces of lines. The middle of the first is `between` from the
+/// other's. Each has a vector from its middle to an end.
 double PiecesApart(const Vec3& between, const Vec3& half, const Vec3& other_half) noexcept {
   const double a = half.squaredNorm();
   const double b = half.dot(other_half);
@@ -33,12 +34,12 @@ double PiecesApart(const Vec3& between, const Vec3& half, const Vec3& other_half
   return (between + u * half - v * other_half).norm();
 }
 
-/// Edge parts of the other body that may be near some of a block's.
+/// Keeps edge parts of the other body that may be near some of a block's.
 class OthersNear {
  public:
   static constexpr std::size_t kRoom = 128;
 
-  /// Places are kept from `origin_V` on.
+  /// Stores places relative to `origin_V`.
   explicit OthersNear(const Vec3& origin_V) noexcept : origin_V_(origin_V) {}
 
   std::size_t count() const noexcept { return count_; }
@@ -54,9 +55,9 @@ class OthersNear {
   }
   void Clear() noexcept { count_ = 0; }
 
-  /// The gap of a part that these tell, which they push from `reach` on; `least` if that is less.
+  /// Returns a part's gap to these parts, which push from `reach` on; `least` if that is less.
   double GapOf(const EdgePart& part, double reach, double least) const noexcept {
-    // few are near: whose middles are is found in single precision, several at once
+    // few are near: single precision finds the near middles, several at once
     const Vec3 place = part.middle_V - origin_V_;
     const auto x = static_cast<float>(place.x());
     const auto y = static_cast<float>(place.y());
@@ -81,8 +82,8 @@ class OthersNear {
                         double reach) noexcept {
     const Vec3 between = part.middle_V - other.middle;
     if (!part.outside) return between.norm() - part.half_length - other.half_length - reach;
-    // pieces that are nearly parallel push only where the part's middle is near the surface, all
-    // others only where they are near one another (MeetEdges())
+    // nearly parallel pieces push only where the part's middle is near the surface, all others only
+    // where they are near one another (MeetEdges())
     const double pieces_apart =
         PiecesApart(between, (part.half_length + kSeam) * part.tangent_V,
                     (other.half_length + kSeam) * other.tangent.cast<double>());
@@ -102,8 +103,8 @@ class OthersNear {
 
 std::size_t LookAlong(const DistanceField& field, double reach,
                       std::span<EdgePart> parts) noexcept {
-  // beside the middle, whose distance is known: no place of a part is farther from the nearest of
-  // these than a quarter of its half, or than its seam
+  // places besides the middle, whose distance is known: no place of a part is farther from the
+  // nearest of these than a quarter of its half length, or than its seam
   constexpr std::array<double, 4> kAlong{-1.0, -0.5, 0.5, 1.0};
   constexpr std::size_t kMost = kAlong.size() * kBlockPlaces;
   const auto slack = [](const EdgePart& part) {
@@ -119,7 +120,7 @@ std::size_t LookAlong(const DistanceField& field, double reach,
   std::size_t asked_count = 0;
   std::size_t count = 0;
   for (EdgePart& part : parts) {
-    // the middle alone tells that there is none
+    // the middle alone excludes contact
     if (part.middle_bound - slack(part) <= reach) continue;
     asked[asked_count++] = &part;
     for (const double along : kAlong) {

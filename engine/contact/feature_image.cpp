@@ -13,9 +13,9 @@ namespace tandem {
 
 namespace {
 
-/// Blocks, edges and cells are counted in 32 bits.
+/// The greatest count of blocks, edges and cells, which 32 bits hold.
 constexpr std::uint64_t kMost = std::numeric_limits<std::int32_t>::max();
-/// Places are within so many voxels of V's origin, so that no sum of them is too large for 32 bits.
+/// The greatest distance of places from V's origin, voxels: no sum of them exceeds 32 bits.
 constexpr std::int32_t kFarthest = 1 << 28;
 
 std::uint64_t CellsOf(const GridIndex& count) {
@@ -32,7 +32,7 @@ bool IsNear(const GridIndex& place) {
 
 template <typename Vector>
 bool IsPlace(const Vector& place) {
-  // written so that what is no number is no place
+  // written so that NaN is no place
   return (place.array().abs() <= kFarthest).all();
 }
 
@@ -164,7 +164,7 @@ bool FeatureImage::EdgesAreSound(const BodyFeatures& features) {
   for (const std::uint32_t edge : features.edges_by_cell_) {
     if (edge >= features.edges_.size()) return false;
   }
-  // a search ends at a slot that is free
+  // a search ends at a free slot
   bool has_free = false;
   for (const BodyFeatures::Slot& slot : features.slots_) {
     if (std::uint64_t{slot.first} + slot.count > features.edges_by_cell_.size()) return false;

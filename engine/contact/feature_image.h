@@ -9,9 +9,10 @@
 
 namespace tandem {
 
-/// The block of bytes that a body's features are, which means the same wherever it lies:
+/// The layout of the block of bytes that holds a body's features. It means the same wherever it
+/// lies:
 ///
-///   header         | what follows, and how many of each
+///   header         | the number of entries of each array
 ///   blocks         | BodyFeatures::Block each
 ///   lanes          | BodyFeatures::Lanes per block
 ///   points         | BodyFeatures::Point per lane
@@ -21,17 +22,17 @@ namespace tandem {
 ///   edges by cell  | uint32 each: numbers of edges
 ///   edge distances | a byte per cell of the box round all edges
 ///
-/// Each array begins on a cache line behind the one before, so counts alone tell the places.
+/// Each array begins on a cache line behind the previous one, so the counts alone tell the places.
 struct FeatureHeader {
   double longest_half = 0;  // voxels
-  GridIndex first_cell;     // of the box round all edges
+  GridIndex first_cell;     // first cell of the box round all edges
   GridIndex cell_count;
   std::uint64_t points = 0;  // without the lanes that repeat one
   std::uint64_t blocks = 0;
   std::uint64_t chunks = 0;
   std::uint64_t edges = 0;
   std::uint64_t slots = 0;
-  std::uint64_t bytes = 0;  // of the block
+  std::uint64_t bytes = 0;  // size of the block
 };
 static_assert(sizeof(FeatureHeader) == 80);
 
@@ -41,7 +42,7 @@ class FeatureImage {
   /// The greatest number of blocks in a chunk.
   static constexpr std::size_t kMostBlocks = 64;
 
-  /// Features in the making. The header's counts of arrays come last, from these.
+  /// Features in the making. Pack() fills in the header's counts of arrays.
   struct Parts {
     FeatureHeader header;
     std::vector<BodyFeatures::Block> blocks;
@@ -55,8 +56,8 @@ class FeatureImage {
   };
   static BodyFeatures Pack(const Parts& parts);
 
-  /// The features of a block that anybody may have written; nothing, if a reading of them could
-  /// leave the block or not end.
+  /// Returns the features of a block from an untrusted source; nothing, if reading them could leave
+  /// the block or not end.
   static std::optional<BodyFeatures> Read(ImageBlock block);
 
  private:

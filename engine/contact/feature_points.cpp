@@ -44,7 +44,7 @@ class FeatureLineWalk {
     for (const std::uint32_t v : features_.vertices) {
       for (const std::uint32_t e : EdgesAt(v)) Walk(v, e);
     }
-    // what is left are closed lines
+    // the rest are closed lines
     for (std::uint32_t e = 0; e < features_.edges.size(); ++e) Walk(features_.edges[e][0], e);
     return std::move(points_);
   }
@@ -72,7 +72,7 @@ class FeatureLineWalk {
     }
   }
 
-  /// Follows a line from a vertex to the next and cuts what bulges of it into parts.
+  /// Follows a line from a vertex to the next and cuts the parts of it that bulge.
   void Walk(std::uint32_t start, std::uint32_t edge) {
     if (walked_[edge] != 0) return;
     run_.clear();
@@ -103,16 +103,17 @@ class FeatureLineWalk {
     double length() const { return (to - from).norm(); }
   };
 
-  /// Cuts the steps of the run into parts of equal length. `begins`, `ends`: at a vertex.
+  /// Cuts the steps of the run into parts of equal length. `begins`, `ends`: the run does so at a
+  /// vertex.
   void CutRun(bool begins, bool ends) {
     double length = 0;
     for (const Step& step : run_) length += step.length();
     if (length > 0) {
-      // a part ends at one vertex at the most
+      // a part ends at one vertex at most
       const double least = begins && ends ? 2 : 1;
       const auto count = static_cast<std::size_t>(std::max(least, std::ceil(length / spacing_)));
       std::size_t at = 0;
-      double before = 0;  // of the run, up to the step
+      double before = 0;  // length of the run up to the step
       Vec3 from = run_.front().from;
       for (std::size_t k = 0; k < count; ++k) {
         const double until = length * static_cast<double>(k + 1) / static_cast<double>(count);
@@ -129,8 +130,8 @@ class FeatureLineWalk {
     run_.clear();
   }
 
-  /// The part from `from`, which it moves on, to a length of the run. Goes on from step `at`, which
-  /// begins `before` along the run.
+  /// Returns the part from `from` to a length `until` of the run, and moves `from` to its end.
+  /// Begins at step `at`, which starts `before` along the run.
   FeaturePoint PartUntil(double until, Vec3& from, std::size_t& at, double& before) {
     const Vec3 begin = from;
     FeaturePoint part;
@@ -166,7 +167,7 @@ class FeatureLineWalk {
   const FeatureNormals normals_;
   double voxel_size_;
   double spacing_;
-  std::vector<std::uint32_t> first_;  // by mesh vertex: into at_
+  std::vector<std::uint32_t> first_;  // by mesh vertex: index into at_
   std::vector<std::uint32_t> at_;     // feature edges
   std::vector<std::uint8_t> walked_;  // by feature edge
   std::vector<std::uint8_t> is_vertex_;

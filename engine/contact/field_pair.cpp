@@ -13,20 +13,21 @@ namespace tandem {
 
 namespace {
 
-/// Voxels of depth from which a contact damps in full.
+/// Voxels of depth from which a contact has full damping.
 constexpr double kFullDampingDepth = 0.5;
 /// Voxels of depth from which a contact counts in full among those that share their stiffness.
 constexpr double kFullShareDepth = 0.25;
-/// As many contacts in full are as stiff as they can be together.
+/// The number of full contacts whose stiffness together is the greatest.
 constexpr double kStiffest = 100;
-/// Voxels: force never begins nearer than this to the surface because a fit is tight.
+/// The least distance from the surface to which a tight fit reduces the reach, voxels.
 constexpr double kLeastReach = 0.02;
-/// Voxels: how deep in the other's surface a shift and a displacement may let force begin.
+/// The deepest place in the other's surface where a shift and a displacement may let force begin,
+/// voxels.
 constexpr double kDeepestReach = -1.0;
-/// Cosine between a point's inward normal and the way off a sheet, or a thin wall, from which on a
-/// push fades out. Beyond zero the point has come through.
+/// Cosine between a point's inward normal and the direction off a sheet, or a thin wall, from which
+/// on a push fades out. Below zero the point has come through.
 constexpr double kWallFade = 0.2;
-/// Voxels: what has come through a wall thinner than this is pushed back.
+/// The thickness of walls below which a point that has come through is pushed back, voxels.
 constexpr double kThickest = 1.9;
 constexpr std::size_t kMostContacts = std::size_t{1} << 17U;
 
@@ -37,8 +38,8 @@ constexpr double kReachCut = 0.25;
 constexpr double kReachPace = 0.01;
 /// Voxels of overlap from which on the reach does not grow.
 constexpr double kNoRoom = 0.005;
-/// Directions all round, one of each two that are opposite: none is farther than 28 degrees from
-/// one of them.
+/// Directions all round, one for each pair of opposite directions. No direction is farther than 28
+/// degrees from the nearest of these or their opposites.
 constexpr double kEdgeWay = 0.70710678118654752;
 constexpr double kCornerWay = 0.57735026918962576;
 constexpr std::size_t kDirections = 13;
@@ -47,34 +48,34 @@ constexpr double kC = kCornerWay;
 constexpr std::array<double, kDirections> kWaysX{1, 0, 0, kE, kE, kE, kE, 0, 0, kC, kC, kC, kC};
 constexpr std::array<double, kDirections> kWaysY{0, 1, 0, kE, -kE, 0, 0, kE, kE, kC, kC, -kC, -kC};
 constexpr std::array<double, kDirections> kWaysZ{0, 0, 1, 0, 0, kE, -kE, kE, -kE, kC, -kC, kC, -kC};
-/// Cosine of the angle with a direction up to which a push counts in full as one along it, and from
-/// which on it does not count.
+/// Cosines of the angle with a direction: up to kAlong a push counts in full along it, from kAside
+/// on it does not count.
 constexpr double kAlong = 0.88;
 constexpr double kAside = 0.7;
 
-/// 1 up to an angle, 0 from another on, by their cosines or sines.
+/// Returns 1 up to one angle and 0 from another on, by their cosines or sines.
 double Fading(double value, double full, double none) {
   return std::clamp((value - none) / (full - none), 0.0, 1.0);
 }
 
-/// How much of a push on the middle of a sharp edge's part counts. Nothing where the other body's
-/// edge is nearest, which turns by 20 degrees or more: edges that cross push as lines do
-/// (MeetEdges()). Nothing where the surface comes nearer along the part: then it is another part,
-/// or the edge's end, that touches. All of it a quarter of a voxel deep, where edges may have
-/// passed one another.
+/// Returns the share of a push on the middle of a sharp edge's part that counts. It is nothing
+/// where the other body's edge, which turns by 20 degrees or more, is nearest: crossing edges push
+/// as lines (MeetEdges()). It is nothing where the surface comes nearer along the part: then
+/// another part, or the edge's end, touches. It is 1 a quarter of a voxel deep, where edges may
+/// have passed one another.
 double ShareOnEdge(const FieldPush& push, const Vec3& tangent) {
   const double on_face =
       Fading(push.facing, 0.985, 0.940) * Fading(std::abs(push.away_V.dot(tangent)), 0.17, 0.34);
   return 1.0 - (1.0 - on_face) * Fading(push.distance, 0, -0.25);
 }
 
-/// How thick the solid is behind the place on its surface that pushes a point, voxels; nothing from
-/// kThickest on.
+/// Returns the thickness of the solid behind the place on its surface that pushes a point, voxels;
+/// nothing from kThickest on.
 std::optional<double> Thickness(const DistanceField& field, const Vec3& point_V,
                                 const FieldPush& push) {
   constexpr double kStep = 0.25;      // voxels
   constexpr double kTold = 0.05;      // voxels by which the other side is nearer
-  constexpr double kOpposite = -0.7;  // cosine between the sides' ways off
+  constexpr double kOpposite = -0.7;  // cosine between the sides' directions off
   for (double depth = kStep; depth < kThickest; depth += kStep) {
     const Vec3 place_V = point_V - (push.distance + depth) * push.away_V;
     FieldGradient told;
@@ -87,14 +88,14 @@ std::optional<double> Thickness(const DistanceField& field, const Vec3& point_V,
   return {};
 }
 
-/// Pushes a point that has come through a wall back to where it came from.
+/// Turns the push on a point that has come through a wall back to the side that it came from.
 FieldPush Turned(FieldPush push, double thickness) {
   push.distance = -(push.distance + thickness);
   push.away_V = -push.away_V;
   return push;
 }
 
-/// The shell's body as what turns: its own features, or what others have in its field.
+/// The shell's body as the one that turns: with its own features, or with its field.
 FieldSchedule::Centre CentreOf(const BodySurface& shell, bool of_features) {
   const double s = shell.field.voxel_size();
   return {shell.X_BV.Inverse().p / s, of_features, shell.radius / s};
@@ -214,7 +215,7 @@ void FieldPair::AddPushes(const TouchingPoint& point, const Vec3& place_V,
   if (pushes.empty()) {
     const FieldReading reading = field.At(place_V);
     if (reading.near || reading.value >= 0) return;
-    // deeper than the field tells the way out: along the point's own
+    // deeper than the field tells the way out: along the point's own normal
     inward = {-DistanceField::kMostNear, point.inward_V, 1.0, false, 1};
     pushes = {&inward, 1};
   }
@@ -273,7 +274,7 @@ void FieldPair::MeetEdges(const Pose& shell_in_map) noexcept {
                                           other.half_length, arc_of(other.cosine), other.ends != 0},
                                          reach);
         if (!(meeting.depth > 0 && meeting.share > 0)) return;
-        // edges are met as lines with wedges about them, which go on where their faces end
+        // edges are met as lines with wedges about them, which continue where their faces end
         const FieldReading surface = map_->field.At(meeting.on_shell);
         const double depth = std::min(meeting.depth, reach - surface.value);
         Add(meeting.place, meeting.normal, depth, meeting.share);
@@ -283,7 +284,7 @@ void FieldPair::MeetEdges(const Pose& shell_in_map) noexcept {
 }
 
 void FieldPair::FitReach() noexcept {
-  // by direction: the deepest contact that pushes that way, as far as it does
+  // by direction: the deepest contact that pushes along it, weighted by how far it does
   std::array<double, kDirections> forth{};
   std::array<double, kDirections> back{};
   constexpr double kPerCosine = 1.0 / (kAlong - kAside);
@@ -304,7 +305,7 @@ void FieldPair::FitReach() noexcept {
     common = std::max(common, std::min(forth[i], back[i]));
   }
   const double overlap = common / s_;
-  // squared, it changes little where both balance: otherwise the overlap would never settle
+  // squared, the growth changes little where both balance: otherwise the overlap would never settle
   const double room = std::max(0.0, 1.0 - overlap / kNoRoom);
   const double wider = kReachPace * room * room;
   const double least_reach = std::min(kLeastReach, full_reach_);
@@ -313,7 +314,7 @@ void FieldPair::FitReach() noexcept {
 
 void FieldPair::AddForces(const Places& places, Load& on_shell, Load& on_map) noexcept {
   if (contact_count_ == 0) return;
-  double area = 0;  // as contacts in full
+  double area = 0;  // number of contacts, weighted up to full ones
   for (const Contact& contact : contacts()) {
     area += contact.share * std::min(1.0, contact.depth / (kFullShareDepth * s_));
   }
@@ -342,7 +343,7 @@ void FieldPair::SetClearance(const Clearance& clearance) noexcept {
   const double before = std::exchange(
       full_reach_,
       std::clamp(wanted, kDeepestReach, std::min(shell_->field.range(), map_->field.range())));
-  // a wider clearance is there at once, but in a tight fit comes as fast as there is room
+  // a wider clearance applies at once, but in a tight fit as fast as there is room
   reach_ = reach_ < before ? std::min(reach_, full_reach_) : full_reach_;
 }
 
@@ -359,7 +360,7 @@ std::size_t FieldPair::CountUnfound(const BodyMotion& shell_body,
 
 PoseReading FieldPair::Read(const BodyMotion& shell_body, const BodyMotion& map_body) noexcept {
   const Places places = PlacesOf(shell_body, map_body);
-  X_VS_.reset();  // the calendars now know of this pose
+  X_VS_.reset();  // the calendars know of this pose
   const double nearest = std::min(of_shell_.Read(places.shell_in_map, reach_),
                                   of_map_.Read(places.map_in_shell, reach_));
   FindContacts(places);

@@ -14,28 +14,29 @@
 
 namespace tandem {
 
-/// Voxels of depth from which a contact is as stiff as it can be.
+/// Voxels of depth from which a contact has its full stiffness.
 inline constexpr double kFullStiffnessDepth = 0.1;
 
-/// A body as refined contact meets it.
+/// The surface of a body for refined contact.
 struct BodySurface {
   DistanceField field;
   BodyFeatures features;  // in the field's frame V
   Pose X_BV;
-  double radius = 0;  // largest distance of its surface from its frame's origin, m; 0: never moves
+  /// Largest distance of its surface from its frame's origin, m; 0: it never moves.
+  double radius = 0;
 };
 
-/// Two bodies by their exact surfaces (decision 0041): the features of each are looked up in the
+/// Two bodies with exact surfaces (decision 0041). The features of each are looked up in the
 /// other's distance field, and sharp edges that cross are met in closed form. Force begins at
 /// kRefinedClearance from the surface, less the shell's shift, or where the clearance says.
 class FieldPair final : public BodyPair {
  public:
   struct Options {
-    bool both_move = false;   // then cross() is kept
-    double inward_shift = 0;  // voxels, of the shell's surface along its inward normals
+    bool both_move = false;   // both bodies move: cross() is kept
+    double inward_shift = 0;  // shift of the shell's surface along its inward normals, voxels
     ScheduleOptions schedule{};
   };
-  /// Both surfaces must be of the same voxel size, and outlive the pair.
+  /// Both surfaces must have the same voxel size, and outlive the pair.
   FieldPair(const BodySurface& shell, const BodySurface& map, const Options& options,
             const ContactGains& gains);
 
@@ -52,10 +53,10 @@ class FieldPair final : public BodyPair {
   }
 
   /// Counts the feature points of either body that are nearer to the other than where force begins
-  /// and that the last Collide(), which was at these poses, did not find. For tests and benches;
+  /// and that the last Collide(), at the same poses, did not find. For tests and benches;
   /// allocates.
   std::size_t CountUnfound(const BodyMotion& shell_body, const BodyMotion& map_body) const;
-  /// Feature points of both bodies.
+  /// Returns the number of feature points of both bodies.
   std::size_t point_count() const noexcept {
     return shell_->features.point_count() + map_->features.point_count();
   }
@@ -68,27 +69,29 @@ class FieldPair final : public BodyPair {
     PairPlaces pair;
   };
   Places PlacesOf(const BodyMotion& shell_body, const BodyMotion& map_body) const noexcept;
-  /// Tells how the shell's body moved against the map since the last call.
+  /// Returns how the shell's body moved against the map since the last call.
   PairMotion MotionSince(const Pose& X_VS) noexcept;
   void FindContacts(const Places& places) noexcept;
-  /// What one body's features meet of the other's field. `to_map`: whether the other is the map.
+  /// Finds the contacts of one body's features with the other's field. `to_map`: the other is the
+  /// map.
   void MeetField(const FieldSchedule& schedule, const BodySurface& own, const BodySurface& other,
                  const Pose& X_VF, bool to_map, const Pose& shell_in_map) noexcept;
-  /// A feature point that is near the other's surface, in V of that one's field.
+  /// A feature point that is near the other's surface, in the frame V of the other's field.
   struct TouchingPoint {
     Vec3 inward_V;
-    std::optional<Vec3> tangent_V{};  // of a sharp edge's part
+    std::optional<Vec3> tangent_V{};  // tangent of a sharp edge's part
     double weight;
   };
   void AddPushes(const TouchingPoint& point, const Vec3& place_V, std::span<const FieldPush> pushes,
                  const DistanceField& field, bool to_map, const Pose& shell_in_map) noexcept;
   void MeetEdges(const Pose& shell_in_map) noexcept;
-  /// Keeps a contact, if it has depth. Lengths in voxels.
+  /// Keeps a contact if it has depth. Lengths are in voxels.
   void Add(const Vec3& p_V, const Vec3& nhat_V, double depth, double share) noexcept;
   /// Lets force begin nearer in the next frame where contacts push from opposite sides, and slowly
   /// farther off again where they do not.
   void FitReach() noexcept;
-  /// What the contacts come to: stiff in proportion to how much of them there is, up to a point.
+  /// Adds the loads of the contacts. Stiffness is in proportion to the contacts' sum, up to a
+  /// bound.
   void AddForces(const Places& places, Load& on_shell, Load& on_map) noexcept;
   void CountLoad() noexcept;
 
@@ -98,8 +101,8 @@ class FieldPair final : public BodyPair {
   bool both_move_;
   ContactGains gains_;
   double inward_shift_;     // voxels
-  double full_reach_ = 0;   // voxels, at which force begins where there is room
-  double reach_ = 0;        // and where it begins in this fit
+  double full_reach_ = 0;   // reach where there is room, voxels
+  double reach_ = 0;        // reach in this fit, voxels
   FieldSchedule of_shell_;  // the shell's features in the map's field
   FieldSchedule of_map_;
   std::optional<Pose> X_VS_;  // at the last Collide()

@@ -14,16 +14,16 @@ namespace tandem {
 namespace {
 
 /// Voxels of gap up to which a sharp edge's part counts as one that may cross another, if some part
-/// of its block may now. Which do is looked at again only when others may have come so far.
+/// of its block may. The schedule looks again only when other parts may have come so far.
 constexpr double kCrossingMargin = 0.1;
-/// Voxels a frame from which on a body is fast, and how many of its frames are looked ahead.
+/// Voxels a frame from which on a body is fast, and the number of its frames to look ahead.
 constexpr double kFast = 0.25;
 constexpr double kFramesAhead = 3;
-/// From a half to 1, scattered.
+/// Returns a number from 0.5 to 1, scattered over the blocks.
 constexpr double ShareOfMargin(std::uint32_t block) noexcept {
   return 0.5 + 0.5 / 65536 * (block * 0x9e3779b1U >> 16U);
 }
-/// Tests of a block that is looked up at its middle and at its points.
+/// The tests of a block that is looked up at its middle and at its points.
 constexpr std::uint32_t kWholeBlock = 1 + BodyFeatures::kLanes;
 
 }  // namespace
@@ -47,7 +47,7 @@ FieldSchedule::FieldSchedule(const BodyFeatures& features, const DistanceField& 
       told_(features.blocks().size()),
       near_(features.blocks().size()) {
   for (const BodyFeatures::Chunk& chunk : features.chunks()) far_in_.push_back(chunk.count);
-  // where all stand is not known yet: the first Test() finds out
+  // all places are still unknown: the first Test() finds them
   for (std::size_t c = 0; c < far_in_.size(); ++c) {
     chunks_.Put(static_cast<std::uint32_t>(c), 0, 0, kWholeBlock * far_in_[c]);
   }
@@ -71,7 +71,7 @@ void FieldSchedule::Test(const Pose& X_VF, const PairMotion& motion, double reac
   const double wider = std::max(0.0, reach - reach_) + early;
   reach_ = reach;
   const double more = options_.coherence ? wider : std::numeric_limits<double>::infinity();
-  // what is known of edges counts by the odometer, which does not run over a jump
+  // edges' gaps count by the odometer, which does not run over a jump
   if (!std::isfinite(motion.way + more))
     std::fill(edges_due_.begin(), edges_due_.end(), EdgesDue{});
   std::size_t chunk_count = 0;
@@ -83,8 +83,8 @@ void FieldSchedule::Test(const Pose& X_VF, const PairMotion& motion, double reac
   };
   calendar_.Advance(motion, more, take);
   chunks_.Advance(motion, more, take_chunk);
-  // where nothing is near, what comes due soon must not slow a fast body before it is known how far
-  // it is
+  // where nothing is near, what comes due soon must not slow a fast body before its distance is
+  // known
   motion_ = motion;
   pace_ = motion.way + motion.angle * centre_.radius;
   if (near_count_ == 0 && pace_ > kFast && std::isfinite(pace_)) {
@@ -114,7 +114,7 @@ bool FieldSchedule::PutIfFar(std::uint32_t number) noexcept {
 }
 
 void FieldSchedule::TestAll() noexcept {
-  // the calendar's order is that of the past; blocks in order read memory in order
+  // the calendar's order reflects the past; blocks in order read memory in order
   due_count_ = 0;
   const auto visit = [](std::vector<std::uint64_t>& words, std::size_t k, const auto& what) {
     for (std::uint64_t bits = std::exchange(words[k], 0); bits != 0; bits &= bits - 1) {
@@ -260,7 +260,7 @@ void FieldSchedule::LookAtEdges(std::uint32_t b, const float* bounds, Told& told
       }
     }
   }
-  // lanes that may cross now need not for long; not all blocks are looked at again in one frame
+  // lanes that may cross do not stay so for long; not all blocks are looked at again in one frame
   if (told.crossing != 0) least = std::min(least, kCrossingMargin * ShareOfMargin(b));
   due.crossing = told.crossing;
   due.compared = told.compared;
@@ -290,7 +290,7 @@ void FieldSchedule::PutDue() noexcept {
     calendar_.Put(b, told.out + block.radius, told.gap,
                   static_cast<std::uint32_t>(looked_up) + EdgeCost(b, told));
   }
-  // chunks whose blocks are all far now stand whole
+  // chunks whose blocks are all far stand whole from here on
   for (std::size_t k = 0; k < due_count_; ++k) {
     const std::uint32_t number = features_->blocks()[due_[k]].chunk;
     if (k + 1 < due_count_ && features_->blocks()[due_[k + 1]].chunk == number) continue;
@@ -327,7 +327,7 @@ double FieldSchedule::owed_per_voxel() const noexcept {
 std::size_t FieldSchedule::CountUnfound(const Pose& X_VF) const {
   std::vector<std::uint16_t> found(is_far_.size());
   for (const NearBlock& near : near()) found[near.block] = near.touching;
-  // what the vectors read may be off by the error, and single precision
+  // the vectors' readings may be off by the field's error, and by single precision
   const double surely = reach_ - field_->error_bound() - kPlaceError;
   std::size_t unfound = 0;
   for (std::size_t b = 0; b < found.size(); ++b) {
@@ -346,7 +346,7 @@ double FieldSchedule::Read(const Pose& X_VF, double reach) noexcept {
   counts_ = {};
   std::fill(edges_due_.begin(), edges_due_.end(), EdgesDue{});
   for (std::uint32_t b = 0; b < is_far_.size(); ++b) AddDue(b);
-  middle_enough_ = std::numeric_limits<double>::infinity();  // every point tells
+  middle_enough_ = std::numeric_limits<double>::infinity();  // every point counts
   TestAll();
   middle_enough_ = kMiddleEnough;
   PutDue();

@@ -13,36 +13,39 @@
 
 namespace tandem {
 
-/// Voxels: edges that cross are met as lines up to here, where force begins farther off. Points a
-/// voxel apart along an edge are at most a tenth of a voxel farther from what crosses it there.
+/// The reach up to which edges that cross are met as lines, voxels, where force begins farther off.
+/// Points a voxel apart along an edge are at most a tenth of a voxel farther from what crosses it
+/// there.
 inline constexpr double kMostEdgeReach = 1.5;
 inline double EdgeReach(double reach) noexcept {
   return std::min(reach, kMostEdgeReach);
 }
 
-/// Which feature points of one body are looked up in another body's distance field in a frame, and
-/// which of them touch (decision 0041). What it guarantees: a point that is nearer than the reach
-/// of contact is found in that frame, whatever the motion, as long as `motion` is never less than
-/// what the pair really moved.
+/// Chooses which feature points of one body are looked up in another body's distance field in a
+/// frame, and finds which of them touch (decision 0041). It guarantees that a point nearer than the
+/// reach of contact is found in that frame, whatever the motion. The condition is that `motion` is
+/// never less than the pair's real motion.
 ///
 /// Each block of points stands in a calendar for the travel after which some of its points may
 /// touch: their least distance, less the reach. Chunks whose blocks are all far stand there whole.
-/// A block that is due is looked up at its middle; only if that is near, at its points.
+/// A block that is due is looked up at its middle. Its points are looked up only if the middle is
+/// near.
 ///
-/// F: the frame of the features' body's own field; V: that of the other's. Lengths in voxels, which
-/// are the same in both. Used by one thread, which may have helpers; no call allocates.
+/// F is the frame of the own field of the features' body; V is the frame of the other body's field.
+/// Lengths are in voxels, which are the same in both. Used by one thread, which may have helpers;
+/// no call allocates.
 class FieldSchedule {
  public:
-  /// About what the pair turns as motions tell it: a place of F if the features do, otherwise of V,
-  /// and the greatest distance of that body's surface from it.
+  /// The centre of the pair's rotation in PairMotion: a place of F if the features turn, otherwise
+  /// of V. `radius`: the greatest distance of that body's surface from it.
   struct Centre {
     Vec3 place = Vec3::Zero();
     bool of_features = false;
     double radius = 0;
   };
-  /// `other`: the features of the field's body, whose sharp edges others may cross; null: edges
-  /// are not asked for. `coherence` off: everything is due in every frame. All that is given must
-  /// outlive it.
+  /// `other`: the features of the field's body, whose sharp edges others may cross; null: edges are
+  /// not tested. `coherence` off: everything is due in every frame. All arguments must outlive the
+  /// schedule.
   FieldSchedule(const BodyFeatures& features, const DistanceField& field, const BodyFeatures* other,
                 const Centre& centre, const ScheduleOptions& options);
 
@@ -51,40 +54,42 @@ class FieldSchedule {
     std::uint16_t touching = 0;  // lanes nearer than the reach
     std::uint16_t crossing = 0;  // lanes whose sharp edge may meet another
   };
-  /// `motion`: of one body against the other since the last call, never less than it was.
+  /// Tests what is due. `motion`: of one body against the other since the last call, never less
+  /// than the real one.
   void Test(const Pose& X_VF, const PairMotion& motion, double reach) noexcept;
-  /// By rising block, as of the last Test().
+  /// Returns the near blocks of the last Test(), in rising order.
   std::span<const NearBlock> near() const noexcept { return {near_.data(), near_count_}; }
   const TestCounts& counts() const noexcept { return counts_; }
-  /// Counts the points nearer to the surface than the reach of the last Test(), which was at
-  /// `X_VF`, that it did not find. It looks up every point. For tests; allocates.
+  /// Counts the points nearer to the surface than the reach of the last Test(), at the same `X_VF`,
+  /// that it did not find. Looks up every point. For tests; allocates.
   std::size_t CountUnfound(const Pose& X_VF) const;
 
-  /// Voxels that the bodies come nearer in a frame at the most where anything is near: MaxTravel's
-  /// bound.
+  /// The farthest that the bodies come nearer in a frame where anything is near, voxels:
+  /// MaxTravel's bound.
   static constexpr double kMostTravel = 0.5;
-  /// Point tests that the next frame owes if nothing moves, and how many more with each voxel of
-  /// travel, up to kMostTravel: by what each block cost when it was last due.
+  /// Return the point tests that the next frame owes if nothing moves, and how many more with each
+  /// voxel of travel, up to kMostTravel. They count by the cost of each block when it was last due.
   double owed() const noexcept;
   double owed_per_voxel() const noexcept;
-  /// Voxels before anything is due.
+  /// Returns the voxels of travel before anything is due.
   double free_way() const noexcept { return std::min(calendar_.FreeWay(), chunks_.FreeWay()); }
 
-  /// A bound of the distance of the nearest point or edge, near the surface to a tenth of a voxel;
-  /// every point is looked up, and near() is of all.
+  /// Looks up every point. Returns a bound of the distance of the nearest point or edge, near the
+  /// surface to a tenth of a voxel. near() then comes from all points.
   double Read(const Pose& X_VF, double reach) noexcept;
 
  private:
-  static constexpr std::size_t kPiece = 64;  // blocks
-  /// Voxels of gap of a block by its middle, from which on its points are not looked up.
+  static constexpr std::size_t kPiece = 64;  // blocks of a piece
+  /// The gap of a block by its middle, voxels, from which on its points are not looked up.
   static constexpr double kMiddleEnough = 0.5;
-  /// And from which on it need not stand in the calendar itself, if all of its chunk are as far.
+  /// The gap from which on it need not stand in the calendar itself, if all blocks of its chunk are
+  /// as far.
   static constexpr double kFar = 12.0;
 
   void Place(const Pose& X_VF) noexcept;
-  /// Puts a chunk into the calendar if it is far as a whole; tells whether.
+  /// Puts a chunk into the calendar if it is far as a whole; returns whether it did.
   bool PutIfFar(std::uint32_t chunk) noexcept;
-  /// Of a place and where it is in V: how far from the centre.
+  /// Returns the distance from the centre, for a place in F and the same place in V.
   double OutOf(const Vec3& place_F, const Vec3& place_V) const noexcept {
     return ((centre_.of_features ? place_F : place_V) - centre_.place).norm();
   }
@@ -97,12 +102,12 @@ class FieldSchedule {
   void TestDue(std::size_t begin, std::size_t end) noexcept;
   struct Told;
   void LookAtPoints(std::span<const std::uint32_t> which) noexcept;
-  /// Which sharp edges of a block may cross others, of which `bounds` are the distances at least of
-  /// its points.
+  /// Finds which sharp edges of a block may cross others. `bounds`: lower bounds of the distances
+  /// of its points.
   void LookAtEdges(std::uint32_t block, const float* bounds, Told& told) noexcept;
   void TestAll() noexcept;
   void PutDue() noexcept;
-  /// Tells what a block's edges will cost when it is due. Those that are known for farther than the
+  /// Returns what a block's edges will cost when it is due. Edges whose gaps are known beyond the
   /// last frame's travel are added to edges_ahead_, for travel.
   std::uint32_t EdgeCost(std::uint32_t block, const Told& told) noexcept;
 
@@ -112,18 +117,18 @@ class FieldSchedule {
   ScheduleOptions options_;
   Centre centre_;
   DueCalendar<8> calendar_;  // blocks
-  DueCalendar<1> chunks_;    // those that are far as wholes
+  DueCalendar<1> chunks_;    // chunks that are far as wholes
   double reach_ = 0;
-  PairMotion motion_;                     // of the last Test()
-  double pace_ = 0;                       // voxels, of what is as far out as the body's edge then
-  double middle_enough_ = kMiddleEnough;  // from here on points of a block are not looked up
+  PairMotion motion_;  // motion of the last Test()
+  double pace_ = 0;    // travel of a place as far out as the body's edge in the last Test(), voxels
+  double middle_enough_ = kMiddleEnough;  // gap from which on points of a block are not looked up
   Mat3 R_VF_ = Mat3::Identity();
   std::array<float, 9> rows_{};
   Vec3 p_VF_ = Vec3::Zero();
 
   std::vector<std::uint8_t> is_far_;  // by block, as it was last looked up
-  /// By block: up to what odometer none of its edges can cross another, but in some lanes, and what
-  /// it cost to find out. None where edges are not asked for.
+  /// By block: the odometer's reading up to which none of its edges can cross another, except in
+  /// some lanes, and the cost of finding out. Empty where edges are not tested.
   struct EdgesDue {
     double at = 0;
     std::uint32_t ring = 0;
@@ -131,19 +136,19 @@ class FieldSchedule {
     std::uint16_t crossing = 0;
   };
   std::vector<EdgesDue> edges_due_;
-  std::vector<std::uint32_t> far_in_;     // by chunk: how many of its blocks
-  std::vector<std::uint64_t> is_due_;     // a bit for each block
-  std::vector<std::uint64_t> due_words_;  // a bit for each word of that which is not 0
+  std::vector<std::uint32_t> far_in_;     // by chunk: number of its far blocks
+  std::vector<std::uint64_t> is_due_;     // one bit for each block
+  std::vector<std::uint64_t> due_words_;  // one bit for each word of is_due_ that is not 0
   std::vector<std::uint32_t> due_;        // blocks, by rising number
   std::size_t due_count_ = 0;
   std::vector<std::uint32_t> due_chunks_;
-  /// What the blocks of due_ came to.
+  /// The results of the blocks of due_.
   struct Told {
     float gap = 0;
-    float out = 0;  // from the centre
+    float out = 0;  // distance from the centre
     std::uint16_t touching = 0;
     std::uint16_t crossing = 0;
-    bool points = false;  // were looked up
+    bool points = false;  // its points were looked up
     std::uint32_t compared = 0;
   };
   std::vector<Told> told_;

@@ -4,7 +4,7 @@
 
 namespace tandem {
 
-/// m/s. Below this slip a contact does not stick but creeps: friction is a damper there, which
+/// Slip below which a contact creeps instead of sticking, m/s. Friction is a damper there, which
 /// reaches mu N at this speed.
 inline constexpr double kCreepSpeed = 1e-4;
 

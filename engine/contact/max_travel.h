@@ -5,11 +5,11 @@
 
 namespace tandem {
 
-/// What the next frame's tests will cost one pair, or several together (paper §5, Eqn. 2).
+/// The cost of the next frame's tests of one pair, or of several together (paper §5, Eqn. 2).
 struct TestLoad {
   double mandatory = 0;  // point tests owed in every frame
   double per_metre = 0;  // point tests owed for each metre of travel: sum of n_i / a_i
-  double looks = 0;      // exact looks at what may be in contact, however far it goes
+  double looks = 0;      // exact looks at what may be in contact, whatever the travel
   /// The farthest that the pair's two bodies may come towards one another in a frame, m.
   double bound = std::numeric_limits<double>::infinity();
 
@@ -22,19 +22,19 @@ struct TestLoad {
   }
 };
 
-/// Of a voxel: never less may be moved in a frame, however many tests are owed. At zero a part in
-/// heavy contact could not be pulled out again (decision 0014).
+/// The least travel that is always allowed in a frame, voxels, however many tests are owed. At zero
+/// a part in heavy contact could not be pulled out again (decision 0014).
 inline constexpr double kTravelFloor = 0.02;
-/// Of the point tests that fit into a frame beside the mandatory ones, what travel may always make
-/// due. Slowing further would not make a frame of many looks any shorter, and the hand would feel
-/// viscosity for nothing.
+/// The share of the point tests that fit into a frame beside the mandatory ones that travel may
+/// always use. Slowing further would not make a frame of many looks shorter, and the hand would
+/// feel viscosity for nothing.
 inline constexpr double kTravelShare = 0.4;
 
-/// How far all pairs may go in the coming frame, in metres, so that what it makes due fits into
-/// `capacity` point tests: paper §5, Eqn. 2 with allowances (i - 1) s in place of 0.5 s i, and with
-/// the exact look at what may be in contact as so many more tests, `look_price` each. Frames are of
+/// Returns how far all pairs may go in the coming frame, m, so that the tests that it makes due fit
+/// into `capacity` point tests. This is paper §5, Eqn. 2, with allowances (i - 1) s in place of
+/// 0.5 s i. Each exact look at what may be in contact counts as `look_price` tests. Frames have
 /// constant length, so this is a speed limit, which the hand feels as viscosity. Each pair's own
-/// bound comes on top; never below the floor.
+/// bound applies too; the result is never below the floor.
 inline double MaxTravel(const TestLoad& load, double capacity, double look_price,
                         double voxel_size) {
   const double room = capacity - load.mandatory;

@@ -7,12 +7,12 @@
 
 namespace tandem {
 
-/// The most that surface points of two bodies can have come nearer from frame to frame.
+/// Bounds how much nearer surface points of two bodies can have come from frame to frame.
 class PairTravel {
  public:
-  /// Since the last call, m; without end at the first. A shell's points lie at most `shell_radius`
-  /// from its frame's origin, what they may meet at most `map_radius` from that of the map's body,
-  /// of which the map's frame V stands at X_BV.
+  /// Returns the bound since the last call, m; infinity at the first call. The shell's points lie
+  /// at most `shell_radius` from its frame's origin. What they may meet lies at most `map_radius`
+  /// from the frame's origin of the map's body, in which the map's frame V stands at X_BV.
   double Since(const Pose& shell_WB, double shell_radius, const Pose& map_WB, double map_radius,
                const Pose& X_BV) noexcept {
     double travel = std::numeric_limits<double>::infinity();
@@ -21,7 +21,7 @@ class PairTravel {
         return TravelOf(to.p - from.p, RotationVector(to.q * from.q.conjugate()).norm(), radius);
       };
       travel = of(shell_WB_, shell_WB, shell_radius) + of(map_WB_, map_WB, map_radius);
-      // bodies that move together come no nearer: as seen from V the shell's points go no farther
+      // bodies that move together come no nearer: seen from V the shell's points go no farther
       const auto seen = [&X_BV](const Pose& shell, const Pose& map) {
         return (map * X_BV).Inverse() * shell;
       };

@@ -10,9 +10,9 @@
 
 namespace tandem {
 
-/// A pointshell as the frame's tests read it: blocks of 16 points of one chunk and one label, each
-/// three whole cache lines. A block is the unit that is scheduled: its points lie within a few
-/// voxels of one another, so they come due together, and one vector instruction works on all of
+/// A pointshell as the frame's tests read it: blocks of 16 points of one chunk and one label. A
+/// block takes three whole cache lines and is the unit that is scheduled. Its points lie within a
+/// few voxels of one another, so they come due together, and one vector instruction works on all of
 /// them.
 ///
 ///   block | x 16 floats | y 16 floats | z 16 floats |    m, in the body's frame
@@ -27,12 +27,12 @@ class PointBlocks {
     std::array<float, kLanes> z;
   };
   struct Block {
-    std::uint32_t first = 0;       // point of the pointshell; its others follow
-    std::uint32_t first_edge = 0;  // into Pointshell::edges, of an edge block with such
+    std::uint32_t first = 0;       // first point in the pointshell; the block's others follow
+    std::uint32_t first_edge = 0;  // index into Pointshell::edges, for an edge block
     std::uint8_t count = 0;
     Label label = Label::kSurface;
   };
-  /// Holds a block's points, m.
+  /// A ball that holds a block's points, m.
   struct alignas(16) Ball {
     float x, y, z;  // centre
     float radius;
@@ -53,8 +53,9 @@ class PointBlocks {
   const Ball* balls() const noexcept { return balls_.data(); }
   const Lanes* positions() const noexcept { return positions_.data(); }
   const Lanes* normals() const noexcept { return normals_.data(); }
-  const Field* fields() const noexcept { return fields_.data(); }         // that each block reads
-  const std::uint8_t* counts() const noexcept { return counts_.data(); }  // of each block's points
+  const Field* fields() const noexcept { return fields_.data(); }  // field that each block reads
+  /// Number of points of each block.
+  const std::uint8_t* counts() const noexcept { return counts_.data(); }
 
  private:
   std::vector<Block> blocks_;

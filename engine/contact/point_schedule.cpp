@@ -30,7 +30,7 @@ PointSchedule::PointSchedule(const PointBlocks& blocks, const Voxmap& voxmap, in
       std::fill_n(chunk_of_.begin() + chunk.first_block, chunk.block_count, c);
     }
   }
-  // where all stand is not known yet: the first Test() finds out
+  // all places are still unknown: the first Test() finds them
   for (std::size_t c = 0; c < open_.size(); ++c) {
     if (options_.chunks) {
       chunks_in_.Put(c, 0);
@@ -68,7 +68,7 @@ void PointSchedule::TestChunk(std::size_t c, const Pose& X_VS) noexcept {
                      static_cast<std::int32_t>(std::floor(p.y())),
                      static_cast<std::int32_t>(std::floor(p.z()))};
   const int distance = voxmap_->ChunkValue(at) - 2;
-  // certain for every point of the chunk, to the force layer
+  // certain for every point of the chunk, up to the force layer
   const double gap = kChunkSide * (distance - 1) + range_ - layer_ - radius;
   ++counts_.chunks;
   if (open_[c] == 0 && kChunkSide * (distance - 1) < radius) {
@@ -85,7 +85,7 @@ void PointSchedule::TestChunk(std::size_t c, const Pose& X_VS) noexcept {
     }
   }
   if (reader_ != nullptr) AnnounceChunk(c, kChunkSide * p, radius, gap);
-  // an open chunk is looked at once per chunk of travel, to see it leave: late does no harm
+  // an open chunk is looked at once per chunk of travel, to see it leave: a late look does no harm
   const double allowance = open_[c] != 0 ? kChunkSide : gap - 2.0;
   chunks_in_.Put(c, std::clamp(static_cast<int>(allowance / kChunkUnit), 0, 15));
 }
@@ -139,7 +139,7 @@ bool PointSchedule::DueIsThere() noexcept {
       const auto r = static_cast<std::size_t>(row);
       p[row] = a[3 * r] * ball.x + a[3 * r + 1] * ball.y + a[3 * r + 2] * ball.z + transform_.b[r];
     }
-    // all of them are asked for at once
+    // asks for all of them at once
     all = reader_->Announce(p, ball.radius / s_ + margin, 0) && all;
   }
   return all;
@@ -179,7 +179,7 @@ void PointSchedule::CollectDue(double travel_voxels) noexcept {
   const auto collect = [this](std::size_t begin, std::size_t end, int) {
     for (std::size_t strip = begin; strip < end; ++strip) CollectStrip(strip);
   };
-  // as much is due as in the last frame, about
+  // about as much is due as in the last frame
   if (shared_) {
     options_.helpers->Share(DistanceQueues::kStrips, 1, collect);
   } else {
@@ -249,24 +249,24 @@ void PointSchedule::ShareDue() noexcept {
     blocks_in_.Add(tally.moves);
     tally = {};
   }
-  // whoever stands in queue 0 was looked up in this frame
+  // every block in queue 0 was looked up in this frame
   blocks_in_.VisitAll(0, [this](std::size_t b) {
     contacts_[contact_count_++] = {static_cast<std::uint32_t>(b), lanes_[b]};
   });
 }
 
 void PointSchedule::Collect(const Pose& X_VS, double travel_voxels) noexcept {
-  // who waited and moves all the same has what is due looked up where it is now
+  // a schedule that waited and moves all the same looks up what is due where it stands
   if (waits_) {
     for (std::size_t k = 0; k < due_count_; ++k) blocks_in_.Put(due_[k], 0);
   }
   counts_ = {};
-  // as much as in the last frame: they come while the list is made
+  // as much as in the last frame: helpers come while the list is made
   if (shared_) options_.helpers->Summon();
   transform_ = VoxelTransform(X_VS, s_, displacement_);
   TestChunks(X_VS, travel_voxels);
   CollectDue(travel_voxels);
-  // where nothing has moved the frame before goes on: a frame that waits ages no look-up
+  // where nothing has moved the last frame goes on: a frame that waits ages no look-up
   if (travel_voxels > 0) drift_.Begin(transform_);
 }
 

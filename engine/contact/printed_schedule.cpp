@@ -10,7 +10,7 @@ namespace tandem {
 namespace {
 constexpr std::size_t kLanes = PointBlocks::kLanes;
 
-/// Eqn. 3, with MaxTravel and the allowance in one unit.
+/// Returns Eqn. 3's number, with MaxTravel and the allowance in one unit.
 std::size_t RoundRobin(std::size_t members, double most, double allowance) {
   const double share = std::min(1.0, most / allowance);
   return static_cast<std::size_t>(std::ceil(share * static_cast<double>(members)));
@@ -38,7 +38,7 @@ PrintedSchedule::PrintedSchedule(const PointBlocks& blocks, const Voxmap& voxmap
       axis->resize(points[f]);
     }
   }
-  // where all stand is not known yet: the first Test() finds out
+  // all places are still unknown: the first Test() finds them
   if (options.chunks) {
     for (std::size_t c = 0; c < open_.size(); ++c) chunks_in_.Put(c, 0);
     return;
@@ -86,7 +86,7 @@ void PrintedSchedule::TestChunk(std::size_t c, const Pose& X_VS) noexcept {
   const GridIndex at{static_cast<std::int32_t>(std::floor(p.x())),
                      static_cast<std::int32_t>(std::floor(p.y())),
                      static_cast<std::int32_t>(std::floor(p.z()))};
-  // from the nearest chunk beside those with voxels
+  // distance to the nearest chunk beside those with voxels
   const int queue = std::clamp(voxmap_->ChunkValue(at) - 3, 0, kFarthestChunk);
   ++counts_.chunks;
   chunks_in_.Put(c, queue);
@@ -146,7 +146,7 @@ void PrintedSchedule::LookUp(Field field) noexcept {
 void PrintedSchedule::Test(const Pose& X_VS, double travel) noexcept {
   counts_ = {};
   contact_count_ = 0;
-  // more was travelled than allowed only where nothing was near enough to be tested
+  // travel exceeds the limit only where nothing was near enough to be tested
   const double most = std::max(limit_, travel) / s_;
   transform_ = VoxelTransform(X_VS, s_, displacement_);
   TestChunks(X_VS, most);

@@ -9,18 +9,19 @@
 
 namespace tandem {
 
-/// The schedule as the paper prints it (§5, §5.1, §5.2), to stand beside ours: it can be late
-/// (docs/decisions/0014-schedule.md). The product does not use it.
+/// The schedule as the paper prints it (§5, §5.1, §5.2), for comparison with PointSchedule. It can
+/// be late (docs/decisions/0014-schedule.md). The product does not use it.
 ///
-/// A point stands in the queue of its voxels to contact, i. Queue 0 is tested in every frame; of
-/// the n_i points of another, Eqn. 3's m_i = MaxTravel n_i / (0.5 s i), rounded up, round robin.
-/// Chunks are tested likewise by their centres in the surface's chunk-level field, in units of a
-/// chunk. A point that falls due leaves its queue for a lower one by each whole voxel of its drift,
-/// and is looked up two queues from contact.
+/// A point stands in the queue of its voxels to contact, i. Queue 0 is tested in every frame. From
+/// a queue of n_i points, Eqn. 3's m_i = MaxTravel n_i / (0.5 s i), rounded up, are tested round
+/// robin. Chunks are tested likewise by their centres in the surface's chunk-level field, in units
+/// of a chunk. A point that falls due leaves its queue for a lower one by each whole voxel of its
+/// drift, and is looked up two queues from contact.
 ///
-/// Where the print leaves a choice, the careful one is taken: a chunk is far from two chunks off
-/// on; the points of a chunk that comes near are all tested at once; half a hyperchunk a frame is
-/// allowed only when all chunks are beyond their field; a new force layer or displacement has
+/// Where the paper leaves a choice, this class takes the careful one. A chunk is far from two
+/// chunks off on. The points of a chunk that comes near are all tested at once. Half a hyperchunk a
+/// frame is allowed only when all chunks are beyond their field. A new force layer or displacement
+/// has everything tested anew.
 /// everything tested anew.
 class PrintedSchedule final : public Schedule {
  public:
@@ -34,7 +35,7 @@ class PrintedSchedule final : public Schedule {
   void SetDisplacement(double metres) noexcept override;
 
  private:
-  static constexpr double kShare = 0.5;     // voxels, or chunks, of allowance for each of distance
+  static constexpr double kShare = 0.5;     // allowance for each voxel, or chunk, of distance
   static constexpr int kFarthestChunk = 8;  // queue of chunks that read beyond
 
   void TestAnew() noexcept;
@@ -54,7 +55,7 @@ class PrintedSchedule final : public Schedule {
   std::vector<std::uint32_t> due_;
   std::size_t due_count_ = 0;
 
-  /// Of a field, the points to look up in it.
+  /// The points to look up in one field.
   struct List {
     std::vector<std::uint32_t> addresses;
     std::vector<float> x, y, z;  // voxels of V
@@ -62,9 +63,9 @@ class PrintedSchedule final : public Schedule {
   };
   std::array<List, kFields> lists_;
   std::vector<std::uint8_t> marks_;
-  std::vector<std::uint16_t> lanes_;  // per block: in contact
+  std::vector<std::uint16_t> lanes_;  // per block: lanes in contact
 
-  /// Where a point was last looked up, in voxels of V, and what came of it.
+  /// The place of a point's last look-up, in voxels of V, and the queue that it led to.
   struct Lookup {
     std::array<float, 3> p_V{};
     std::uint8_t queue = 0;

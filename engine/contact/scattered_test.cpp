@@ -20,7 +20,7 @@ namespace {
 namespace hn = hwy::HWY_NAMESPACE;
 
 constexpr std::size_t kGroup = 16;
-// groups that lie between the stages: far enough that what was asked for has come
+// groups between the stages: far enough that prefetched data have arrived
 constexpr std::size_t kToSlice = 2;
 constexpr std::size_t kToPlane = 4;
 constexpr std::size_t kToQuarter = 6;
@@ -31,7 +31,7 @@ struct alignas(64) Group {
   std::array<std::uint32_t, kGroup> hyperchunk;
   std::array<std::uint32_t, kGroup> chunk;  // in its hyperchunk
   std::array<std::uint32_t, kGroup> part;   // the voxel's quarter of its chunk
-  std::array<std::uint32_t, kGroup> bit;    // of its mark in that quarter
+  std::array<std::uint32_t, kGroup> bit;    // bit of its mark in that quarter
   std::array<const VoxmapRecord*, kGroup> record;
   std::array<const std::uint32_t*, kGroup> quarter;
   std::array<const std::uint8_t*, kGroup> byte;
@@ -59,8 +59,8 @@ struct MapView {
   std::size_t field;
 };
 
-/// Where in the three levels each place of a group is. Those outside the map are taken to its
-/// first hyperchunk, which is of its empty border.
+/// Finds where in the three levels each place of a group is. Places outside the map are taken to
+/// its first hyperchunk, which belongs to its empty border.
 void Locate(const VoxelPlaces& places, const MapView& view, std::size_t first, Group& group) {
   const hn::CappedTag<float, kGroup> df;
   const hn::RebindToSigned<decltype(df)> di;
@@ -170,7 +170,7 @@ void TestScattered(const VoxelPlaces& places, const Voxmap& voxmap, Field field,
   TestWholeGroups(places, view, marks);
   const std::size_t done = places.x.size() / kGroup * kGroup;
   if (done == places.x.size()) return;
-  // the rest, made up to a group
+  // the rest, filled up to a group
   std::array<std::array<float, kGroup>, 3> rest{};
   std::array<std::uint8_t, kGroup> read{};
   const std::size_t left = places.x.size() - done;

@@ -14,10 +14,10 @@ struct VoxelPlaces {
   std::span<const float> z;
 };
 
-/// The marks at places that have nothing to do with one another, in one field; beyond outside the
-/// map. Runs through the map's levels in stages and asks for what the next stage will read, so that
-/// the waits for memory overlap (paper §5.3, pre-fetching). `marks` takes one byte a place. The
-/// same bits on every processor.
+/// Reads the marks at unrelated places, in one field; beyond outside the map. It runs through the
+/// map's levels in stages and prefetches what the next stage will read, so that the waits for
+/// memory overlap (paper §5.3, pre-fetching). `marks` takes one byte a place. The bits are the same
+/// on every processor.
 void TestScattered(const VoxelPlaces& places, const Voxmap& voxmap, Field field,
                    std::uint8_t* marks) noexcept;
 

@@ -17,7 +17,7 @@ Schedule::Schedule(const PointBlocks& blocks, const Voxmap& voxmap, int force_la
       layer_(force_layer),
       contacts_(blocks.size()) {
   CheckForceLayer(force_layer);
-  double reach = 0;  // m, of the shell from its frame's origin
+  double reach = 0;  // greatest distance of the shell's points from its frame's origin, m
   for (std::size_t b = 0; b < blocks.size(); ++b) {
     const PointBlocks::Ball& ball = blocks.balls()[b];
     TANDEM_CHECK(2 * ball.radius < kWidestBlock * s_);

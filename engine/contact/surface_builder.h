@@ -13,26 +13,26 @@
 
 namespace tandem {
 
-/// What a surface depends on beside its mesh, and bounds on how it is built.
+/// The parameters of a surface besides its mesh, and bounds on its building.
 struct SurfaceOptions {
   double voxel_size = 0.001;  // m
-  /// Of feature polygons, voxels either side of their plane.
+  /// Flatness of feature polygons: voxels either side of their plane.
   double flatness_voxels = FlatnessVoxels(ContactModel::kRefined);
-  double spacing_voxels = 1;  // the longest part of an edge
-  /// Of the distance field, as of FieldOptions.
+  double spacing_voxels = 1;  // longest part of an edge
+  /// Band and range of the distance field, as in FieldOptions.
   double band_voxels = FieldOptions{}.band;
   double range_voxels = FieldOptions{}.range;
   std::size_t max_memory_bytes = MostMemory();
-  /// Asked to stop, the builder soon ends with an error.
+  /// When it is asked to stop, the builder soon ends with an error.
   std::stop_token stop = {};
 };
 
 /// Builds the surface of a mesh where it stands in W, in a body's frame that stands at X_WB. The
-/// same bytes for any number of threads. Refused in one line, as BuildField() refuses.
+/// bytes are the same for any number of threads. Errors are as of BuildField(), in one line.
 Result<BodySurface> BuildSurface(const TriangleMesh& mesh_W, const Pose& X_WB,
                                  const SurfaceOptions& options);
 
-/// Lets a field and features of a mesh stand in a body's frame.
+/// Places a field and features of a mesh in a body's frame.
 BodySurface SurfaceInBody(DistanceField field, BodyFeatures features, const TriangleMesh& mesh_W,
                           const Pose& X_WB);
 

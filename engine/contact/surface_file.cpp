@@ -13,7 +13,7 @@ namespace tandem {
 
 namespace {
 
-/// A field and features of a whole file.
+/// The field and the features of a file.
 struct SurfaceBlocks {
   DistanceField field;
   BodyFeatures features;

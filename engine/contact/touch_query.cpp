@@ -10,7 +10,7 @@ namespace tandem {
 
 namespace {
 
-/// Blocks whose middles are looked up together.
+/// The number of blocks whose middles are looked up together.
 constexpr std::size_t kTogether = 64;
 
 Vec3 MiddleOf(const BodyFeatures::Block& block) {
@@ -18,7 +18,7 @@ Vec3 MiddleOf(const BodyFeatures::Block& block) {
           static_cast<double>(block.middle.z)};
 }
 
-/// Places of V, counted from its origin, and what a field says of them.
+/// Places of V, relative to its origin, and a field's results at them.
 template <std::size_t kMost>
 struct Places {
   std::array<float, kMost> x{}, y{}, z{};
@@ -65,7 +65,7 @@ std::optional<Vec3> TouchQuery::Find(const Pose& X_WA, const Pose& X_WB) noexcep
   }
   witness_.reset();
   for (Side& side : sides_) FindChunks(side);
-  // whichever may be deeper first
+  // the side that may be deeper first
   const auto depth_of = [this](std::size_t i) {
     return sides_[i].chunks.empty() ? 0.0F : sides_[i].chunks.front().first;
   };

@@ -10,20 +10,20 @@
 
 namespace tandem {
 
-/// Whether two bodies touch: yes or no, with a place. Where the last answer was yes, its place is
-/// asked first, so that bodies that go on touching are answered by one look. Not for several
+/// Tells whether two bodies touch: yes or no, with a place. After an answer of yes, the next query
+/// first looks at its place, so that bodies that go on touching cost one look. Not for several
 /// threads at once.
 class TouchQuery {
  public:
-  /// Both surfaces must be of the same voxel size, and outlive the query.
+  /// Both surfaces must have the same voxel size, and outlive the query.
   TouchQuery(const BodySurface& one, const BodySurface& other);
 
-  /// Voxels: surfaces that are as near as this touch. It is what a field may err by.
+  /// Distance up to which surfaces touch, voxels: the error bound of a field.
   static constexpr double kTouching = 0.02;
-  /// Gives a place (p_W) of one body's features that touches the other or lies in it; nothing: they
-  /// do not touch. Does not allocate.
+  /// Returns a place (p_W) of one body's features that touches the other or lies in it; nothing if
+  /// they do not touch. Does not allocate.
   std::optional<Vec3> Find(const Pose& X_WA, const Pose& X_WB) noexcept;
-  /// The next answer begins anew.
+  /// Forgets the place of the last answer.
   void Forget() noexcept { witness_.reset(); }
 
  private:
@@ -33,7 +33,7 @@ class TouchQuery {
     const DistanceField* field;
     Mat3 R_VF = Mat3::Identity();  // of the field's frame V, voxels
     Vec3 p_VF = Vec3::Zero();
-    /// Chunks that may touch, by how deep they may be at the most.
+    /// Chunks that may touch, with a bound of how deep they may be.
     std::vector<std::pair<float, std::uint32_t>> chunks;
   };
   struct Witness {
@@ -44,7 +44,8 @@ class TouchQuery {
   void FindChunks(Side& side) const noexcept;
   std::optional<Vec3> FindIn(const Side& side) const noexcept;
   std::optional<Vec3> FindInBlock(const Side& side, std::uint32_t block) const noexcept;
-  /// The same of a piece of a straight edge, by halves until these are shorter than what touches.
+  /// Does the same for a piece of a straight edge, by halves until these are shorter than
+  /// kTouching.
   std::optional<Vec3> FindOnEdge(const Side& side, const Vec3& middle_F,
                                  const Vec3& half_F) const noexcept;
 

@@ -42,10 +42,10 @@ bool IsOwnFolder(const fs::path& folder) {
          (status.st_mode & (S_IWGRP | S_IWOTH)) == 0;
 }
 
-/// Notes the use of a file that could be mapped, and passes on what was.
+/// Notes the use of a file that could be mapped, and passes on `mapped`.
 template <typename Content>
 Result<Content> Noted(Result<Content> mapped, const fs::path& file) {
-  std::error_code read_only;  // then it is not noted
+  std::error_code read_only;  // the error of a read-only file, whose use is not noted
   if (mapped) fs::last_write_time(file, fs::file_time_type::clock::now(), read_only);
   return mapped;
 }
@@ -147,7 +147,7 @@ Result<std::shared_ptr<const PageSource>> VoxelCache::PagesOf(
   });
   if (fault) return *fault;
   if (MayRead(file)) return OpenKeptVoxmap(file, key);
-  // it could not be kept
+  // the file could not be kept
   return ComputePages(mesh_W, options);
 }
 
@@ -157,7 +157,7 @@ void VoxelCache::Keep(const fs::path& file,
   if (!folder_.parent_path().empty()) fs::create_directories(folder_.parent_path(), failed);
   mkdir(folder_.c_str(), 0700);
   if (!IsOwnFolder(folder_)) return;
-  // a file of the user's is replaced; a link, or what others may write to, goes first
+  // a file of the user's is replaced; a link, or a file that others may write to, goes first
   if (!IsOwn(file)) fs::remove(file, failed);
   if (save()) return;
   fs::permissions(file, fs::perms::owner_read | fs::perms::owner_write, failed);
@@ -176,7 +176,7 @@ std::vector<CachedFile> VoxelCache::Files() const {
   std::error_code failed;
   for (fs::directory_iterator at(folder_, failed), end; !failed && at != end;
        at.increment(failed)) {
-    // others may remove files meanwhile
+    // other programs may remove files meanwhile
     std::error_code gone;
     const fs::path ending = at->path().extension();
     if (ending != kSurfaceEnding && ending != kVoxmapEnding && ending != kMeshEnding &&
@@ -195,7 +195,7 @@ std::vector<CachedFile> VoxelCache::Files() const {
 }
 
 void VoxelCache::RemoveOldest() const {
-  // the newest stays, however large it is: it is about to be used
+  // the newest stays, whatever its size: it is about to be used
   const std::vector<CachedFile> files = Files();
   std::uint64_t bytes = 0;
   for (std::size_t i = 0; i < files.size(); ++i) {
@@ -211,7 +211,7 @@ std::size_t VoxelCache::Clear() const {
     std::error_code gone;
     count += fs::remove(file.file, gone) ? 1 : 0;
   }
-  // what programs left that were killed while they wrote
+  // files that programs left when they were killed while they wrote
   std::error_code failed;
   std::vector<fs::path> places;
   for (fs::directory_iterator at(folder_, failed), end; !failed && at != end;
