@@ -6,23 +6,24 @@
 
 namespace tandem {
 
-/// nCapacity from frame to frame (paper §5 takes it as known): what was measured before the loop,
-/// corrected by what the last frames took. Tests and looks cost less where they stand together, as
-/// they do in close fit, and more where a frame meets what no other has; what was measured lay here
-/// and there. The capacity it gives is an input of the frame, so runs can still be repeated.
+/// Estimates nCapacity from frame to frame (paper §5 takes it as known): the figure measured ahead
+/// of the loop, corrected by the times of the last frames. Tests and looks cost less where they
+/// stand together, as in a close fit, and more where a frame meets what no other has. The measured
+/// figure comes from scattered ones. The capacity is an input of the frame, so runs can be
+/// repeated.
 ///
-/// Frames with little to do tell what a frame costs besides tests and looks; those with much tell
-/// what these cost in place of what was measured. Used by one thread; reads no clock.
+/// Frames with little to do show what a frame costs besides tests and looks. Frames with much to do
+/// show what tests and looks really cost. Used by one thread; reads no clock.
 class CapacityFollower {
  public:
-  /// `tests` point tests were measured to fit into `budget_s` of a frame, a look at `look_price` of
-  /// them.
+  /// `tests`: point tests measured to fit into `budget_s` of a frame. `look_price`: cost of a look
+  /// in such tests.
   CapacityFollower(double tests, double look_price, double budget_s) noexcept
       : tests_(tests), look_price_(look_price), budget_s_(budget_s) {}
 
-  /// For the next frame.
+  /// Returns the capacity for the next frame, in point tests.
   double tests() const noexcept { return tests_ * (1.0 - beside_s_ / budget_s_) / PriceShare(); }
-  /// After a frame: what it did, and the processor time that it took.
+  /// Takes account of a frame: what it did, and the processor time that it took.
   void Count(const StepReport& report, double took_s) noexcept {
     const double tested = report.tests.tests();
     const double priced_s = budget_s_ * (tested + look_price_ * report.look_work) / tests_;
@@ -31,22 +32,24 @@ class CapacityFollower {
       beside_s_ += kNew * (beside - beside_s_);
       return;
     }
-    // what the machine does beside, once in a while, is no work
+    // outliers are other activity of the machine, not work
     const double took = std::clamp(took_s - beside_s_, kLeast * priced_s, kMost * priced_s);
     took_s_ += kNew * (took - took_s_);
     priced_s_ += kNew * (priced_s - priced_s_);
   }
 
  private:
-  static constexpr double kNew = 1.0 / 64;  // the share of a frame in what is known of the last
-  static constexpr double kLittle = 0.1;    // of the budget
-  static constexpr double kFew = 0.05;      // that the price was right, to begin with
-  static constexpr double kBeside = 0.5;    // and at most, besides tests and looks
-  /// Times what was measured that tests and looks may turn out to cost.
+  static constexpr double kNew = 1.0 / 64;  // share of the latest frame in the means
+  static constexpr double kLittle = 0.1;    // share of the budget
+  /// Share of the budget, as weight of the measured price at the start.
+  static constexpr double kFew = 0.05;
+  static constexpr double kBeside = 0.5;  // greatest share of the budget besides tests and looks
+  /// Bounds of the real cost of tests and looks, as a multiple of the measured cost.
   static constexpr double kLeast = 0.25;
   static constexpr double kMost = 2.0;
 
-  /// 1 until frames with much to do have been seen.
+  /// Returns the real cost of tests and looks as a multiple of the measured cost: 1 until frames
+  /// with much to do have come.
   double PriceShare() const noexcept {
     const double few = kFew * budget_s_;
     return (took_s_ + few) / (priced_s_ + few);
@@ -55,9 +58,9 @@ class CapacityFollower {
   double tests_;
   double look_price_;
   double budget_s_;
-  double beside_s_ = 0;  // means over the last frames
+  double beside_s_ = 0;  // mean over the last frames, as the next two
   double took_s_ = 0;
-  double priced_s_ = 0;  // by what was measured before the loop
+  double priced_s_ = 0;  // by the measured price
 };
 
 }  // namespace tandem

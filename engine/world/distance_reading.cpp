@@ -7,12 +7,12 @@ namespace tandem {
 
 namespace {
 
-/// Chess-board distance of a voxel from the surface, voxels; 0 on it and inside.
+/// Returns the chess-board distance of a voxel from the surface, voxels; 0 on it and inside.
 float DistanceOf(int mark) {
   return static_cast<float>(std::max(0, mark - kSurfaceMark));
 }
 
-/// The voxel, and how far along each axis between its centre and the next one's.
+/// A voxel, and the share of the way along each axis from its centre to the next voxel's centre.
 struct Between {
   GridIndex voxel;
   std::array<float, 3> share;
@@ -31,7 +31,7 @@ float Mix(float a, float b, float share) {
   return a + share * (b - a);
 }
 
-/// Distances at the eight corners round `at`, whose chunk lies within the box.
+/// Returns the distances at the eight corners round `voxel`, whose chunk lies within the box.
 std::array<float, 8> CornersOf(const Voxmap& map, const GridIndex& voxel) {
   std::array<float, 8> d;
   const bool in_one_chunk = (voxel.x & 7) != 7 && (voxel.y & 7) != 7 && (voxel.z & 7) != 7;
@@ -71,16 +71,16 @@ bool IsInterior(const Voxmap& map, const Vec3& p_B) {
   return map.Value(Field::kSurface, {down(p.x()), down(p.y()), down(p.z())}) == kInteriorMark;
 }
 
-/// Within which some surface voxel is near enough to be told of, m.
+/// Returns the distance within which some surface voxel lies if the field is in range, m.
 double ReachOf(const Voxmap& map) {
   return std::sqrt(3.0) * (map.range() + 1) * map.voxel_size();
 }
 
-constexpr double kTooNear = 1.5;      // voxels: nearer, the centres of voxels lie all ways
-constexpr double kSpreadReach = 2.0;  // voxels beyond the nearest, whose weight is 1/e a voxel
+constexpr double kTooNear = 1.5;      // voxels; nearer, the centres of voxels lie in all directions
+constexpr double kSpreadReach = 2.0;  // voxels beyond the nearest, with a weight of 1/e a voxel
 
-/// By which side of the surface the voxels round p are on: where nearest voxels are too near to
-/// tell. Zero on a thin sheet, which has no inside.
+/// Returns the outward direction by the side of the surface that the voxels round p are on, where
+/// the nearest voxels are too near to tell. Zero on a thin sheet, which has no inside.
 Vec3 OutwardBySides(const Voxmap& map, const Vec3& p_in_voxels) {
   constexpr std::int32_t kReach = 3;
   const Eigen::Vector3f p = p_in_voxels.cast<float>();
@@ -108,7 +108,7 @@ void LowerDistances(std::span<const std::array<float, 3>> points_A, const Pose& 
   const double per_m = 1.0 / map_B.voxel_size();
   const Eigen::Matrix3f R = (per_m * X_BA.q.toRotationMatrix()).cast<float>();
   const Vec3 origin(map_B.origin().x, map_B.origin().y, map_B.origin().z);
-  // counted from the centre of V's first voxel
+  // relative to the centre of V's first voxel
   const Eigen::Vector3f t = (per_m * X_BA.p - origin - Vec3::Constant(0.5)).cast<float>();
   const auto voxel_size = static_cast<float>(map_B.voxel_size());
   const auto beyond = DistanceOf(map_B.beyond());
@@ -152,8 +152,8 @@ Vec3 VoxelGradient(const ProximityShape& shape, const Vec3& p_B) noexcept {
     const Vec3 outward = OutwardBySides(map, InVoxels(map, p_B));
     if (!outward.isZero()) return outward.normalized();
   }
-  // of all voxels that are nearly the nearest: one alone would point to its own centre, half a
-  // voxel aside
+  // the mean of all voxels that are nearly the nearest: a single voxel would point to its own
+  // centre, half a voxel aside
   Vec3 sum = Vec3::Zero();
   shape.surface.VisitWithin(p_B, distance + kSpreadReach * s, [&](const Vec3& centre) {
     const Vec3 away = p_B - centre;

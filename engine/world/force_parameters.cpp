@@ -42,7 +42,7 @@ void Adopt(const ForceParameters& parameters, Scene& scene) {
 
 std::uint64_t HashOf(const ForceParameters& parameters) {
   Hash64 hash;
-  // adding 0 makes a negative zero, which means the same, the same
+  // adding 0 turns a negative zero, which means the same, into 0
   hash.Add(parameters.voxel_size + 0.0);
   hash.Add(static_cast<std::uint8_t>(parameters.contact));
   hash.Add(parameters.force_layer);

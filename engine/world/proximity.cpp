@@ -11,8 +11,9 @@ namespace tandem {
 
 namespace {
 
-const double kHalfDiagonal = 0.5 * std::sqrt(3.0);  // of a voxel
-// the float arithmetic within a chunk, as a share of the distance; and a ten-thousandth of a voxel
+const double kHalfDiagonal = 0.5 * std::sqrt(3.0);  // half a voxel's diagonal, voxels
+// error of the float arithmetic within a chunk, as a share of the distance, and a ten-thousandth of
+// a voxel
 constexpr double kRounding = 1e-6;
 
 GridIndex VoxelAt(const Vec3& p_in_voxels) {
@@ -21,7 +22,7 @@ GridIndex VoxelAt(const Vec3& p_in_voxels) {
           static_cast<std::int32_t>(std::floor(p_in_voxels.z()))};
 }
 
-/// The place on a mesh that is nearest to another.
+/// Returns the place on a mesh that is nearest to another.
 Vec3 ClosestTo(const MeshTree& mesh, const Vec3& place) noexcept {
   double least = std::numeric_limits<double>::infinity();
   Vec3 closest = place;
@@ -83,7 +84,7 @@ void ProximityPair::Load(std::uint32_t chunk, const TurnedFrame& X_BA) noexcept 
 }
 
 float ProximityPair::LeastSquared(const Eigen::Vector3f& offset) const noexcept {
-  // eight at once, so that the compiler makes vectors of them
+  // eight at once, so that the compiler vectorizes it
   alignas(32) std::array<float, 8> least;
   least.fill(std::numeric_limits<float>::infinity());
   const float ox = offset.x();
@@ -159,8 +160,8 @@ bool ProximityPair::AnyInside(const TurnedFrame& X_BA, const Visit& visit) noexc
 }
 
 bool ProximityPair::Enters(const Pose& X_BA, double apart) noexcept {
-  // a voxel's centre is within half a diagonal of a place of A's surface: between the two no
-  // surface of B can be that is farther from A's
+  // a voxel's centre is within half a diagonal of a place of A's surface: no surface of B that is
+  // farther from A's can be between the two
   const double shallow = kHalfDiagonal * a_->surface.voxel_size();
   const Pose X_AB = X_BA.Inverse();
   return AnyInside(TurnedFrame(X_BA), [&](const Vec3& centre_B) {
@@ -191,7 +192,7 @@ Nearness ProximityPair::Nearest(const Pose& X_BA, const NearestOptions& options)
     if (exact.distance <= near.most) {
       near.refined = true;
       near.most = exact.distance;
-      // a search cut short has not ruled out less: never a worse bound than by voxels alone
+      // a search cut short has not excluded less: its bound is never worse than by voxels alone
       near.distance = std::min(exact.distance, near.least + slack);
       near.p_BA = exact.p_BA;
       near.p_BB = exact.p_BB;

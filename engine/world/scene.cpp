@@ -15,10 +15,10 @@ namespace {
 constexpr std::size_t kMostBodies = 1024;
 constexpr std::size_t kMostPairs = 256;
 constexpr std::size_t kMostHands = 64;
-constexpr double kMostShift = 16;      // voxels, either way
+constexpr double kMostShift = 16;      // voxels, in either direction
 constexpr double kMostGravity = 1000;  // m/s^2
 
-/// What moves and has no colour of its own gets these in turn: what is fixed is grey.
+/// Moving bodies without a colour of their own get these in turn; fixed bodies are grey.
 constexpr std::array<std::array<float, 3>, 6> kMoversColours{{{0.88F, 0.63F, 0.19F},
                                                               {0.31F, 0.53F, 0.78F},
                                                               {0.35F, 0.64F, 0.41F},
@@ -74,14 +74,15 @@ ContactModel ReadContact(const JsonNode& node) {
   return text == "plain" ? ContactModel::kPlain : ContactModel::kRefined;
 }
 
-/// Points farther apart than voxels would let something slip through between them.
+/// Reads a spacing of points. Points farther apart than voxels would let something slip through
+/// between them.
 double ReadPointSpacing(const JsonNode& node) {
   const double spacing = node.NumberAbove(0);
   if (spacing > 1) node.Expected("a number above 0 and at most 1: a part of a voxel");
   return spacing;
 }
 
-/// `spacing`: of the scene, for bodies that have none of their own.
+/// Reads a body. `spacing`: the scene's, for bodies that have none of their own.
 SceneBody ReadBody(const JsonNode& node, const std::filesystem::path& folder, double spacing) {
   node.AllowKeys({"name", "mesh", "part", "scale", "pose", "fixed", "mass_kg", "density_kg_m3",
                   "sharing", "inward_shift_voxels", "point_spacing_voxels", "colour", "free",
@@ -132,7 +133,7 @@ SceneBody ReadBody(const JsonNode& node, const std::filesystem::path& folder, do
   return body;
 }
 
-/// The name of a body that moves, and by itself.
+/// Reads the name of a body that moves by itself.
 std::string ReadMover(const JsonNode& node, const Scene& scene) {
   constexpr std::string_view kExpected = "the name of a body that moves";
   std::string name = node.Text(kExpected);

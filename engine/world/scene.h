@@ -16,34 +16,34 @@
 
 namespace tandem {
 
-/// One part as the scene file tells of it. Its place in Scene::bodies is its number on the network.
+/// One part in the scene file. Its place in Scene::bodies is its number on the network.
 struct SceneBody {
   std::string name;
-  std::filesystem::path mesh;   // found: absolute, or relative to the working directory
-  std::string part;             // of the mesh file, by its name there; empty: all of it
+  std::filesystem::path mesh;   // resolved path: absolute, or relative to the working directory
+  std::string part;             // part of the mesh file, by its name there; empty: the whole file
   std::optional<double> scale;  // metres per file unit; nothing: as the file declares, else 1
-  Pose X_WM;                    // where the file's frame stands at first
+  Pose X_WM;                    // pose of the file's frame at the start
   bool fixed = false;           // never moves
   bool shared = false;          // several users may hold it at once (type-2); else one (type-1)
-  double mass = 0;              // kg; 0 for fixed bodies, and where the density tells it
+  double mass = 0;              // kg; 0 for fixed bodies, and where the density determines it
   double density = 0;           // kg/m^3, when mass is 0
   double inward_shift_voxels =
-      0;  // of the pointshell, along its normals (paper §7: the ball seats)
-  double point_spacing_voxels = 1;  // from point to point, in voxels; at most 1 (paper §3.2)
+      0;  // shift of the pointshell along its normals (paper §7: the ball seats)
+  double point_spacing_voxels = 1;  // spacing of points, voxels; at most 1 (paper §3.2)
   bool free = false;                // moves by forces when no hand holds it
-  SceneConstraint constraint;       // what is left of its motion (paper fn. 1)
-  std::string merge_with;           // name of the body that this one is a part of; else empty
+  SceneConstraint constraint;       // joint that restricts its motion (paper fn. 1)
+  std::string merge_with;           // name of the body that this body is a part of; else empty
   std::array<float, 3> colour{0.7F, 0.7F, 0.7F};  // red, green, blue, 0 to 1
 };
 
-/// A script for a hand, and the body it takes hold of; what the demo gives to its peers, in this
-/// order.
+/// A script for a hand, and the body that it takes hold of. The demo gives them to its peers in
+/// this order.
 struct SceneHand {
   std::string body;            // name of a moving body
   std::filesystem::path file;  // as for meshes
 };
 
-/// Which body of two is the pointshell, where it shall not be the one of fewer points (paper §2.1).
+/// A pair whose pointshell the scene chooses instead of the body of fewer points (paper §2.1).
 struct ScenePair {
   std::string pointshell;  // names of moving bodies
   std::string voxmap;
@@ -54,27 +54,27 @@ struct Scene {
   std::string name;
   std::filesystem::path file;
   double voxel_size = 0.001;         // m
-  int range_voxels = kDefaultRange;  // of the marks' fields
-  /// Of refined contact, voxels: how far from surfaces distances are exact, and how far off force
-  /// may begin.
+  int range_voxels = kDefaultRange;  // range of the marks' fields
+  /// For refined contact, voxels: the distance from surfaces up to which distances are exact, and
+  /// the distance at which force can begin.
   double fine_band_voxels = kDefaultFineBand;
   double clearance_range_voxels = kDefaultClearanceRange;
   ContactModel contact = ContactModel::kRefined;
   int force_layer = DefaultForceLayer(ContactModel::kRefined);  // free layers (paper §3.2)
-  double friction = 0;                                          // Coulomb's mu, of all contacts
+  double friction = 0;                                          // Coulomb's mu of all contacts
   Vec3 gravity_W = Vec3::Zero();                                // m/s^2
   std::vector<SceneBody> bodies;
   std::vector<ScenePair> pairs;
   std::vector<SceneHand> hands;
 
-  /// How far a hand's clearance may go.
+  /// Returns the bounds of a hand's clearance.
   ClearanceBounds clearance_bounds() const;
-  /// Index of the body of that name, or -1.
+  /// Returns the index of the body of that name, or -1.
   int BodyNamed(const std::string& body_name) const;
-  /// Index of the body that this one moves with: itself, or the one it is merged with.
+  /// Returns the index of the body that this one moves with: itself, or the body it is merged with.
   std::size_t WholeOf(std::size_t body) const;
-  /// Whether the pointshell of two moving bodies is `a`: as `pairs` has it, else the one of fewer
-  /// points, for speed (paper §2.1), and of equals `a`.
+  /// Returns whether the pointshell of two moving bodies is `a`: as `pairs` says, else the body of
+  /// fewer points, for speed (paper §2.1), and `a` if they are equal.
   bool IsPointshell(std::size_t a, double a_points, std::size_t b, double b_points) const;
 };
 

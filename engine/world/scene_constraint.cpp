@@ -16,7 +16,7 @@ using Turn = Constraint::Turn;
 
 Vec3 ReadDirection(const JsonNode& node) {
   const Vec3 direction = node.Vector();
-  // beyond, the square of the length is no number, or none above 0
+  // beyond these lengths, the squared length is infinite or 0
   const double length = direction.stableNorm();
   if (length >= 1e-9 && length <= 1e9) return direction;
   node.Expected("a direction [x, y, z] of a length from 1e-9 to 1e9");
@@ -109,7 +109,7 @@ void AddTo(Hash64& hash, const SceneConstraint& constraint) {
   hash.Add(static_cast<std::uint64_t>(constraint.kind));
   hash.Add(static_cast<std::uint64_t>(constraint.turn));
   for (const Vec3& v : {constraint.p_W, constraint.axis_W}) {
-    // adding 0 makes a negative zero, which means the same, the same
+    // adding 0 turns a negative zero, which means the same, into 0
     for (const double x : {v.x(), v.y(), v.z()}) hash.Add(x + 0.0);
   }
 }

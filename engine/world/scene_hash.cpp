@@ -14,14 +14,15 @@ namespace tandem {
 
 namespace {
 
-constexpr std::uintmax_t kLargestMesh = 4ULL << 30U;  // bytes, with buffers: reading one has 2 GB
-constexpr double kUnitOfFile = -1;                    // no scale that a body may have
+/// Bytes, with buffers: the process that reads a mesh has 2 GB of memory.
+constexpr std::uintmax_t kLargestMesh = 4ULL << 30U;
+constexpr double kUnitOfFile = -1;  // a scale that no body can have
 
-/// Takes the bytes that are read from `budget`.
+/// Hashes a file and subtracts the bytes read from `budget`.
 Result<std::uint64_t> HashFile(const std::filesystem::path& file, std::uintmax_t& budget) {
   const Result<RegularFile> opened = RegularFile::Open(file);
   if (!opened) return opened.error();
-  // what has no size is empty, or something that the system writes without end
+  // a file without a size is empty, or the system generates it without end
   const std::uintmax_t told = opened->size();
   if (told > budget) return Error{file.string() + ": is larger than any mesh that is read"};
   Hash64 hash;
@@ -45,7 +46,7 @@ Result<std::uint64_t> HashMesh(const std::filesystem::path& file) {
   if (!own) return own;
   const Result<std::vector<std::filesystem::path>> buffers = GltfBuffers(file);
   if (!buffers) return buffers.error();
-  // a mesh of one file keeps the hash that recordings and earlier versions know it by
+  // a mesh of one file keeps the hash by which recordings and earlier versions know it
   if (buffers->empty()) return own;
   Hash64 hash;
   hash.Add(*own);
@@ -57,7 +58,7 @@ Result<std::uint64_t> HashMesh(const std::filesystem::path& file) {
   return hash.value();
 }
 
-// adding 0 makes a negative zero, which means the same, the same
+// adding 0 turns a negative zero, which means the same, into 0
 void Add(Hash64& hash, double value) {
   hash.Add(value + 0.0);
 }
@@ -69,7 +70,7 @@ std::uint64_t HashValues(const Scene& scene, std::size_t i) {
   Add(hash, body.free ? 1 : 0);
   AddTo(hash, body.constraint);
   Add(hash, body.scale.value_or(1));
-  // the unit itself is in the file's bytes; whether it counts is not
+  // the file's bytes contain the unit, but not whether it counts
   if (!body.scale && KindDeclaresUnit(body.mesh)) Add(hash, kUnitOfFile);
   if (!body.part.empty()) hash.AddBytes(body.part.data(), body.part.size());
   const Vec3& p = body.X_WM.p;
@@ -80,7 +81,7 @@ std::uint64_t HashValues(const Scene& scene, std::size_t i) {
   Add(hash, body.mass);
   Add(hash, body.density);
   Add(hash, body.inward_shift_voxels);
-  // scenes of a point a voxel keep the hash that recordings and earlier versions know them by
+  // scenes of one point a voxel keep the hash by which recordings and earlier versions know them
   const bool has_own_points = !body.fixed && scene.WholeOf(i) == i;
   if (has_own_points && body.point_spacing_voxels != 1) Add(hash, body.point_spacing_voxels);
   return hash.value();

@@ -8,22 +8,23 @@
 
 namespace tandem {
 
-/// What peers compare before they touch one another. Independent of names, colours, hands and where
-/// the files lie.
+/// The hashes that peers compare before they touch one another. They do not depend on names,
+/// colours, hands or the places of files.
 struct SceneHash {
   struct Body {
     std::uint64_t values = 0;  // scale, placement, mass, sharing, constraint, …
-    std::uint64_t mesh = 0;    // the bytes of its mesh file, and of a glTF file's buffers
+    std::uint64_t mesh = 0;    // bytes of its mesh file, and of a glTF file's buffers
 
     friend bool operator==(const Body&, const Body&) = default;
   };
 
-  std::uint64_t content = 0;     // of all bodies, of pairs and gravity; not of force parameters
-  std::uint64_t parameters = 0;  // of voxel size and force parameters
+  std::uint64_t content = 0;  // hash of all bodies, of pairs and gravity; not of force parameters
+  std::uint64_t parameters = 0;  // hash of voxel size and force parameters
   std::vector<Body> bodies;      // in the scene's order
 };
 
-/// Reads the bytes of regular files, up to 4 GB for a mesh. The error names the file.
+/// Hashes a scene. Reads the bytes of regular files, up to 4 GB for a mesh. The error names the
+/// file.
 Result<SceneHash> HashScene(const Scene& scene);
 
 }  // namespace tandem

@@ -13,7 +13,7 @@ double SizeOf(const ProximityPart& part) {
   return tree.nodes.empty() ? 0 : tree.nodes[0].box.size().squaredNorm();
 }
 
-/// What is to become one part.
+/// The plan of one part.
 struct PartPlan {
   std::string name;
   std::vector<std::size_t> bodies;
@@ -81,7 +81,7 @@ SceneProximity::SceneProximity(std::shared_ptr<const std::vector<ProximityPart>>
     for (std::size_t j = i + 1; j < parts_->size(); ++j) {
       const ProximityPart& first = (*parts_)[i];
       const ProximityPart& second = (*parts_)[j];
-      // overlap is seen where a enters b: the smaller one may lie within the larger
+      // overlap is detected where a enters b: the smaller part may lie within the larger
       const bool to_first = first.fixed || SizeOf(first) > SizeOf(second);
       const ProximityShape& a = to_first ? second.shape : first.shape;
       const ProximityShape& b = to_first ? first.shape : second.shape;

@@ -9,27 +9,27 @@
 #include "engine/base/result.h"
 #include "engine/world/proximity.h"
 
-/// A whole scene as its parts come near to one another (paper §3.1).
+/// Proximity of the parts of a whole scene (paper §3.1).
 namespace tandem {
 
-/// A body of a scene, where it stands at first.
+/// A body of a scene in its first pose.
 struct ProximityBody {
   std::string name;
   bool fixed = false;
   TriangleMesh mesh_W;
-  std::optional<std::size_t> part_of = std::nullopt;  // the body that it moves with
+  std::optional<std::size_t> part_of = std::nullopt;  // body that it moves with
 };
 
-/// What is near as one: all that is fixed together, as the simulation has it, or one moving body
-/// with those that are part of it.
+/// A part for proximity: all fixed bodies together, as in the simulation, or one moving body with
+/// its parts.
 struct ProximityPart {
   std::string name;                 // "fixture" where several bodies are fixed
-  std::vector<std::size_t> bodies;  // in the scene; first the one whose displacement counts
+  std::vector<std::size_t> bodies;  // numbers in the scene; the displacement of the first counts
   bool fixed = false;
   ProximityShape shape;
 };
 
-/// Told before each part is voxelized; answers whether to go on.
+/// Called before each part is voxelized; returns whether to go on.
 using ProximityProgress =
     std::function<bool(std::size_t done, std::size_t total, const std::string& part)>;
 
@@ -39,55 +39,55 @@ Result<std::vector<ProximityPart>> MakeProximityParts(const std::vector<Proximit
                                                       double voxel_size, int range_voxels,
                                                       const ProximityProgress& progress);
 
-/// How near a part is to another, in W. The exact distance lies in [least, most].
+/// The nearness of a part to another, in W. The exact distance lies in [least, most].
 struct SceneNearness {
   static constexpr std::size_t kNone = ~std::size_t{0};
-  std::size_t part = kNone;   // a moving one
-  std::size_t other = kNone;  // kNone: there is nothing to be near to
+  std::size_t part = kNone;                                   // a moving part
+  std::size_t other = kNone;                                  // kNone: there is no other part
   double distance = std::numeric_limits<double>::infinity();  // m
   double least = 0;
   double most = std::numeric_limits<double>::infinity();
   Vec3 p_WPart = Vec3::Zero();
   Vec3 p_WOther = Vec3::Zero();
-  Vec3 gradient_W = Vec3::Zero();  // where the part gains distance fastest
+  Vec3 gradient_W = Vec3::Zero();  // direction in which the part gains distance fastest
   bool overlap = false;
   bool refined = false;
 
   double error_bound() const { return std::max(most - distance, distance - least); }
 };
 
-/// Questions to all parts at once. Used by one thread; no call allocates. `X_W` holds each body's
-/// displacement since it was voxelized, by its number in the scene; what is fixed has none.
+/// Answers queries over all parts. Used by one thread; no call allocates. `X_W` holds each body's
+/// displacement since its voxelization, by its number in the scene; fixed bodies have none.
 class SceneProximity {
  public:
   explicit SceneProximity(std::shared_ptr<const std::vector<ProximityPart>> parts);
 
   const std::vector<ProximityPart>& parts() const noexcept { return *parts_; }
-  /// Beyond it the fields say nothing, m.
+  /// Returns the range of the fields, m.
   double range() const noexcept;
 
-  /// Of one moving part to whatever is nearest to it.
+  /// Returns the nearness of one moving part to whatever is nearest to it.
   SceneNearness NearestTo(std::size_t part, std::span<const Pose> X_W,
                           const NearestOptions& options = {}) noexcept;
-  /// Of all.
+  /// Returns the least nearness of all parts.
   SceneNearness Nearest(std::span<const Pose> X_W, const NearestOptions& options = {}) noexcept;
 
-  /// The distance of each point of a part (m, in W as it stood at first) from all others; infinity
-  /// beyond the range.
+  /// Finds the distance of each point of a part (m, in W at the first pose) from all other parts;
+  /// infinity beyond the range.
   void Distances(std::size_t part, std::span<const std::array<float, 3>> points_W,
                  std::span<const Pose> X_W, std::span<float> distances) const noexcept;
 
-  /// The fixture's voxels near each of the moving parts, one part after the other.
+  /// Finds the fixture's voxels near each of the moving parts, one part after the other.
   ShadowCount Shadow(std::span<const Pose> X_W, double distance,
                      std::span<Vec3> centres_W) noexcept;
 
  private:
   struct Pair {
-    std::size_t a, b;  // b: the fixture, or the larger of two
+    std::size_t a, b;  // b: the fixture, or the larger part
     ProximityPair of;
   };
   Pose DisplacementOf(std::size_t part, std::span<const Pose> X_W) const noexcept;
-  /// Takes a pair's nearness into `least`, seen from one of its parts.
+  /// Takes a pair's nearness into `least` if it is less, seen from one of its parts.
   void Take(Pair& pair, std::size_t part, std::span<const Pose> X_W, const NearestOptions& options,
             SceneNearness& least) const noexcept;
 

@@ -10,47 +10,50 @@
 namespace tandem {
 
 inline constexpr std::size_t kMaxLinkAnchors = 8;
-inline constexpr double kDefaultCapacity = 1e5;  // of a frame of 1 ms, on slow processors too
+/// Point tests in a frame of 1 ms, on slow processors too.
+inline constexpr double kDefaultCapacity = 1e5;
 inline constexpr double kDefaultLookPrice = 400;
 
-/// What moves a body in a frame.
+/// The source of a body's motion in a frame.
 enum class BodyDrive : std::uint8_t {
-  kAbsent,     // a second instance that there is none of now
-  kParked,     // nobody: it stands
-  kSimulated,  // forces, here
+  kAbsent,     // a second instance that does not exist in this frame
+  kParked,     // nothing: it stands
+  kSimulated,  // forces, at this peer
   kMirrored,   // another peer, whose pose it follows
   kYielding    // another peer, to whose pose it is pulled: it gives way where it is pushed
 };
 
-/// Everything from outside that a frame depends on. Sized once, for all moving bodies.
+/// All external inputs of a frame. Sized once, for all moving bodies.
 struct StepInputs {
   struct BodyInput {
     BodyDrive drive = BodyDrive::kParked;
-    Pose mirror_WB;       // where a mirrored or yielding body is to go
-    Twist begin_V_WB;     // of one that is mirrored no more, as it begins to be simulated
-    CouplingGains pull;   // of a yielding body: springs to that pose, dampers against the ground
-    bool parted = false;  // others' instances of a shared body are in two places:
-    BodyDrive second_drive = BodyDrive::kMirrored;  // of the other one of them, or yielding
+    Pose mirror_WB;      // pose that a mirrored or yielding body goes to
+    Twist begin_V_WB;    // first twist of a mirrored body that becomes simulated
+    CouplingGains pull;  // for a yielding body: springs to that pose, dampers against the ground
+    /// Other peers' instances of a shared body are in two places; see second_drive.
+    bool parted = false;
+    /// Drive of the second instance: mirrored or yielding.
+    BodyDrive second_drive = BodyDrive::kMirrored;
     Pose second_WB;
     CouplingGains second_pull;
   };
   struct Hand {
-    int body = -1;  // into WorldModel::bodies; -1: the hand holds nothing
+    int body = -1;  // index into WorldModel::bodies; -1: the hand holds nothing
     Pose X_BD;      // grasp
     Anchor goal;    // the device
     CouplingGains gains;
   };
-  /// How far from other bodies' surfaces the body in hand meets them (paper §3.2); all others keep
-  /// to the scene.
+  /// The clearance of the body in hand from other bodies' surfaces (paper §3.2); all other bodies
+  /// keep to the scene's.
   struct HandClearance {
     static constexpr int kSceneLayer = -1;
     int force_layer = kSceneLayer;
-    double displacement = 0;  // m, along the inward normals, of the pointshells of its pairs
+    double displacement = 0;  // shift along the inward normals of the pointshells of its pairs, m
   };
   struct Link {
     Anchor copy;  // another user's instance of the held body
     CouplingGains gains;
-    Wrench push_B_W;  // what the other says that its end of the spring pulls with; for the lab
+    Wrench push_B_W;  // wrench that the other peer reports for its end of the spring; for the lab
   };
 
   std::vector<BodyInput> bodies;
@@ -61,10 +64,10 @@ struct StepInputs {
   /// well.
   double look_price = kDefaultLookPrice;
   Hand hand;
-  HandClearance clearance;     // gone to at kClearancePace, within ClearanceBounds
-  std::size_t link_count = 0;  // all on the body that the hand holds
+  HandClearance clearance;     // target, approached at kClearancePace within ClearanceBounds
+  std::size_t link_count = 0;  // links, all on the body that the hand holds
   std::array<Link, kMaxLinkAnchors> links{};
-  double ground_damping = 0;  // of the held body, N s/m
+  double ground_damping = 0;  // damping of the held body, N s/m
   Mat3 ground_rotation_damping = Mat3::Zero();
 };
 
@@ -73,32 +76,33 @@ inline constexpr int kLongestVoxelWait = 2000;
 
 /// Frames that could not be made because voxels were not in memory.
 struct VoxelWaits {
-  std::int64_t count = 0;   // of times that something was waited for
-  std::int64_t frames = 0;  // in all
-  int longest = 0;          // frames
+  std::int64_t count = 0;   // number of waits
+  std::int64_t frames = 0;  // frames of all waits
+  int longest = 0;          // frames of the longest wait
 };
 
-/// What a frame did.
+/// The results of a frame.
 struct StepReport {
-  static constexpr std::uint32_t kTravelLimited = 1;  // some body was held back
+  static constexpr std::uint32_t kTravelLimited = 1;  // a body was held back
   static constexpr std::uint32_t kOverCapacity = 2;   // MaxTravel is below half a voxel
   static constexpr std::uint32_t kContactsFull = 4;   // more contacts than a pair can hold
   /// Voxels are not in memory: nothing moves and nothing pulls at the hand until they are.
   static constexpr std::uint32_t kWaitsForVoxels = 8;
 
   std::uint32_t flags = 0;
-  int waited = 0;  // frames on end, this one included, that waited for voxels
+  int waited = 0;  // consecutive frames, including this one, that waited for voxels
   int contact_points = 0;
   int looks = 0;         // exact looks at single points (refined model)
-  double look_work = 0;  // what these and adding up came to, in exact looks
+  double look_work = 0;  // cost of these looks and of adding up, in exact looks
   int loaded_points = 0;
   TestCounts tests;
-  Wrench hand_B_W;  // hand's coupling on the held body, as applied; NaN: its step was no number
-  /// Contact on the held body, as the step applies it: with gravity, the hand, the links, the
-  /// ground and the reaction of the body's joint it makes the change of momentum, until the travel
-  /// limit holds the body back.
+  /// Wrench of the hand's coupling on the held body, as applied; NaN: its step was not finite.
+  Wrench hand_B_W;
+  /// The contact wrench on the held body, as the step applies it. With gravity, the hand, the
+  /// links, the ground and the reaction of the body's joint it makes the change of momentum, until
+  /// the travel limit holds the body back.
   Wrench contact_B_W;
-  std::array<Wrench, kMaxLinkAnchors> links_B_W{};  // couplings to copies, as applied
+  std::array<Wrench, kMaxLinkAnchors> links_B_W{};  // wrenches of couplings to copies, as applied
 };
 
 }  // namespace tandem

@@ -12,13 +12,13 @@
 namespace tandem {
 
 /// The surface voxels of a map as points at their centres, chunk by chunk in a tree of boxes, for
-/// questions of distance that go farther than the fields do. 80 bytes a chunk and its share of the
-/// tree; read-only once built. All in the map's W, as it stood at voxelization.
+/// queries of distances beyond the range of the fields. It takes 80 bytes a chunk and the chunk's
+/// share of the tree. Read-only once built. All is in the map's W at the time of voxelization.
 class SurfaceTree {
  public:
   struct Chunk {
     GridIndex first;                    // its lowest voxel, from W's origin
-    std::array<std::uint64_t, 8> bits;  // of its surface voxels: slices of z, bit x + 8 y
+    std::array<std::uint64_t, 8> bits;  // its surface voxels: slices of z, bit x + 8 y
   };
 
   SurfaceTree() = default;
@@ -27,7 +27,7 @@ class SurfaceTree {
   bool empty() const noexcept { return chunks_.empty(); }
   double voxel_size() const noexcept { return voxel_size_; }
   std::size_t voxel_count() const noexcept { return voxel_count_; }
-  /// Boxes round the centres. A leaf is one chunk: its node's `first`.
+  /// Returns a tree of boxes round the centres. A leaf is one chunk: its node's `first`.
   const BoxTree& tree() const noexcept { return tree_; }
   const std::vector<Chunk>& chunks() const noexcept { return chunks_; }
   Vec3 CentreOf(const GridIndex& voxel) const noexcept {
@@ -38,7 +38,7 @@ class SurfaceTree {
   template <typename Visit>
   void VisitWithin(const Vec3& p, double reach, const Visit& visit) const noexcept;
 
-  /// The surface voxel whose centre is nearest to p, if one lies within `reach`.
+  /// Returns the centre of the surface voxel nearest to p, if one lies within `reach`.
   std::optional<Vec3> Nearest(const Vec3& p, double reach) const noexcept;
 
  private:
@@ -48,7 +48,7 @@ class SurfaceTree {
   std::vector<Chunk> chunks_;
 };
 
-/// Calls `visit(cell)` for the set bits, cells as in CellInBlock().
+/// Calls `visit(cell)` for the set bits, with cells as in CellInBlock().
 template <typename Visit>
 void VisitCells(const std::array<std::uint64_t, 8>& bits, const Visit& visit) {
   for (std::size_t z = 0; z < 8; ++z) {

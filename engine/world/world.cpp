@@ -11,18 +11,18 @@ namespace tandem {
 
 namespace {
 
-/// Voxels a frame where nothing is near: half a hyperchunk (paper fn. 3).
+/// Travel where nothing is near, voxels a frame: half a hyperchunk (paper fn. 3).
 constexpr double kFreeTravel = 32.0;
 
-/// Of what others must not reach unseen, from its frame's origin, m: the surface voxels and the
-/// layers round them that may read contact.
+/// Returns the radius round a body's frame's origin that others must not enter unseen, m: it holds
+/// the surface voxels and the layers round them that may read contact.
 double RadiusOf(const BodyModel& body) {
   const int most_layer = body.voxmap.range() - kWarningQueues;
   return body.points.radius + (most_layer + 2) * std::sqrt(3.0) * body.voxmap.voxel_size();
 }
 
-/// Of a pair's travel, what falls to one body. A mirrored body gives way to nothing, so the other
-/// can get out of its way faster than it comes. Parked bodies need none.
+/// Returns the share of a pair's travel that falls to one body. A mirrored body gives way to
+/// nothing, so the other gets the larger share to escape faster. Parked bodies need none.
 double ShareOf(BodyDrive drive, BodyDrive other) {
   constexpr auto weight = [](BodyDrive of) {
     return of <= BodyDrive::kParked ? 0.0 : of == BodyDrive::kMirrored ? 0.3 : 0.7;
@@ -31,13 +31,14 @@ double ShareOf(BodyDrive drive, BodyDrive other) {
   return sum > 0 ? weight(drive) / sum : 0.5;
 }
 
-/// Whether the pair's pointshell is body `a`.
+/// Tells whether the pair's pointshell is body `a`.
 bool IsShell(const WorldModel& model, std::size_t a, std::size_t b) {
   return model.scene.IsPointshell(model.object[a], model.bodies[a].surface_points, model.object[b],
                                   model.bodies[b].surface_points);
 }
 
-/// `radius`: of its points as they are displaced, m; as of StepBody().
+/// Moves a body after its mirror. `radius`: of its points as they are displaced, m, as in
+/// StepBody().
 void FollowMirror(const BodyModel& model, RigidState& state, const Pose& target_WB, double radius,
                   double max_travel) {
   if (model.constraint) {
@@ -57,7 +58,7 @@ Twist TwistAlone(const BodyModel& model, const RigidState& state, const Load& lo
   return ConstrainedTwist(*model.constraint, model.inertia, state, load, kFrame);
 }
 
-/// Goes on at a twist for a frame. Gives whether the limit of the travel held the body back.
+/// Moves a body at a twist for a frame. Returns whether the travel limit held the body back.
 bool StepBody(const BodyModel& model, RigidState& state, const Twist& wanted, double radius,
               double max_travel) {
   if (!model.constraint) {
@@ -65,7 +66,7 @@ bool StepBody(const BodyModel& model, RigidState& state, const Twist& wanted, do
     return state.V_WB.v != wanted.v || state.V_WB.w != wanted.w;
   }
   Advance(*model.constraint, state, wanted, kFrame, radius, max_travel);
-  // a joint turns the twist on as it goes, so only its size tells
+  // a joint turns the twist on the way, so only its size tells
   const bool turns = wanted.w.norm() > 0;
   const double kept = turns ? state.V_WB.w.norm() : state.V_WB.v.norm();
   return kept < (1.0 - 1e-9) * (turns ? wanted.w.norm() : wanted.v.norm());
@@ -79,7 +80,7 @@ World::World(std::shared_ptr<const WorldModel> model, const ScheduleOptions& sch
   bodies_.resize(bodies.size());
   if (model_->fixture_pages != nullptr) {
     auto resident = ResidentVoxels::Make(model_->fixture_pages, model_->voxel_memory_bytes);
-    TANDEM_CHECK(resident);  // LoadWorld() has looked
+    TANDEM_CHECK(resident);  // LoadWorld() has checked it
     resident_ = std::move(*resident);
   }
   const auto add_fixture_pair = [&](std::size_t body) {
@@ -113,7 +114,7 @@ World::World(std::shared_ptr<const WorldModel> model, const ScheduleOptions& sch
     for (std::size_t other = 0; other < b; ++other) AddPair(b, other, schedule);
   }
   first_pairs_ = pairs_.size();
-  // others may hold a shared body in two places at once
+  // other peers may hold a shared body in two places at once
   for (std::size_t b = 0; b < bodies.size() && bodies.size() > 1; ++b) {
     if (!model_->scene.bodies[model_->object[b]].shared) continue;
     bodies_[b].second = static_cast<int>(bodies_.size());
@@ -236,7 +237,7 @@ const StepReport& World::Step(const StepInputs& in) noexcept {
   for (Pair& pair : pairs_) pair.pushes = false;
   BeginSimulated(in);
   if (resident_ != nullptr) resident_->BeginFrame();
-  if (waited_ == 0) GoToClearance(in);  // a frame that waits has gone there
+  if (waited_ == 0) GoToClearance(in);  // a frame that waits has already done so
   if (contact_on_ && !Collide(in)) {
     report_ = {};
     report_.flags = StepReport::kWaitsForVoxels;
@@ -294,7 +295,7 @@ void World::ShareTravel(const StepInputs& in) noexcept {
   if (affordable < 0.5 * voxel) report_.flags |= StepReport::kOverCapacity;
   for (Body& body : bodies_) body.max_travel = std::min(affordable, kFreeTravel * voxel);
   for (Pair& pair : pairs_) {
-    // what nobody tests now is told of all travel when it is tested again
+    // a pair that is not tested learns of all travel at its next test
     if (contact_on_ && !Tested(pair, in)) continue;
     const double travel =
         contact_on_ ? std::min(affordable, pair.contact->load().bound) : 0.5 * voxel;
@@ -304,7 +305,7 @@ void World::ShareTravel(const StepInputs& in) noexcept {
       shell.max_travel = std::min(shell.max_travel, travel);
       continue;
     }
-    // what shrinks a gap is what both bodies of a pair travel
+    // both bodies of a pair shrink the gap by their travel
     Body& map = bodies_[static_cast<std::size_t>(pair.map)];
     const double share = ShareOf(DriveOf(in, static_cast<std::size_t>(pair.shell)),
                                  DriveOf(in, static_cast<std::size_t>(pair.map)));
@@ -431,7 +432,7 @@ void World::Move(const StepInputs& in) noexcept {
     const double radius = model.radius + body.displaced;
     const BodyDrive drive = DriveOf(in, b);
     if (drive == BodyDrive::kAbsent) {
-      body.state = bodies_[body.shape].state;  // where it will begin
+      body.state = bodies_[body.shape].state;  // where it would begin
       continue;
     }
     if (drive == BodyDrive::kParked) {
@@ -453,7 +454,7 @@ void World::Move(const StepInputs& in) noexcept {
     const Twist& after = body.state.V_WB;
     if (in.hand.body != static_cast<int>(b)) continue;
     if (!wanted.v.allFinite() || !wanted.w.allFinite()) {
-      // the body stands, but nothing that is known pulls at the hand
+      // the body stands, and the hand's wrench is not known
       report_.hand_B_W.f.setConstant(std::numeric_limits<double>::quiet_NaN());
       report_.hand_B_W.tau = report_.hand_B_W.f;
       continue;

@@ -24,10 +24,10 @@ Error At(const SceneBody& body, const std::string& what) {
   return Error{"body '" + body.name + "' (" + body.mesh.string() + "): " + what};
 }
 
-constexpr double kLarge = 2.0;  // m: more than a part is wont to measure
+constexpr double kLarge = 2.0;  // m; larger than parts usually are
 
-/// Where nobody says a file's unit, and it is so large in metres that it is more likely in
-/// millimetres.
+/// Returns a remark if nothing declares a file's unit, and the mesh is so large in metres that
+/// millimetres are more likely.
 std::optional<std::string> ScaleRemark(const SceneBody& body, const TriangleMesh& mesh_W) {
   const Vec3 size = BoundsOf(mesh_W).size();
   const bool told = body.scale || KindDeclaresUnit(body.mesh);
@@ -40,13 +40,13 @@ std::optional<std::string> ScaleRemark(const SceneBody& body, const TriangleMesh
   return text;
 }
 
-/// The fault of a body that is too large for its voxels, with its likeliest reason first.
+/// Returns the fault of a body that is too large for its voxels, with its likeliest reason first.
 Error WithScale(const Error& fault, const SceneBody& body, const TriangleMesh& mesh_W) {
   const auto remark = ScaleRemark(body, mesh_W);
   return remark ? Error{*remark + " (" + fault.what + ")"} : fault;
 }
 
-/// A body's mesh together with those of the parts merged with it.
+/// Returns a body's mesh together with the meshes of the parts merged with it.
 TriangleMesh WholeOf(const Scene& scene, const std::vector<TriangleMesh>& meshes_W,
                      std::size_t body) {
   TriangleMesh whole_W = meshes_W[body];
@@ -64,7 +64,7 @@ TriangleMesh FixtureOf(const Scene& scene, const std::vector<TriangleMesh>& mesh
   return fixture_W;
 }
 
-/// Rounded, so that it is the same wherever a body stands.
+/// Returns a rounded number, so that it does not depend on where a body stands.
 double PointsOnSurface(const Scene& scene, const TriangleMesh& mesh_W, double spacing_voxels) {
   const double spacing = spacing_voxels * scene.voxel_size;
   return std::round(SurfaceArea(mesh_W) / (spacing * spacing));
@@ -159,13 +159,14 @@ std::size_t FirstFixed(const Scene& scene) {
   return static_cast<std::size_t>(found - scene.bodies.begin());
 }
 
-/// The moving bodies and the fixture, side by side: each has parts that one thread works on alone.
+/// Loads the moving bodies and the fixture side by side: each has stages in which one thread works
+/// alone.
 std::optional<Error> LoadBodies(const Scene& scene, const LoadOptions& options, WorldModel& world) {
   const auto fixed = static_cast<std::size_t>(
       std::count_if(scene.bodies.begin(), scene.bodies.end(), [](const SceneBody& body) {
         return body.fixed;
       }));
-  // large as a rule, and most often one: then it is not copied
+  // usually large, and most often a single mesh: then it is not copied
   const std::size_t only = fixed == 1 ? FirstFixed(scene) : 0;
   const TriangleMesh merged_W = fixed > 1 ? FixtureOf(scene, world.meshes_W) : TriangleMesh{};
   const TriangleMesh& fixture_W = fixed == 1 ? world.meshes_W[only] : merged_W;
@@ -176,7 +177,7 @@ std::optional<Error> LoadBodies(const Scene& scene, const LoadOptions& options, 
   if (moving.empty()) return Error{scene.file.string() + ": no body can move"};
   std::vector<std::optional<Result<BodyModel>>> models(moving.size());
   std::optional<Error> fixture_fault;
-  // the fixture first: it is the largest as a rule
+  // the fixture first: it is usually the largest
   tbb::parallel_for(std::size_t{0}, moving.size() + 1, [&](std::size_t i) {
     if (options.stop.stop_requested()) return;
     if (i > 0) {
@@ -294,13 +295,13 @@ VoxelizeOptions VoxelizeOptionsOf(const Scene& scene, const LoadOptions& load) {
           .stop = load.stop};
 }
 
-/// The fixed bodies' voxels, to be read as they are needed unless all of them fit.
+/// Opens the fixed bodies' voxels, to be read when they are needed unless all of them fit.
 std::optional<Error> OpenPages(const TriangleMesh& mesh_W, WorldModel& world,
                                const LoadOptions& load) {
   const VoxelizeOptions whole = VoxelizeOptionsOf(world.scene, load);
   VoxelizeOptions options = whole;
   constexpr std::uint64_t kEnough = std::uint64_t{2}
-                                    << 30U;  // so that there are not too many parts
+                                    << 30U;  // enough that there are not too many parts
   options.max_memory_bytes =
       std::min<std::uint64_t>(options.max_memory_bytes, std::max(kEnough, load.voxel_memory_bytes));
   Result<std::shared_ptr<const PageSource>> pages =

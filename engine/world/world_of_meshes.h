@@ -7,15 +7,15 @@
 
 namespace tandem {
 
-/// A body of a world that is made in code, with no files.
+/// A body of a world that is made in code, without files.
 struct MeshBody {
-  TriangleMesh mesh_W;  // where it stands at first
+  TriangleMesh mesh_W;  // in its first pose
   bool fixed = false;
-  double mass = 0.3;  // kg, of a moving one
+  double mass = 0.3;  // kg, for a moving body
 };
 
-/// Makes of meshes what LoadWorld() makes of a scene with the default force layer. Those of moving
-/// bodies are closed. `voxel_size` in metres. An error says what cannot be voxelized.
+/// Makes from meshes what LoadWorld() makes from a scene with the default force layer. Meshes of
+/// moving bodies must be closed. `voxel_size` is in metres. An error says what cannot be voxelized.
 Result<std::shared_ptr<const WorldModel>> WorldOfMeshes(
     const std::vector<MeshBody>& bodies, double voxel_size, ContactModel contact,
     double clearance_range_voxels = kDefaultClearanceRange);
