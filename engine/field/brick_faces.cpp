@@ -12,24 +12,25 @@ namespace tandem {
 namespace {
 
 constexpr std::size_t kPlacesOverFace = 4;
-/// A face as wide as this is the nearest to one of a cell's places, or to next to nothing of it.
+/// A face as wide as this is the nearest to one of a cell's places, or to almost nothing of the
+/// cell.
 constexpr double kSlim = 1;
 
-/// A face that is as near as the nearest one and this to the middle of one of the cell's 27 parts
-/// may be the nearest somewhere in it, voxels.
+/// Margin over the nearest face's distance, voxels. A face within it of the middle of one of the
+/// cell's 27 parts may be the nearest somewhere in the cell.
 constexpr float kWithinPart = 1.7321F / 3;
-/// Where a cell's error is measured: the middles of its parts.
+/// The places where a cell's error is measured: the middles of its parts.
 constexpr std::size_t kSamples = 32;
 const PlaceLanes& Samples() {
   static const PlaceLanes lanes = LatticeLanes(3, 1.0 / 6, 1.0 / 3);
   return lanes;
 }
-/// And where its error is measured that is nearly too large.
+/// The places where the error is measured if it is nearly too large.
 const PlaceLanes& FineSamples() {
   static const PlaceLanes lanes = LatticeLanes(5, 1.0 / 10, 1.0 / 5);
   return lanes;
 }
-/// The values at a cell's corners.
+/// Returns the values at a cell's corners.
 std::array<float, 8> CornersOf(std::span<const float, kBrickNodes> values, std::size_t cell) {
   std::array<float, 8> corners;
   for (std::size_t i = 0; i < corners.size(); ++i) {
@@ -39,8 +40,8 @@ std::array<float, 8> CornersOf(std::span<const float, kBrickNodes> values, std::
   return corners;
 }
 
-/// Whether a face is so slim that it may lie between a cell's places, and is not part of a surface
-/// that bends gently.
+/// Tells whether a face is so slim that it may lie between a cell's places, and is not part of a
+/// surface that bends gently.
 bool SlimAndSharp(const FieldFace& face) {
   return face.width <= kSlim && std::ranges::count(face.beside, FieldFace::kNone) > 0;
 }
@@ -83,7 +84,7 @@ PlaceLanes BrickFaces::PlacesOverSlim(std::size_t cell, std::span<const CellFace
     if (!SlimAndSharp(face)) continue;
     const auto& [a, b, c] = face.corners_L;
     const Vec3 middle = ClosestOnTriangle(a, b, c, lowest_L + Vec3::Constant(0.5)).point;
-    // the line over it, as far as it is in the cell
+    // the line over it, as far as it lies in the cell
     double begin = -std::numeric_limits<double>::infinity();
     double end = std::numeric_limits<double>::infinity();
     for (Eigen::Index axis = 0; axis < 3; ++axis) {

@@ -10,7 +10,7 @@ namespace tandem {
 namespace {
 
 constexpr std::size_t kParts = 64;
-/// The middles of a cell's sixty-four parts.
+/// Returns the middles of a cell's sixty-four parts.
 const PlaceLanes& PartsOfCell() {
   static const PlaceLanes lanes = LatticeLanes(4, 0.125, 0.25);
   return lanes;
@@ -20,13 +20,13 @@ const PlaceLanes& PartsOfCell() {
 struct Member {
   std::uint32_t face = 0;
   bool listed = false;
-  std::uint64_t open = 0;  // the parts in which it may be the nearest, if it is not listed
+  std::uint64_t open = 0;  // parts in which it may be the nearest, if it is not listed
   std::array<float, kParts> distances;
 
   bool stays() const { return listed || open != 0; }
 };
 
-/// Whether the faces beside a member are as near in all of its open parts.
+/// Tells whether the faces beside a member are as near in all of its open parts.
 bool GoesOn(const NearFaces& faces, const Member& member, const std::vector<Member>& members,
             const PlaceLanes& parts, float half_part) {
   const auto first = static_cast<std::size_t>(std::countr_zero(member.open));
@@ -58,7 +58,7 @@ bool GoesOn(const NearFaces& faces, const Member& member, const std::vector<Memb
 std::vector<std::uint32_t> ListOfCell(const NearFaces& faces, std::span<const CellFace> candidates,
                                       const std::array<float, 3>& lowest, double band) {
   constexpr float kHalfPart = 0.125F;
-  constexpr float kReach = 2 * 1.7321F * kHalfPart;  // what a distance may change by within a part
+  constexpr float kReach = 2 * 1.7321F * kHalfPart;  // greatest change of a distance within a part
   PlaceLanes parts;
   parts.count = kParts;
   for (std::size_t i = 0; i < kParts; ++i) {
@@ -84,7 +84,8 @@ std::vector<std::uint32_t> ListOfCell(const NearFaces& faces, std::span<const Ce
     member.listed = (LanesWithin(distances, least.data(), 0) & in_band) != 0;
     if (!member.listed) member.open = LanesWithin(distances, least.data(), kReach) & near_band;
   }
-  // each against those that are left: whatever it goes on in stays, or goes on in others that do
+  // tests each against those that are left: a face that continues it stays, or is continued by
+  // others that stay
   std::vector<std::uint32_t> numbers;
   for (Member& member : members) {
     if (member.open != 0 && GoesOn(faces, member, members, parts, kHalfPart)) member.open = 0;

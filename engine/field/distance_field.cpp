@@ -79,7 +79,7 @@ double DistanceField::Interpolated(const FieldBrick& brick, const Cell& cell) co
 }
 
 DistanceField::Cell DistanceField::CellOf(const Vec3& place_L) {
-  // no place is below 0, so that to cut off is to round down
+  // no place is below 0, so truncation rounds down
   const GridIndex cell{static_cast<std::int32_t>(place_L.x()),
                        static_cast<std::int32_t>(place_L.y()),
                        static_cast<std::int32_t>(place_L.z())};
@@ -121,7 +121,7 @@ double DistanceField::ShareOf(const List& list, const Vec3& from) {
 FieldReading DistanceField::At(const Vec3& place_V) const noexcept {
   const Vec3 place_L = place_V - Vec3::Constant(0.5);
   const Vec3 size_L = kHyperbrickCells * Vec3(size_.x, size_.y, size_.z);
-  // written so that a place that is no number lies outside too
+  // written so that NaN lies outside too
   if (!((place_L.array() >= 0).all() && (place_L.array() < size_L.array()).all())) {
     return Outside(place_L);
   }

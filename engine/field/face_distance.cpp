@@ -39,7 +39,7 @@ HWY_INLINE DistanceAndHeight MeasureVector(const NearFace::View& face, unsigned 
   const Floats height = hn::Sub(Dot(face.nhat, p), hn::Set(f, face.offset));
   const Floats absolute = hn::Abs(height);
   if (edges == 0) return {absolute, face.sheet ? absolute : height};
-  // how far from the face the place's foot in its plane is
+  // distance from the face of the place's foot in its plane
   const Floats a = Dot(face.axes[0], p);
   const Floats b = Dot(face.axes[1], p);
   Floats beside = hn::Set(f, std::numeric_limits<float>::max());
@@ -67,7 +67,7 @@ HWY_INLINE VectorLanes PlacesAt(const PlaceLanes& places, std::size_t i) {
   return {hn::Load(f, &places.x[i]), hn::Load(f, &places.y[i]), hn::Load(f, &places.z[i])};
 }
 
-/// Adds a face to what the nearest lanes know.
+/// Adds a face to the nearest lanes.
 HWY_INLINE void AddNearest(const DistanceAndHeight& told, float* distances, float* heights) {
   const F f;
   const Floats tie = hn::Set(f, NearestLanes::kTie);
@@ -186,7 +186,7 @@ CellErrors ErrorsOfLanes(const std::array<float, 8>& values, const std::array<fl
     const Floats height = hn::Load(f, &exact.height[i]);
     const Floats told = hn::IfThenElse(hn::Lt(height, hn::Zero(f)), hn::Neg(distance), distance);
     const Floats error = hn::Abs(hn::Sub(value, told));
-    // a value beyond what is near is told as that
+    // a value beyond `most_near` is read as that
     most_over = hn::Max(most_over, hn::Sub(hn::Min(value, hn::Set(f, most_near)), told));
     const Floats least = hn::Min(hn::Abs(value), distance);
     const auto in_band = hn::Lt(least, hn::Set(f, band));
@@ -271,7 +271,7 @@ NearFace::NearFace(const FieldFace& face, const Vec3& origin_L) {
     const double length = side.norm();
     View::Edge& edge = view_.edges[k];
     const Vec3 along = length > 0 ? Vec3(side / length) : Vec3(Vec3::Zero());
-    // beyond this an end is farther than any place asks for
+    // farther than any place that is measured
     constexpr double kFar = 128;
     edge.along = {static_cast<float>(along.dot(first)), static_cast<float>(along.dot(second))};
     edge.from = static_cast<float>(std::clamp(along.dot(from), -kFar, kFar));

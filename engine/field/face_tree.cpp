@@ -44,7 +44,7 @@ float FarNodes::DistanceOf(const GridIndex& node) {
   float& distance =
       distances_[static_cast<std::size_t>(node.x + kSide * (node.y + kSide * node.z))];
   if (distance == kNotMeasured) {
-    // no distance grows faster than the way
+    // the distance grows at most as fast as the way
     constexpr double kRounding = 1e-6;
     const double most = distance_of_last_ + (PlaceAt(node) - PlaceAt(last_)).norm() + kRounding;
     distance_of_last_ = faces_.Nearest(PlaceAt(first_ + node), most);

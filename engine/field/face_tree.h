@@ -17,9 +17,8 @@ class FaceTree {
   /// The faces must outlive it.
   explicit FaceTree(const std::vector<FieldFace>& faces);
 
-  /// The distance of the nearest face that is nearer than `below`; otherwise
-  /// `below`. Voxels. The same bits whatever `below` is, where some face is
-  /// nearer.
+  /// Returns the distance of the nearest face that is nearer than `below`, otherwise `below`,
+  /// voxels. Where some face is nearer, the bits do not depend on `below`.
   double Nearest(const Vec3& place_L, double below = std::numeric_limits<double>::infinity()) const;
 
  private:
@@ -27,19 +26,20 @@ class FaceTree {
   BoxTree tree_;
 };
 
-/// The distances of a hyperbrick's nodes, each measured when it is asked for
-/// first.
+/// The distances of a hyperbrick's nodes, each measured when it is first needed.
 class FarNodes {
  public:
   /// `first` is the hyperbrick's lowest node.
   FarNodes(const FaceTree& faces, const GridIndex& first) : faces_(faces), first_(first) {}
 
-  /// `node` is counted from the hyperbrick's lowest, 0 to kHyperbrickCells.
+  /// Returns the distance of a node. `node` is relative to the hyperbrick's lowest, 0 to
+  /// kHyperbrickCells.
   float DistanceOf(const GridIndex& node);
-  /// Of a brick's nodes, as NodeInBrick. `brick` is its place in the hyperbrick, as CellInBlock.
+  /// Returns the distances of a brick's nodes, as NodeInBrick. `brick` is its place in the
+  /// hyperbrick, as CellInBlock.
   std::array<float, kBrickNodes> OfBrick(std::size_t brick);
-  /// Measures the nodes of a brick whose values are those of a survey's reach or more: of these a
-  /// survey tells only how far the nearest plane is. Whether another face is nearer to one.
+  /// Measures the nodes of a brick whose values are a survey's reach or more; for these the survey
+  /// has only the distance of the nearest plane. Returns whether another face is nearer to a node.
   bool MeasureBeyond(std::size_t brick, std::array<float, kBrickNodes>& values);
 
  private:

@@ -20,11 +20,11 @@ void VisitNodes(const Visit& visit) {
   }
 }
 
-/// A node that is farther from the surface than this counts for little, voxels: nothing near the
+/// Distance from the surface beyond which a node counts for little, voxels: no place near the
 /// surface reads it.
 constexpr float kNear = 2.25F;
 
-/// `at_middle` is the plane's value there.
+/// Sets the plane. `at_middle` is its value at the brick's middle.
 void SetPlane(const Vec3& slopes, double at_middle, FieldBrick& brick) {
   double at_lowest = at_middle;
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -40,7 +40,7 @@ void FitPlane(std::span<const float, kBrickNodes> values, FieldBrick& brick) {
   const auto weight = [&](std::size_t node) {
     return std::abs(values[node]) <= kNear ? 1.0 : 1e-3;
   };
-  // the normal equations of least squares for the value at the middle and three slopes
+  // normal equations of least squares for the value at the middle and three slopes
   Eigen::Matrix4d squares = Eigen::Matrix4d::Zero();
   Eigen::Vector4d moments = Eigen::Vector4d::Zero();
   VisitNodes([&](std::size_t x, std::size_t y, std::size_t z, std::size_t node) {

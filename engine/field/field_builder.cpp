@@ -23,8 +23,8 @@ namespace {
 constexpr double kHalfVoxelDiagonal = 0.8662;
 constexpr std::int32_t kNoBrick = -1;
 
-/// How much too great an interpolated distance may be at a place that is `distance` away, voxels:
-/// DistanceField::kMostSquareOver.
+/// Returns the greatest excess of an interpolated distance at a place that is `distance` away,
+/// voxels: DistanceField::kMostSquareOver.
 float MostOver(float distance) {
   return std::sqrt(distance * distance + static_cast<float>(DistanceField::kMostSquareOver)) -
          distance;
@@ -47,9 +47,9 @@ Bounds BoundsOfFace(const FieldFace& face) {
 
 }  // namespace
 
-/// Fills a field layer by layer of hyperbricks, so that no more than three layers are held beside
-/// what is stored: first the bricks, each hyperbrick by itself, then the lists of cells, whose
-/// neighbours may lie in other hyperbricks; then everything into one.
+/// Fills a field layer by layer of hyperbricks, so that it holds at most three layers besides what
+/// is stored. It makes first the bricks, each hyperbrick by itself. Then it makes the lists of
+/// cells, whose neighbours may lie in other hyperbricks. At last it puts everything into one block.
 class FieldBuilder {
  public:
   FieldBuilder(const TriangleMesh& mesh_W, const MeshFacing& facing, const FieldOptions& options)
@@ -83,8 +83,8 @@ class FieldBuilder {
   Result<DistanceField> Build() {
     FindFacesOfHyperbricks();
     field_.header.error_bound = kLeastBound;
-    // a layer's lists ask what errs in the layers beside it, so one layer is listed when the next
-    // one is filled, and stored when the next one is listed
+    // a layer's lists need the errors in the layers beside it, so a layer gets its lists when the
+    // next one is filled, and is stored when the next one gets its lists
     const std::int32_t layers = field_.header.size.z;
     for (std::int32_t z = 0; z < layers + 2; ++z) {
       VisitLayer(z, [this](std::size_t i) {
@@ -115,7 +115,7 @@ class FieldBuilder {
   struct Brick {
     std::size_t place = 0;  // in its hyperbrick, as CellInBlock
     PackedBrick packed;
-    std::uint64_t in_band = 0;  // cells that the band reaches, none of a flat brick
+    std::uint64_t in_band = 0;  // cells that the band reaches, none in a flat brick
     CellCandidates candidates;
     std::uint64_t erring = 0;
     std::array<float, kCellsPerBrick> over{};
@@ -147,8 +147,8 @@ class FieldBuilder {
            hyperbrick.z < field_.header.size.z;
   }
 
-  /// Whether the centre of a voxel of V is in the solid, by the rows of crossings. Where a body is
-  /// open they leave out voxels that the surface passes through.
+  /// Tells whether the centre of a voxel of V is in the solid, by the rows of crossings. Where a
+  /// body is open they leave out voxels that the surface passes through.
   bool Solid(const GridIndex& voxel_V) const {
     const HyperchunkBox& box = surface_.box();
     const GridIndex hyperchunk = (voxel_V >> 6) + box.first;
@@ -160,7 +160,7 @@ class FieldBuilder {
     return (rows[row] >> (voxel_V.x & 63) & 1U) != 0;
   }
 
-  /// Whether places of the free side are read farther off than the survey of a
+  /// Tells whether places of the free side have readings farther off than the survey of a
   /// hyperbrick sees.
   bool HasFarBricks() const { return options_.range > DistanceField::kLeastRange; }
 
@@ -183,7 +183,7 @@ class FieldBuilder {
       }
     }
   }
-  /// The hyperbrick of a place, or the one next to it.
+  /// Returns the hyperbrick of a place, or the one next to it.
   GridIndex HyperbrickOf(const Vec3& place_L) const {
     const auto along = [&](Eigen::Index axis, std::int32_t count) {
       const double at = std::floor(place_L[axis] / kHyperbrickCells);
@@ -205,7 +205,7 @@ class FieldBuilder {
   }
 
   void MakeBricks(Hyperbrick& hyperbrick, const GridIndex& first) {
-    // how near a node must be
+    // greatest distance of a node that counts
     const double kept = std::min(options_.range, DistanceField::kLeastRange) + kHalfVoxelDiagonal;
     const NearFaces faces(first, all_, hyperbrick.near);
     FarNodes far_nodes(*tree_, first);
@@ -238,8 +238,8 @@ class FieldBuilder {
     if (HasFarBricks()) MakeFarBricks(hyperbrick, {0, 0, 0}, kHyperbrickCells, first, far_nodes);
   }
 
-  /// Makes the bricks of the free side that are farther off than a survey sees,
-  /// in a cube of a hyperbrick (in cells from the hyperbrick's first).
+  /// Makes the bricks of the free side that are farther off than a survey sees, in a cube of a
+  /// hyperbrick (in cells from the hyperbrick's first).
   void MakeFarBricks(Hyperbrick& hyperbrick, const GridIndex& from, int side,
                      const GridIndex& first, FarNodes& nodes) const {
     const GridIndex centre = from + GridIndex{side / 2, side / 2, side / 2};
@@ -254,13 +254,13 @@ class FieldBuilder {
     }
     Brick brick;
     brick.place = CellInBlock(from >> 2);
-    // no surface comes near such a brick, so that it lies on one side
+    // no surface comes near such a brick, so it lies on one side
     if (hyperbrick.entries[brick.place] != kNoBrick || Solid(first + centre)) return;
     const std::array<float, kBrickNodes> values = nodes.OfBrick(brick.place);
     const float nearest = *std::min_element(values.begin(), values.end());
     if (nearest > kept) return;
     brick.packed = PackBrick(values);
-    // nodes within a step or two of a plane: nothing is round there, and no edge is near
+    // nodes within a step or two of a plane: nothing there is round, and no edge is near
     constexpr unsigned kFlatBits = 2;
     brick.outer_over =
         brick.packed.brick.bits <= kFlatBits ? static_cast<float>(kLeastBound) : MostOver(nearest);
@@ -296,8 +296,8 @@ class FieldBuilder {
     return true;
   }
 
-  /// The distances of a brick's nodes. Nodes farther than the survey's reach have a value of at
-  /// least that, along `plane` if it can be.
+  /// Returns the distances of a brick's nodes. Nodes farther than the survey's reach get a value of
+  /// at least that, along `plane` where possible.
   static std::array<float, kBrickNodes> Values(const NearestLanes& nodes,
                                                const std::array<bool, kBrickNodes>& solid,
                                                const HyperbrickSurvey::Plane& plane) {
@@ -344,9 +344,9 @@ class FieldBuilder {
     return values;
   }
 
-  /// Gives the places without a brick in a cube of a hyperbrick (in cells from the hyperbrick's
-  /// first) a bound: one for all where that is at least a third of their distance. Whether it is
-  /// one bound.
+  /// Gives a bound to the places without a brick in a cube of a hyperbrick (in cells from the
+  /// hyperbrick's first): one for all where that is at least a third of their distance. Returns
+  /// whether it is one bound.
   bool BoundCube(Hyperbrick& hyperbrick, const GridIndex& from, int side,
                  const GridIndex& first) const {
     const GridIndex middle{side / 2, side / 2, side / 2};
@@ -363,7 +363,7 @@ class FieldBuilder {
       }
       return false;
     }
-    // of a brick that is not kept, the nodes and with them all places are beyond the range
+    // in a brick that is not kept, the nodes and with them all places are beyond the range
     const bool solid = Solid(centre);
     const double range =
         solid ? std::min(options_.range, DistanceField::kLeastRange) : options_.range;
@@ -379,7 +379,7 @@ class FieldBuilder {
     return side == kHyperbrickCells;
   }
 
-  /// The brick at a place counted in bricks from V's origin; null if there is none.
+  /// Returns the brick at a place counted in bricks from V's origin; null if there is none.
   const Brick* BrickAt(const GridIndex& brick) const {
     const GridIndex at = brick >> 3;
     if (!Holds(at)) return nullptr;
@@ -389,7 +389,7 @@ class FieldBuilder {
     return entry < 0 ? nullptr : &hyperbrick.bricks[static_cast<std::size_t>(entry)];
   }
 
-  /// Which of a brick's nodes have a cell round them that errs.
+  /// Returns which of a brick's nodes have a cell round them that errs.
   std::array<bool, kBrickNodes> NodesThatErr(const GridIndex& brick) const {
     std::array<bool, kBrickNodes> err{};
     for (std::int32_t i = 0; i < 27; ++i) {
@@ -461,7 +461,7 @@ class FieldBuilder {
     brick.candidates = {};
   }
 
-  /// Calls `visit(hyperbrick)` for those of a layer along z, in parallel.
+  /// Calls `visit(hyperbrick)` for the hyperbricks of a layer along z, in parallel.
   template <typename Visit>
   void VisitLayer(std::int32_t z, const Visit& visit) {
     if (z < 0 || z >= field_.header.size.z) return;
@@ -507,7 +507,7 @@ class FieldBuilder {
   }
 
   void StoreLists(const CellLists& cells) {
-    std::vector<std::uint32_t> faces;  // of the brick
+    std::vector<std::uint32_t> faces;  // faces of the brick
     for (const std::vector<std::uint32_t>& list : cells.faces) {
       faces.insert(faces.end(), list.begin(), list.end());
     }
@@ -534,7 +534,7 @@ class FieldBuilder {
     field_.steps.insert(field_.steps.end(), bytes, bytes + sizeof lists);
   }
 
-  /// The number of a face that a list names, among the stored ones.
+  /// Returns the number among the stored faces of a face that a list names.
   std::uint32_t Keep(std::uint32_t face) {
     if (kept_[face] == ~0U) {
       kept_[face] = static_cast<std::uint32_t>(field_.faces.size());

@@ -11,8 +11,8 @@ namespace tandem {
 
 namespace {
 
-/// Tells each face which ones go on gently over its edges. Only whole triangles have such edges;
-/// `turned` has a face for each facet: whether its corners are in the other order.
+/// Sets for each face the faces that continue it gently over its edges. Only whole triangles have
+/// such edges. `turned` tells for each facet whether its corners are in the other order.
 void FindFacesBeside(const MeshSides& sides, const std::vector<Facet>& facets,
                      const std::vector<bool>& turned, std::vector<FieldFace>& faces) {
   std::vector<std::uint32_t> face_of(sides.triangles(), FieldFace::kNone);
@@ -47,7 +47,7 @@ std::vector<FieldFace> FindFieldFaces(const TriangleMesh& mesh_W, const MeshFaci
     return (!closed.triangles.empty() && round_closed.At(p_W) >= 0.5) ||
            (!open.triangles.empty() && round_open.At(p_W) > kInside);
   };
-  // no sides where the union changes beside triangles, too
+  // with open bodies the union also changes beside triangles: then no sides are given
   const MeshSides sides(turned);
   const std::vector<Facet> facets =
       UnionBoundaryAndSheets(turned, open.triangles.empty() ? &sides : nullptr, solid);

@@ -1,4 +1,4 @@
-// Values and gradients of many places, as they are interpolated.
+// Interpolated values and gradients of many places.
 #include <array>
 
 #include "engine/field/distance_field.h"
@@ -50,13 +50,13 @@ struct NodeBeyond {
     along = hn::IfThenElse(elsewhere, hn::And(node, hn::Set(i, 3)), node);
   }
   Axes from;
-  IntAxes in_brick;  // its place, of the cell's lowest node's row
+  IntAxes in_brick;  // its place, from the row of the cell's lowest node
   hn::Mask<F> upper;
-  Ints offset;            // from the cell
-  hn::Mask<I> elsewhere;  // in another brick than the cell
+  Ints offset;            // offset from the cell
+  hn::Mask<I> elsewhere;  // it is in another brick than the cell
 };
 
-/// The rows of nodes that a cell has across an axis: the places of their first nodes.
+/// Returns the rows of nodes that a cell has across an axis: the places of their first nodes.
 template <std::size_t kAxis>
 constexpr std::array<int, 4> RowsAcross() {
   if constexpr (kAxis == 0) return {0, 5, 25, 30};
@@ -90,8 +90,8 @@ HWY_INLINE void UnpackBeyond(const FieldLanes& lanes, std::size_t at, FieldLanes
   }
 }
 
-/// The values at the nodes beyond the four corners of a cell across an axis, in a Square of the two
-/// axes after it.
+/// Returns the values at the nodes beyond the four corners of a cell across an axis, in a Square of
+/// the two axes after it.
 template <std::size_t kAxis>
 HWY_INLINE Square ValuesBeyond(const NodeBeyond<kAxis>& node, const FieldLanes& beyond,
                                std::size_t at) {
@@ -121,8 +121,8 @@ HWY_INLINE Square ValuesBeyond(const NodeBeyond<kAxis>& node, const FieldLanes& 
   return {low[0], high[0], low[1], high[1]};
 }
 
-/// The gradient along an axis: each of the cell's four lines along it has slopes, between whose
-/// middles the place lies.
+/// Returns the gradient along an axis. Each of the cell's four lines along the axis has slopes; the
+/// place lies between the middles of two.
 template <std::size_t kAxis>
 HWY_INLINE Floats GradientAlong(const Cubes& nodes, const FieldLanes& lanes,
                                 const FieldLanes& beyond, std::size_t at) {
@@ -135,7 +135,7 @@ HWY_INLINE Floats GradientAlong(const Cubes& nodes, const FieldLanes& lanes,
   const auto has_brick = hn::RebindMask(f, hn::Gt(hn::LoadU(i, &beyond.entry[at]), hn::Set(i, -1)));
   const Floats from = Along<kAxis>(node.from);
   const Floats half = hn::Set(f, 0.5F);
-  // how much of the slope beyond
+  // share of the slope beyond
   const Floats share = hn::IfThenElse(node.upper, hn::Sub(from, half), hn::Sub(half, from));
   Square slopes;
   for (std::size_t corner = 0; corner < 4; ++corner) {

@@ -22,7 +22,7 @@ constexpr std::uint64_t kMostTables = kMost / (sizeof(std::int16_t) * kBricksPer
 constexpr std::uint64_t kMostBricks = kMost / 4;
 constexpr std::uint64_t kMostFaces = kMost / 9;
 constexpr std::int32_t kMostSide = 1 << 16;  // hyperbricks
-/// What the kernel reads at a step, and at the last entry of a table.
+/// The bytes that the kernel reads at a step, and at the last entry of a table.
 constexpr std::uint64_t kStepRead = 4;
 
 std::uint64_t HyperbricksOf(const GridIndex& size) {
@@ -134,7 +134,7 @@ bool FieldImage::TablesAreSound(const DistanceField& field) {
 }
 
 bool FieldImage::FacesAreSound(const DistanceField& field) {
-  // faces lie in the box, and what is compared with their distances is right to a ten-thousandth
+  // faces lie in the box, and values compared with their distances are right to a ten-thousandth
   const Vec3f most = static_cast<float>(kHyperbrickCells) *
                      Vec3f(static_cast<float>(field.size_.x), static_cast<float>(field.size_.y),
                            static_cast<float>(field.size_.z));
@@ -181,7 +181,8 @@ bool FieldImage::ListsAreSound(const DistanceField& field, const FieldBrick& bri
     return false;
   }
   for (std::size_t k = 1; k <= cells; ++k) {
-    // a bit for each of the brick's faces, and one set at least: the nearest face is asked for
+    // one bit for each of the brick's faces, and at least one set: the kernel reads the nearest
+    // face
     const std::span<const std::uint8_t> members =
         field.steps_.subspan(end - k * lists.ListBytes() + 2, lists.ListBytes() - 2);
     if (std::ranges::all_of(members, [](std::uint8_t byte) {

@@ -10,9 +10,10 @@
 
 namespace tandem {
 
-/// The block of bytes that a distance field reads, which means the same wherever it lies:
+/// The layout of the block of bytes that holds a distance field. It means the same wherever it
+/// lies:
 ///
-///   header       | what follows, and how many of each
+///   header       | the number of entries of each array
 ///   hyperbricks  | int32 each, x fastest: number of a table, or a bound
 ///   first bricks | uint32 per table: the number of its first brick
 ///   tables       | int16 per brick of a table's hyperbrick; one more, which the kernel reads
@@ -21,15 +22,15 @@ namespace tandem {
 ///   list faces   | uint32 each: numbers of faces
 ///   faces        | three corners each
 ///
-/// Each array begins on a cache line behind the one before, so counts alone tell the places.
+/// Each array begins on a cache line behind the previous one, so the counts alone tell the places.
 struct FieldHeader {
   double voxel_size = 0;  // m
-  double band = 0;        // voxels, as all below
+  double band = 0;        // voxels, as all lengths below
   double range = 0;
   double error_bound = 0;
   double outer_error_bound = 0;
-  double most_over = 0;                 // by which an interpolated value is too great
-  std::array<double, 3> faces_min_L{};  // the box of all faces
+  double most_over = 0;                 // greatest excess of an interpolated value
+  std::array<double, 3> faces_min_L{};  // box of all faces
   std::array<double, 3> faces_max_L{};
   GridIndex origin;  // voxels from W's origin
   GridIndex size;    // hyperbricks
@@ -38,14 +39,14 @@ struct FieldHeader {
   std::uint64_t step_bytes = 0;
   std::uint64_t list_faces = 0;
   std::uint64_t faces = 0;
-  std::uint64_t bytes = 0;  // of the block
+  std::uint64_t bytes = 0;  // size of the block
 };
 static_assert(sizeof(FieldHeader) == 168);
 
 /// Makes the blocks of distance fields, and checks blocks that come from elsewhere.
 class FieldImage {
  public:
-  /// A field in the making. The header's counts come last, from the arrays.
+  /// A field in the making. Pack() fills in the header's counts from the arrays.
   struct Parts {
     FieldHeader header;
     std::vector<std::int32_t> hyperbricks;
@@ -58,8 +59,8 @@ class FieldImage {
   };
   static DistanceField Pack(Parts parts);
 
-  /// The field of a block that anybody may have written; nothing, if a reading of it could leave
-  /// the block or find what no field has.
+  /// Returns the field of a block from an untrusted source; nothing, if reading it could leave the
+  /// block or find values that no field has.
   static std::optional<DistanceField> Read(ImageBlock block);
 
  private:

@@ -1,4 +1,4 @@
-// Vectors of FieldLanes, for each instruction set: included by files that foreach_target.h includes
+// Vectors of FieldLanes, for each instruction set. Included by files that foreach_target.h includes
 // again.
 #include <array>
 #include <cstddef>
@@ -39,13 +39,13 @@ HWY_INLINE Floats Between(Floats low, Floats high, Floats share) {
   return hn::Add(low, hn::Mul(share, hn::Sub(high, low)));
 }
 
-/// The low `bits` of each lane as a signed number.
+/// Returns the low `bits` of each lane as a signed number.
 template <int kBits>
 HWY_INLINE Ints SignedLow(Ints lanes) {
   return hn::ShiftRight<32 - kBits>(hn::ShiftLeft<32 - kBits>(lanes));
 }
 
-/// Stores where the bricks of cells of the lattice stand in the tables, of lanes from `at` on.
+/// Stores where the bricks of cells of the lattice stand in the tables, for lanes from `at` on.
 HWY_INLINE void StoreTablePlaces(const FieldView& field, const IntAxes& cell, std::size_t at,
                                  FieldLanes& lanes) {
   const I i;
@@ -92,7 +92,7 @@ HWY_INLINE Bricks LoadBricks(const FieldLanes& lanes, std::size_t at) {
           steps};
 }
 
-/// The height of bricks' planes over their lowest nodes, at a place from there.
+/// Returns the value of bricks' planes at a place relative to their lowest nodes.
 HWY_INLINE Floats PlaneAt(const Bricks& brick, const Axes& place) {
   const F f;
   const Floats risen = hn::Add(hn::Add(hn::Mul(hn::ConvertTo(f, brick.slopes.x), place.x),
@@ -101,7 +101,7 @@ HWY_INLINE Floats PlaneAt(const Bricks& brick, const Axes& place) {
   return hn::Add(brick.mean, hn::Mul(hn::Set(f, FieldBrick::kSlope), risen));
 }
 
-/// A step in voxels, none in a flat brick.
+/// Returns a step in voxels, 0 in a flat brick.
 HWY_INLINE Floats StepOf(Ints bits, Ints flags) {
   const F f;
   const I i;
@@ -112,10 +112,10 @@ HWY_INLINE Floats StepOf(Ints bits, Ints flags) {
   return hn::IfThenZeroElse(hn::RebindMask(f, flat), step);
 }
 
-/// Rows of two nodes along x: the number of the lower one, from the first row's.
+/// Rows of two nodes along x: the number of the lower node, relative to the first row's.
 inline constexpr std::array<int, 4> kRowNodes{0, 5, 25, 30};
 
-/// Where the bits of rows of nodes begin, from where those of the first row do.
+/// Returns where the bits of rows of nodes begin, from where those of the first row do.
 HWY_INLINE std::array<Ints, 4> RowBits(Ints bits, Ints first) {
   const Ints five = hn::Add(bits, hn::ShiftLeft<2>(bits));
   const Ints twenty_five = hn::Add(five, hn::ShiftLeft<2>(five));
@@ -123,7 +123,7 @@ HWY_INLINE std::array<Ints, 4> RowBits(Ints bits, Ints first) {
   return {first, hn::Add(first, five), upper, hn::Add(upper, five)};
 }
 
-/// Two nodes' steps.
+/// The steps of two nodes.
 struct RowSteps {
   Floats low, high;
 };
@@ -136,7 +136,7 @@ HWY_INLINE RowSteps StepsOfRow(Ints bits, Ints first_bit, Ints word) {
           hn::ConvertTo(f, hn::Shr(hn::Shl(word, hn::Sub(left, bits)), unused))};
 }
 
-/// A cell's place in its brick.
+/// Returns the places of cells in their bricks.
 HWY_INLINE IntAxes InBricks(const FieldLanes& lanes, std::size_t at) {
   const I i;
   const Ints three = hn::Set(i, 3);
@@ -145,13 +145,13 @@ HWY_INLINE IntAxes InBricks(const FieldLanes& lanes, std::size_t at) {
           hn::And(hn::LoadU(i, &lanes.cell_z[at]), three)};
 }
 
-/// x + 5 y + 25 z.
+/// Returns x + 5 y + 25 z.
 HWY_INLINE Ints NodeOf(const IntAxes& in_brick) {
   const Ints zy = hn::Add(in_brick.y, hn::Add(in_brick.z, hn::ShiftLeft<2>(in_brick.z)));
   return hn::Add(in_brick.x, hn::Add(zy, hn::ShiftLeft<2>(zy)));
 }
 
-/// Unpacks the bricks of a vector of lanes, from `at` on, and finds where to read of them.
+/// Unpacks the bricks of a vector of lanes, from `at` on, and finds where their data are.
 HWY_INLINE void Unpack(std::size_t at, FieldLanes& lanes) {
   const F f;
   const I i;
@@ -170,8 +170,8 @@ HWY_INLINE void Unpack(std::size_t at, FieldLanes& lanes) {
   for (std::size_t row = 0; row < 4; ++row) {
     hn::StoreU(hn::Add(brick.steps, hn::ShiftRight<3>(bit[row])), i, &lanes.byte[row][at]);
   }
-  // a brick with lists has their cells before its steps, of z = 0 and 1 in the first word; others
-  // read the pool's begin
+  // a brick with lists has their cells before its steps, with z = 0 and 1 in the first word; other
+  // bricks read the pool's begin
   const auto has_lists =
       hn::Ne(hn::And(brick.flags, hn::Set(i, FieldBrick::kHasLists)), hn::Zero(i));
   const Ints upper = hn::ShiftLeft<2>(hn::ShiftRight<1>(in_brick.z));
@@ -183,7 +183,7 @@ HWY_INLINE void Unpack(std::size_t at, FieldLanes& lanes) {
   hn::StoreU(hn::Add(in_layer, layer), i, &lanes.cell_bit[at]);
 }
 
-/// Which lanes' cells have a list.
+/// Returns which lanes' cells have a list.
 HWY_INLINE hn::Mask<I> Listed(const FieldLanes& lanes, std::size_t at) {
   const I i;
   const Ints flags = hn::LoadU(i, &lanes.flags[at]);
@@ -196,7 +196,7 @@ HWY_INLINE hn::Mask<I> Listed(const FieldLanes& lanes, std::size_t at) {
   return hn::And(has_lists, hn::Ne(one, hn::Zero(i)));
 }
 
-/// The value at the eight nodes of a cell, x fastest.
+/// Returns the values at the eight nodes of a cell, x fastest.
 HWY_INLINE std::array<Floats, 8> NodesOf(const FieldLanes& lanes, const Bricks& brick,
                                          const IntAxes& in_brick, std::size_t at) {
   const F f;

@@ -18,31 +18,30 @@ struct FieldView {
   const std::uint8_t* steps = nullptr;
   GridIndex cells;
   std::int32_t hyperbricks_x = 0, hyperbricks_y = 0;
-  std::array<float, 3> box_min{}, box_max{};  // of all faces, in L
+  std::array<float, 3> box_min{}, box_max{};  // box of all faces, in L
   float most_near = 0;
   float most_near_inside = 0;
   float beyond_near = 0;  // a bound for what is farther than most_near_inside
   float band = 0;
-  float error = 0;  // within the band
+  float error = 0;  // greatest error within the band
   float fine_band = 0;
   float most_over = 0;
 };
 
-/// Places that are looked up in a field together. A look-up is a chain of reads, each of which
-/// needs the one before; here all places take one step before any takes the next. Vectors compute
-/// where to read; plain loops read, which is no slower than vectors that gather, and on many
-/// processors faster:
+/// Places that are looked up in a field together. A look-up is a chain of dependent reads. Here all
+/// places take one step before any place takes the next. Vectors compute where to read. Plain loops
+/// read: they are no slower than vectors that gather, and on many processors faster.
 ///
 ///   Find() | ReadBricks() | Unpack() | ReadWords() | Interpolate()     vectors: field_lanes-inl.h
 struct FieldLanes {
   static constexpr std::size_t kMost = 256;
-  static constexpr std::size_t kVector = 16;  // lanes at the most
+  static constexpr std::size_t kVector = 16;  // greatest number of lanes of a vector
   template <class T>
   using Lanes = std::array<T, kMost>;
 
   // after Find()
-  alignas(64) Lanes<float> x, y, z;                        // from the cell's lowest node
-  alignas(64) Lanes<std::int32_t> cell_x, cell_y, cell_z;  // in the lattice
+  alignas(64) Lanes<float> x, y, z;                        // relative to the cell's lowest node
+  alignas(64) Lanes<std::int32_t> cell_x, cell_y, cell_z;  // cell in the lattice
   alignas(64) Lanes<std::int32_t> hyperbrick;              // below 0: outside of all
   alignas(64) Lanes<std::int32_t> in_table;
   GridIndex CellOf(std::size_t lane) const noexcept {
@@ -52,16 +51,16 @@ struct FieldLanes {
     return {x[lane], y[lane], z[lane]};
   }
   // after ReadBricks()
-  alignas(64) Lanes<std::int32_t> entry;  // number of the brick; below 0: a bound as a table has it
+  alignas(64) Lanes<std::int32_t> entry;  // number of the brick; below 0: a bound as in a table
   alignas(64) std::array<std::int32_t, 4 * kMost> bricks;
   std::array<bool, kMost / kVector> near;  // some lane of the vector has a brick
   // after Unpack()
   alignas(64) Lanes<std::int32_t> bits, flags, over_of_lists;
-  alignas(64) Lanes<std::int32_t> first_bit;  // of the steps of the cell's lowest node
-  alignas(64) Lanes<std::int32_t> cell_bit;   // in a word of FieldLists::cells
-  alignas(64) Lanes<float> plane;             // at the place
-  /// Bytes of the pool where the steps of two nodes in a row begin, by their row: the cell's lower
-  /// one, that one above it along y, along z, and both; and the word of FieldLists::cells.
+  alignas(64) Lanes<std::int32_t> first_bit;  // first bit of the steps of the cell's lowest node
+  alignas(64) Lanes<std::int32_t> cell_bit;   // bit of the cell in a word of FieldLists::cells
+  alignas(64) Lanes<float> plane;             // plane's value at the place
+  /// Bytes of the pool where the steps of two nodes in a row begin: of the cell's lower row, the
+  /// row above it along y, along z, and along both. The last is the word of FieldLists::cells.
   static constexpr std::size_t kWords = 5;
   alignas(64) std::array<Lanes<std::int32_t>, kWords> byte;
   // after ReadWords()
@@ -71,7 +70,7 @@ struct FieldLanes {
   alignas(64) Lanes<std::int32_t> kind;
 };
 
-/// By axis.
+/// Gradients of lanes, by axis.
 using FieldGradients = std::array<FieldLanes::Lanes<float>, 3>;
 
 /// Finds the bricks of `count` lanes, a multiple of FieldLanes::kVector.

@@ -1,4 +1,4 @@
-// How much too great interpolated distances may be from place to place.
+// The excess of interpolated distances from place to place.
 #include <algorithm>
 #include <array>
 
@@ -19,8 +19,8 @@ float DistanceField::OverOfBrick(const GridIndex& brick) const noexcept {
 }
 
 double DistanceField::OverAt(const Cell& cell) const {
-  // At each corner of the place's brick stands the greatest of the bricks round it, so that no
-  // brick has less anywhere than its own; between corners it is interpolated.
+  // Each corner of the place's brick has the greatest value of the bricks round it, so that no
+  // place has less than its own brick. Between corners the value is interpolated.
   std::array<float, 27> of_bricks;
   const GridIndex brick = cell.cell >> 2;
   for (std::int32_t i = 0; i < 27; ++i) {

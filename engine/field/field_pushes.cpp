@@ -10,15 +10,15 @@ namespace tandem {
 
 namespace {
 
-/// Voxels: nearer to a face than this, its normal tells the way.
+/// Distance from a face below which its normal gives the direction, voxels.
 constexpr double kTouching = 1e-4;
 constexpr double kTie = ListPairs::kTie;
-/// Of a second face, voxels above the first one's plane from which on it pushes in full.
+/// Height above the first face's plane from which on a second face pushes in full, voxels.
 constexpr double kApart = 0.1;
-/// Voxels that single precision may lift a face over another's plane in which it lies; over as much
-/// again it comes to count.
+/// Voxels that single precision may lift a face over another's plane in which it lies. Over as much
+/// again its push grows to its full share.
 constexpr double kLifted = 2e-5;
-/// The share of a push that is none.
+/// The greatest share of a push that counts as none.
 constexpr double kNothing = 1e-4;
 
 /// A face near a place.
@@ -26,11 +26,11 @@ struct NearbyFace {
   double distance;  // never negative
   Vec3 to;          // from the place to the closest point
   Vec3 away;        // unit, from the face
-  double height;    // of the place above the face's plane
+  double height;    // height of the place above the face's plane
   bool sheet;
 };
 
-/// The unit normal of a pair's face.
+/// Returns the unit normal of a pair's face.
 Vec3 NormalOf(const ListPairs& pairs, std::size_t k) {
   const auto corner = [&](std::size_t number) {
     const float* words = &pairs.corners[number][4 * k + (number == 2 ? 1 : 0)];
@@ -43,19 +43,19 @@ Vec3 NormalOf(const ListPairs& pairs, std::size_t k) {
 /// The faces of a cell's list near a place, the nearest first.
 class FacesNear {
  public:
-  /// Of pairs that have been measured: the nearest, and all that are nearer than `reach`.
+  /// Takes from measured pairs the nearest face, and all that are nearer than `reach`.
   FacesNear(const ListPairs& pairs, std::size_t begin, std::size_t end, double reach) {
     faces_[0] = {0, Vec3::Zero(), Vec3::Zero(), 0, false};
     float least = std::numeric_limits<float>::infinity();
     for (std::size_t k = begin; k < end; ++k) least = std::min(least, pairs.squared[k]);
-    // all as near as the nearest tell the side together
+    // all faces as near as the nearest give the side together
     const double most = std::max(std::sqrt(double{least}) + kTie, reach);
     for (std::size_t k = begin; k < end; ++k) {
       if (pairs.squared[k] <= most * most) Add(FaceOf(pairs, k));
     }
   }
   std::span<const NearbyFace> all() const { return std::span(faces_).first(count_); }
-  /// The nearest face; of equally near ones the one that turns most to the place.
+  /// Returns the nearest face; among equally near faces the face that turns most to the place.
   const NearbyFace& Told() const {
     const NearbyFace* told = faces_.data();
     for (const NearbyFace& face : all()) {
@@ -93,9 +93,9 @@ class FacesNear {
   std::array<NearbyFace, 16> faces_;
 };
 
-/// How much of a push by `face` counts beside that by `first`, which is nearer. Nothing of what
-/// lies in the first one's plane or falls off from it; all of what stands up from it, or is as
-/// near.
+/// Returns the share of a push by `face` beside a push by `first`, which is nearer. It is nothing
+/// for a face that lies in the first one's plane or falls off from it, and 1 for a face that stands
+/// up from it, or is as near.
 double ShareBeside(const NearbyFace& face, const NearbyFace& first) {
   const double up = first.away.dot(face.to - first.to);
   if (up <= kLifted) return 0;
@@ -116,7 +116,7 @@ FieldGradient GradientOf(const FacesNear& near) {
   const bool inside = near.Inside();
   const NearbyFace& told = near.Told();
   const double nearest = near.all()[0].distance;
-  // on the face itself its normal tells, which points out already
+  // on the face itself its normal gives the direction, which points out already
   const bool turned = inside && told.distance > kTouching;
   return {.reading = {.value = inside ? -nearest : nearest, .near = true},
           .gradient = turned ? Vec3(-told.away) : told.away};
@@ -124,13 +124,14 @@ FieldGradient GradientOf(const FacesNear& near) {
 
 }  // namespace
 
-/// Places in lanes, with what is interpolated, and those of them together whose lists fit.
+/// Places in lanes, with their interpolated values. Gathers as many places as fit whose lists
+/// count.
 class DistanceField::PushLanes {
  public:
-  /// A place, and its pairs if it has a list that tells.
+  /// A place, and its pairs if its list counts.
   struct ListedPlace {
-    std::size_t begin = 0, end = 0;  // of the pairs; none: no list tells
-    double share = 0;                // of the list
+    std::size_t begin = 0, end = 0;  // range of the pairs; empty: no list counts
+    double share = 0;                // share of the list
   };
 
   PushLanes(const DistanceField& field, std::span<const Vec3> places_V)
@@ -143,7 +144,7 @@ class DistanceField::PushLanes {
     return {gradients_[0][k], gradients_[1][k], gradients_[2][k]};
   }
   const ListPairs& pairs() const { return pairs_; }
-  /// Calls visit(lane, list's place) of all places, in order.
+  /// Calls visit(lane, list's place) for all places, in order.
   template <class Visit>
   void ForEach(const Visit& visit) {
     for (std::size_t begin = 0; begin < count_;) {
@@ -155,8 +156,8 @@ class DistanceField::PushLanes {
   }
 
  private:
-  /// Puts together as many places from `begin` on as there is room for the faces of, one at the
-  /// least. Gives the end.
+  /// Gathers as many places from `begin` on as there is room for their faces, at least one. Returns
+  /// the end.
   std::size_t Gather(std::size_t begin) {
     pairs_.count = 0;
     std::size_t k = begin;
@@ -190,7 +191,7 @@ std::size_t DistanceField::SetLanes(std::span<const Vec3> places_V,
       (places_V.size() + FieldLanes::kVector - 1) / FieldLanes::kVector * FieldLanes::kVector;
   for (std::size_t k = 0; k < padded; ++k) {
     const Vec3 place_L = places_V[std::min(k, places_V.size() - 1)] - Vec3::Constant(0.5);
-    // written so that a place that is no number lies outside too
+    // written so that NaN lies outside too
     const bool inside = (place_L.array() >= 0).all() && (place_L.array() < size_L.array()).all();
     const Cell cell = inside ? CellOf(place_L) : Cell{{-1, -1, -1}, Vec3::Zero()};
     lanes.cell_x[k] = cell.cell.x;
@@ -229,8 +230,8 @@ void DistanceField::WithGradients(std::span<const Vec3> places_V,
 
 namespace {
 
-/// As FieldPush::facing. Where an edge or a corner is nearest, its faces are equally near: that one
-/// counts which turns most to the place.
+/// Returns FieldPush::facing. Where an edge or a corner is nearest, its faces are equally near, and
+/// the face that turns most to the place counts.
 double FacingOf(const NearbyFace& face, const FacesNear& near) {
   if (face.distance <= kTouching) return 1;
   double height = 0;
@@ -242,14 +243,14 @@ double FacingOf(const NearbyFace& face, const FacesNear& near) {
   return height / face.distance;
 }
 
-/// Adds the pushes of a list's faces, the nearest first: what counts little takes little from
-/// those behind it.
+/// Adds the pushes of a list's faces, the nearest first. A push that counts little takes little
+/// from the pushes after it.
 void AddPushes(const FacesNear& near, double share, double reach, FieldPush*& next,
                const FieldPush* end) {
   if (near.Inside()) {
     const NearbyFace& face = near.all()[0];
     if (-face.distance >= reach) return;  // force may begin in the solid
-    // on the face itself its normal tells, which points out already
+    // on the face itself its normal gives the direction, which points out already
     const Vec3 away = face.distance > kTouching ? Vec3(-face.away) : face.away;
     *next++ = {-face.distance, away, share, false, 1};
     return;
@@ -278,10 +279,10 @@ void AddPushes(const FacesNear& near, double share, double reach, FieldPush*& ne
   }
 }
 
-/// Replaces an interpolated push and the first one of a list, which fade into one another, by their
-/// sum: between an edge's faces the interpolated way alone may be far off. As the depth of one
-/// vanishes, the sum becomes the other. The list's other pushes move up by one. A sheet's push
-/// stays by itself, for whoever is pushed may turn it round. Gives the new end.
+/// Replaces an interpolated push and the first push of a list, which fade into one another, by
+/// their sum: between an edge's faces the interpolated direction alone may be far off. As the depth
+/// of one vanishes, the sum becomes the other. The list's other pushes move up by one. A sheet's
+/// push stays separate, because FieldPair may turn it round. Returns the new end.
 FieldPush* Merge(double reach, FieldPush* interpolated, FieldPush* next) {
   FieldPush& first = interpolated[0];
   const FieldPush& listed = interpolated[1];
@@ -310,7 +311,7 @@ void DistanceField::Pushes(std::span<const Vec3> places_V, double reach,
     pushes.first[k] = static_cast<std::uint16_t>(next - pushes.all.data());
     const FieldPush* end = next + FieldPushes::kMostEach;
     if (places.HasBrick(k)) {
-      double share = 0;  // of the list
+      double share = 0;  // share of the list
       std::optional<FacesNear> near;
       if (listed.end > listed.begin) {
         near.emplace(places.pairs(), listed.begin, listed.end, reach);

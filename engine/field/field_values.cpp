@@ -15,7 +15,7 @@ HWY_BEFORE_NAMESPACE();
 namespace tandem::HWY_NAMESPACE {
 namespace {
 
-/// What a table's bound says: DistanceField::BoundEntry().
+/// Returns the bounds of a table's entries: DistanceField::BoundEntry().
 HWY_INLINE Floats OfBounds(Ints entries) {
   const F f;
   const I i;
@@ -26,7 +26,8 @@ HWY_INLINE Floats OfBounds(Ints entries) {
   return hn::IfThenElse(hn::RebindMask(f, inside), hn::Neg(least), least);
 }
 
-/// Outside all tables: the distance from the box of all faces, less what single precision may add.
+/// Returns the distance from the box of all faces, for places outside all tables, less what single
+/// precision may add.
 HWY_INLINE Floats OfBox(const FieldView& field, const Axes& place_L) {
   const F f;
   const auto beyond = [&](Floats place, float least, float most) HWY_ATTR {
@@ -41,7 +42,7 @@ HWY_INLINE Floats OfBox(const FieldView& field, const Axes& place_L) {
   return hn::Max(hn::Zero(f), hn::Sub(distance, hn::Set(f, 0.01F)));
 }
 
-/// Finds the cells of a vector of places, which are counted from `base`.
+/// Finds the cells of a vector of places relative to `base`.
 HWY_INLINE void Find(const FieldView& field, const GridIndex& base, const Axes& place_V,
                      std::size_t at, FieldLanes& lanes) {
   const F f;
@@ -112,7 +113,7 @@ HWY_INLINE void Interpolate(const FieldView& field, std::size_t at, FieldLanes& 
              i, &lanes.kind[at]);
 }
 
-/// Of a vector without a brick.
+/// Sets the values of a vector without a brick.
 HWY_INLINE void TellBounds(std::size_t at, FieldLanes& lanes) {
   const F f;
   const I i;
@@ -124,7 +125,7 @@ HWY_INLINE void TellBounds(std::size_t at, FieldLanes& lanes) {
   hn::StoreU(hn::Zero(i), i, &lanes.kind[at]);
 }
 
-/// What lanes read whose cells have been found.
+/// Reads the lanes whose cells have been found.
 HWY_INLINE void ReadAll(const FieldView& field, std::size_t count, FieldLanes& lanes) {
   constexpr std::size_t kWidth = hn::MaxLanes(F());
   const auto near = [&](std::size_t at) HWY_ATTR {
@@ -156,7 +157,7 @@ void LookUp(const FieldView& field, const GridIndex& base, const PlaceSpans& pla
   ReadAll(field, count, lanes);
 }
 
-/// What DistanceField::AtLeast() is nowhere below.
+/// Returns a value that DistanceField::AtLeast() is nowhere below.
 HWY_INLINE Floats AtLeast(const FieldView& field, Floats value) {
   const F f;
   const Floats fine = hn::Set(f, field.fine_band);
@@ -164,14 +165,14 @@ HWY_INLINE Floats AtLeast(const FieldView& field, Floats value) {
   return hn::IfThenElse(hn::Le(value, fine), value, least);
 }
 
-/// What a block's lanes, from `at` on, come to.
+/// Returns the readings of a block's lanes, from `at` on.
 HWY_INLINE FieldReadings Sum(const FieldView& field, float reach, std::size_t at,
                              const FieldLanes& lanes, float* bounds) {
   const F f;
   const I i;
   constexpr std::size_t kWidth = hn::MaxLanes(F());
   Floats least = hn::Set(f, std::numeric_limits<float>::max());
-  // beyond the fine band force may begin before the bound says that it can
+  // beyond the fine band force may begin before the bound allows it
   const bool pushes_early = reach > field.fine_band;
   std::uint64_t within = 0;
   std::uint64_t listed = 0;
@@ -181,14 +182,14 @@ HWY_INLINE FieldReadings Sum(const FieldView& field, float reach, std::size_t at
     const auto near = hn::RebindMask(f, hn::Eq(kind, hn::Set(i, DistanceField::kNear)));
     const auto has_list = hn::RebindMask(f, hn::Eq(kind, hn::Set(i, DistanceField::kListed)));
     const Floats at_least = AtLeast(field, value);
-    // where no list tells: exact within the band, and beyond it not nearer than its border
+    // without a list: exact within the band, and beyond it not nearer than its border
     const Floats over = hn::Sub(value, hn::LoadU(f, &lanes.over[at + k]));
     const Floats least_here =
         hn::Sub(hn::Min(value, hn::Set(f, field.band)), hn::Set(f, field.error));
     const Floats bound = hn::IfThenElse(near, hn::Max(over, least_here), over);
-    // what a list tells is decided only where that is far
+    // a list decides only where the bound does not
     const auto open = hn::And(has_list, hn::Lt(hn::Min(bound, at_least), hn::Set(f, reach)));
-    // every place that DistanceField::Pushes() pushes is found
+    // finds every place that DistanceField::Pushes() pushes
     const Floats told = hn::IfThenElse(near, at_least, bound);
     const auto is_within = hn::AndNot(open, hn::Lt(told, hn::Set(f, reach)));
     least =

@@ -15,12 +15,12 @@ namespace {
 
 struct ListQuery {
   std::size_t lane;
-  float bound;             // of the distance
-  std::size_t begin, end;  // of the pairs
+  float bound;             // bound of the distance
+  std::size_t begin, end;  // range of the pairs
 };
 
-/// The nearest face's distance; of equally near ones that one tells the side which turns most to
-/// the place.
+/// Returns the signed distance of the nearest face. Among equally near faces, the face that turns
+/// most to the place gives the side.
 float NearestOf(const ListPairs& pairs, std::size_t begin, std::size_t end) {
   float least = std::numeric_limits<float>::max();
   for (std::size_t k = begin; k < end; ++k) least = std::min(least, pairs.squared[k]);
@@ -104,7 +104,7 @@ void DistanceField::AskLists(const FieldLanes& lanes, float reach,
         bound = std::min(bound, std::max(static_cast<float>(fine_band()), interpolated));
       }
       const std::size_t most = 8 * list->member_bytes;
-      // of more faces than there is room for, whoever is pushed asks
+      // where there are more faces than room, Pushes() decides
       if (bound >= reach || most > ListPairs::kMost) {
         decide(lane, bound);
         continue;

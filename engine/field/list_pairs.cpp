@@ -38,7 +38,7 @@ HWY_INLINE Lanes3 Select(hn::Mask<F> mask, const Lanes3& yes, const Lanes3& no) 
           hn::IfThenElse(mask, yes.z, no.z)};
 }
 
-/// The point of the edge that begins at `from` which is nearest to the origin.
+/// Returns the point of the edge that begins at `from` which is nearest to the origin.
 HWY_INLINE Lanes3 OnEdge(const Lanes3& from, const Lanes3& along) {
   const F f;
   const Floats length = hn::Max(Dot(along, along), hn::Set(f, 1e-30F));
@@ -48,7 +48,7 @@ HWY_INLINE Lanes3 OnEdge(const Lanes3& from, const Lanes3& along) {
           hn::Add(from.z, hn::Mul(in, along.z))};
 }
 
-/// A vector of corners from the places, of pairs from `k` on.
+/// Returns a vector of corners relative to the places, of pairs from `k` on.
 HWY_INLINE Lanes3 CornerOf(const ListPairs& pairs, std::size_t corner, std::size_t k) {
   const F f;
   Lanes3 at;
@@ -80,7 +80,7 @@ HWY_INLINE void MeasureAll(ListPairs& pairs) {
     const Floats area = hn::Max(Dot(normal, normal), hn::Set(f, 1e-30F));
     const Floats length = hn::Sqrt(area);
     const Floats height = hn::Div(hn::Neg(Dot(a, normal)), length);
-    // the origin lies over the face where it is to the left of all edges
+    // the origin lies over the face if it is to the left of all edges
     const auto left = [&](const Lanes3& from, const Lanes3& along) HWY_ATTR {
       return hn::Ge(Dot(Cross(from, along), normal), hn::Zero(f));
     };

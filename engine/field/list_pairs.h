@@ -8,23 +8,24 @@
 
 namespace tandem {
 
-/// Places and faces, each with one of the other, whose distances are measured together.
+/// Pairs of a place and a face, whose distances are measured together.
 struct ListPairs {
   static constexpr std::size_t kMost = 512;
-  /// Faces are equally near within this, voxels.
+  /// Faces whose distances differ by at most this are equally near, voxels.
   static constexpr double kTie = 1e-4;
   std::size_t count = 0;
-  /// A face's corners, four words each: x, y, z and another, of the last one another, x, y, z.
+  /// A face's corners, four words each: x, y, z and an unused word; for the last corner an unused
+  /// word, x, y, z.
   alignas(64) std::array<std::array<float, 4 * kMost>, 3> corners;
-  /// A place as whole voxels and the rest, so that what is large goes before anything is rounded.
+  /// A place as whole voxels and the rest, so that large terms cancel before anything is rounded.
   alignas(64) std::array<std::array<float, kMost>, 3> whole;
   alignas(64) std::array<std::array<float, kMost>, 3> rest;
-  std::array<bool, kMost> sheet;  // of the face
+  std::array<bool, kMost> sheet;  // the face is a sheet
 
   // what is measured
-  alignas(64) std::array<float, kMost> squared;                 // distance
-  alignas(64) std::array<float, kMost> height;                  // over the face's plane
-  alignas(64) std::array<std::array<float, kMost>, 3> to_face;  // from the place
+  alignas(64) std::array<float, kMost> squared;                 // squared distance
+  alignas(64) std::array<float, kMost> height;                  // height over the face's plane
+  alignas(64) std::array<std::array<float, kMost>, 3> to_face;  // vector from the place
 
   bool HasRoomFor(std::size_t more) const noexcept { return count + more <= kMost; }
   void Add(const std::array<Vec3f, 3>& face, bool of_sheet, const std::array<float, 3>& whole_L,
@@ -41,7 +42,7 @@ struct ListPairs {
   }
 };
 
-/// Measures `squared` and `height`. The same bits on every processor.
+/// Measures `squared` and `height`. The bits are the same on every processor.
 void MeasureDistances(ListPairs& pairs) noexcept;
 /// Measures `to_face`, too.
 void MeasureWays(ListPairs& pairs) noexcept;

@@ -12,12 +12,12 @@ namespace tandem {
 
 namespace {
 
-/// From a cell's centre to its corners and a little more, voxels: a face that is farther than the
+/// From a cell's centre to its corners and a little more, voxels. A face that is farther than the
 /// nearest by twice as much is nowhere in the cell the nearest.
 constexpr float kHalfDiagonal = 0.8662F;
-/// How far from a cell's centre a face may be that is as near as kReach to a place of the cell.
+/// Distance from a cell's centre up to which a face may be within kReach of a place of the cell.
 constexpr float kCellReach = HyperbrickSurvey::kReach + kHalfDiagonal;
-/// Corners as near as this to a plane are in it, voxels.
+/// Distance from a plane up to which corners count as in it, voxels.
 constexpr double kInPlane = 2e-4;
 constexpr double kHalfHyperbrick = 0.5 * kHyperbrickCells;
 
@@ -25,7 +25,7 @@ Vec3 Place(const GridIndex& index) {
   return {static_cast<double>(index.x), static_cast<double>(index.y), static_cast<double>(index.z)};
 }
 
-/// The lowest node of a block of nodes, from the hyperbrick's middle.
+/// Returns the lowest node of a block of nodes, relative to the hyperbrick's middle.
 std::array<float, 3> LowestNode(const GridIndex& block) {
   const auto along = [](std::int32_t n) {
     return static_cast<float>(n * kBrickCells) - static_cast<float>(kHalfHyperbrick);
@@ -33,7 +33,7 @@ std::array<float, 3> LowestNode(const GridIndex& block) {
   return {along(block.x), along(block.y), along(block.z)};
 }
 
-/// Where a face may come near to, of cubes about the hyperbrick's middle.
+/// Finds the cubes about the hyperbrick's middle that a face may come near to.
 class FaceReach {
  public:
   /// `half` is half a side of the cubes, voxels.
@@ -49,8 +49,8 @@ class FaceReach {
     for (std::size_t k = 0; k < 3; ++k) beside_[k] = reach + half * Sum(seen.edges[k].inward);
   }
 
-  /// Calls `visit(x, y, z)` for cubes of a row of `count` along each axis, of which the first has
-  /// its centre at `first` and the next is kBrickCells farther on.
+  /// Calls `visit(x, y, z)` for cubes of a row of `count` along each axis. The first has its centre
+  /// at `first`, and the next is kBrickCells farther on.
   template <typename Visit>
   void VisitCubes(float first, std::int32_t count, const Visit& visit) const {
     constexpr float kStep = kBrickCells;
@@ -94,7 +94,7 @@ class FaceReach {
     if (squared > (reach_ + kRounding) * (reach_ + kRounding)) return false;
     for (std::size_t k = 0; k < 3; ++k) {
       const NearFace::View::Edge& edge = seen_.edges[k];
-      if (edge.inward_offset == std::numeric_limits<float>::max()) continue;  // has no length
+      if (edge.inward_offset == std::numeric_limits<float>::max()) continue;  // no length
       if (Dot(edge.inward, centre) - edge.inward_offset < -beside_[k] - kRounding) return false;
     }
     return true;
@@ -103,7 +103,7 @@ class FaceReach {
   const NearFace::View& seen_;
   float half_;
   float reach_;
-  float slab_;  // how far a cube's centre may be from the plane
+  float slab_;  // greatest distance of a cube's centre from the plane
   std::array<float, 3> low_{}, high_{};
   std::array<float, 3> beside_{};
 };
@@ -206,7 +206,7 @@ void HyperbrickSurvey::MakeRoom() {
 }
 
 void HyperbrickSurvey::Measure(double kept) {
-  // a cube about four layers of nodes and four of centres
+  // cubes about four layers of nodes and four of centres
   constexpr float kHalf = 1.75F;
   constexpr auto kFirst = static_cast<float>(kHalf - kHalfHyperbrick);
   const auto node_reach = static_cast<float>(kept);
@@ -325,7 +325,8 @@ HyperbrickSurvey::BrickCells HyperbrickSurvey::CellsOf(std::size_t brick, double
 void HyperbrickSurvey::LeaveOut(std::span<const std::uint32_t> faces,
                                 std::span<const NearFace::CubeSides> sides,
                                 std::vector<std::uint64_t>& cells) const {
-  // each against those that are left: what it goes on in stays, or goes on in others that do
+  // tests each against those that are left: a face that continues it stays, or is continued by
+  // others that stay
   const auto cells_of = [&](std::uint32_t face) -> std::uint64_t {
     if (face == FieldFace::kNone) return 0;
     const auto at = std::ranges::lower_bound(faces, face);

@@ -21,20 +21,21 @@ class NearFaces {
             std::span<const std::uint32_t> near);
 
   std::size_t size() const noexcept { return near_.size(); }
-  /// By place among the near faces.
+  /// Returns a face by its place among the near faces.
   const FieldFace& operator[](std::size_t i) const { return all_[near_[i]]; }
   const NearFace& seen(std::size_t i) const { return seen_[i]; }
-  /// By edge, the place of the face that goes on from this one as FieldFace::beside, or kNone.
+  /// Returns, by edge, the place of the face that continues this one as FieldFace::beside, or
+  /// kNone.
   const std::array<std::uint32_t, 3>& beside(std::size_t i) const { return beside_[i]; }
   std::uint32_t number(std::size_t i) const { return near_[i]; }
-  /// The hyperbrick's middle, in L.
+  /// Returns the hyperbrick's middle, in L.
   const Vec3& middle_L() const noexcept { return middle_L_; }
 
-  /// A box with its middle at `middle`, from the hyperbrick's, and half its sides `half`, voxels.
+  /// A box, voxels. `middle` is relative to the hyperbrick's middle; `half` has half its sides.
   struct Box {
     std::array<float, 3> middle, half;
   };
-  /// A bit for each edge of a face that some of a box lies beyond.
+  /// Returns a bit for each edge of a face that some of a box lies beyond.
   unsigned EdgesBefore(std::uint32_t face, const Box& box) const {
     unsigned edges = 0;
     for (unsigned k = 0; k < 3; ++k) {
@@ -42,9 +43,9 @@ class NearFaces {
     }
     return edges;
   }
-  /// Whether all of a box lies beyond edges of a face over which the surface goes on gently, in
-  /// faces of which `stays(face)` holds: then one of these is as near everywhere in the box, and
-  /// tells the same side. `edges` as of EdgesBefore().
+  /// Tells whether all of a box lies beyond edges of a face over which the surface continues
+  /// gently, in faces for which `stays(face)` holds. Then one of these is as near everywhere in the
+  /// box, and gives the same side. `edges`: as of EdgesBefore().
   template <typename Stays>
   bool GoesOn(std::uint32_t face, unsigned edges, const Box& box, const Stays& stays) const {
     bool beyond = false;
@@ -57,7 +58,8 @@ class NearFaces {
   }
 
  private:
-  /// How far inside an edge the middle of a box is, and how far from there the box reaches.
+  /// Returns how far inside an edge the middle of a box is. Aside() returns how far from there the
+  /// box reaches.
   float Inward(std::uint32_t face, unsigned k, const Box& box) const {
     const NearFace::View::Edge& edge = seen_[face].view().edges[k];
     float inward = -edge.inward_offset;
@@ -82,10 +84,10 @@ class NearFaces {
 
 /// A face that can be the nearest in a cell.
 struct CellFace {
-  std::uint32_t face = 0;   // by place among the near faces
-  std::uint32_t edges = 7;  // those that some of the cell lies beyond, as NearFaces::EdgesBefore()
+  std::uint32_t face = 0;   // place among the near faces
+  std::uint32_t edges = 7;  // edges that some of the cell lies beyond, as NearFaces::EdgesBefore()
 };
-/// Faces of which one is the nearest to each place of a brick's cells within reach, rising.
+/// Faces among which is the nearest to each place of a brick's cells within reach, rising.
 struct CellCandidates {
   std::array<std::uint32_t, kCellsPerBrick + 1> first{};
   std::vector<CellFace> faces;
@@ -95,53 +97,54 @@ struct CellCandidates {
   }
 };
 
-/// What the faces near a hyperbrick say of its nodes and cells while a field is built.
+/// Finds what the faces near a hyperbrick mean for its nodes and cells while a field is built.
 class HyperbrickSurvey {
  public:
-  /// Every face that is nearer than this to a node is among the faces, voxels; and so is every one
-  /// that can be the nearest to a place of a cell that is as near.
+  /// Reach of the faces, voxels: every face nearer than this to a node is among them, and so is
+  /// every face that can be the nearest to a place of a cell that is as near.
   static constexpr float kReach = 2.25F;
-  /// A face that is farther than this from the hyperbrick tells nothing there, voxels.
+  /// Distance from the hyperbrick beyond which a face has no effect there, voxels.
   static constexpr double kFarthest = 4;
 
-  /// A brick is wanted whose nodes come nearer than `kept` (voxels). `closed`: no face ends in free
-  /// space.
+  /// A brick is wanted if its nodes come nearer than `kept` (voxels). `closed`: no face ends in
+  /// free space.
   HyperbrickSurvey(const NearFaces& faces, double kept, bool closed);
 
   enum class Kind : std::uint8_t {
     kFar,       // no node comes nearer than `kept`
-    kFlat,      // all faces that count are in one plane, which has no end there
+    kFlat,      // all faces that count are in one plane, which does not end there
     kMeasured,  // anything else
   };
-  /// `brick` is a place in the hyperbrick, as CellInBlock.
+  /// Returns the kind of a brick. `brick` is its place in the hyperbrick, as CellInBlock.
   Kind KindOf(std::size_t brick) const noexcept { return bricks_[brick].kind; }
 
-  /// A plane by its heights over the hyperbrick's middle and its slopes, voxels.
+  /// A plane by its normal and the height of a brick over it, voxels.
   struct Plane {
     Vec3 nhat = Vec3::Zero();
-    double at_lowest = 0;  // height of the brick's lowest node over it
+    double at_lowest = 0;  // height of the brick's lowest node over the plane
   };
-  /// Of a flat brick.
+  /// Returns the plane of a flat brick.
   Plane PlaneOf(std::size_t brick) const { return PlaneOf(brick, bricks_[brick].nearest); }
-  /// What the faces say of a brick's cells.
+  /// The faces' distances from a brick's cells.
   struct BrickCells {
-    /// How near the faces come to each cell's centre, voxels.
+    /// By cell: the distance of its centre from the faces, voxels.
     std::array<float, kCellsPerBrick> least;
-    std::uint64_t near = 0;  // the cells that they come near to, which have candidates
+    std::uint64_t near = 0;  // cells that the faces come near to, which have candidates
     CellCandidates candidates;
-    Plane plane;  // of the nearest face
+    Plane plane;  // plane of the nearest face
   };
 
-  // Of measured bricks.
+  // for measured bricks
 
-  /// The distances of a brick's nodes from the faces, and the heights over that one that tells the
-  /// side. What is farther than kReach is not told right.
+  /// Returns the distances of a brick's nodes from the faces, and the heights over the face that
+  /// gives the side. Distances beyond kReach are not right.
   NearestLanes NodesOf(std::size_t brick) const;
-  /// Cells are near whose places the faces may come nearer to than `within`, voxels.
+  /// Finds a brick's cells. A cell is near if the faces may come nearer than `within` (voxels) to
+  /// its places.
   BrickCells CellsOf(std::size_t brick, double within) const;
 
  private:
-  static constexpr std::int32_t kBlocks = kHyperbrickBricks + 1;  // of nodes, along a side
+  static constexpr std::int32_t kBlocks = kHyperbrickBricks + 1;  // blocks of nodes along a side
   static constexpr std::uint32_t kNone = ~0U;
   struct Brick {
     Kind kind = Kind::kFar;
@@ -160,17 +163,17 @@ class HyperbrickSurvey {
   void Measure(double kept);
   void SortByBrick(const std::vector<Visit>& visits);
   Plane PlaneOf(std::size_t brick, std::uint32_t face) const;
-  /// In which cells of a brick each of `faces` is a candidate, given those that it is near enough
-  /// for: it is left out where others are as near.
+  /// Finds in which cells of a brick each of `faces` is a candidate, given the cells for which it
+  /// is near enough. A face is left out where others are as near.
   void LeaveOut(std::span<const std::uint32_t> faces, std::span<const NearFace::CubeSides> sides,
                 std::vector<std::uint64_t>& cells) const;
 
   const NearFaces& faces_;
   std::array<Brick, kBricksPerHyperbrick> bricks_;
-  std::vector<std::int32_t> blocks_;  // by block: the first of its nodes, or below 0
+  std::vector<std::int32_t> blocks_;  // by block: its first node, or below 0
   std::vector<float> node_distances_, node_heights_;
   std::array<std::uint32_t, kBricksPerHyperbrick + 1> first_faces_{};  // by brick
-  std::vector<std::uint32_t> brick_faces_;                             // that may count there
+  std::vector<std::uint32_t> brick_faces_;  // faces that may count in the brick
 };
 
 }  // namespace tandem
