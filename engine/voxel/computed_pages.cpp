@@ -18,7 +18,7 @@ class ComputedPages final : public PageSource {
  public:
   explicit ComputedPages(std::unique_ptr<MarkSource> source) : source_(std::move(source)) {}
 
-  /// Computes all once, for the chunk-level field and the counts.
+  /// Computes all pages once, for the chunk-level field and the counts.
   std::optional<Error> Survey(const VoxelizeOptions& options) {
     VoxmapBuilder builder(options.voxel_size, options.range, options.bits, source_->box(),
                           source_->kinds());

@@ -9,8 +9,9 @@
 
 namespace tandem {
 
-/// Pages that are computed from bits each time they are read, where no file can be kept: about a
-/// millisecond each, and a tenth of the marks' memory. With the errors of Voxelize().
+/// Makes a source that computes pages from bits each time they are read, for use where no file can
+/// be kept. A page takes about a millisecond, and the bits a tenth of the marks' memory. Errors are
+/// those of Voxelize().
 Result<std::shared_ptr<const PageSource>> ComputePages(const TriangleMesh& mesh_W,
                                                        const VoxelizeOptions& options);
 

@@ -12,15 +12,16 @@ namespace {
 
 constexpr std::uint32_t kNone = ~0U;
 
-/// How many bodies hold the voxels before a hyperchunk, row by row.
+/// The number of bodies that hold the voxels before a hyperchunk, row by row.
 using Carry = std::array<std::int32_t, kBrickRows>;
 
-/// The bits from `from` on; none for 64.
+/// Returns the bits from `from` on; none for 64.
 std::uint64_t From(std::uint32_t from) {
   return from < 64 ? ~std::uint64_t{0} << from : 0;
 }
 
-/// Fills the rows of one brick and takes the carry to its other side. Whether any bit is set.
+/// Fills the rows of one brick and takes the carry to its other side. Returns whether any bit is
+/// set.
 bool FillRows(const std::vector<Crossing>& crossings, Carry& carry, std::uint64_t* rows) {
   std::array<std::uint32_t, kBrickRows> head;
   head.fill(kNone);

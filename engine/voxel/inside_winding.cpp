@@ -8,12 +8,12 @@ namespace tandem {
 
 namespace {
 
-constexpr double kClear = 0.3;               // from kInside
-using Cells = std::array<std::uint64_t, 8>;  // of a chunk, in the order of CellInBlock
+constexpr double kClear = 0.3;               // distance from kInside
+using Cells = std::array<std::uint64_t, 8>;  // cells of a chunk, in the order of CellInBlock
 
 constexpr std::uint64_t kLowestX = 0x0101010101010101U;
 
-/// What hangs together with the seed within `free`.
+/// Returns the cells that are connected with the seed within `free`.
 Cells Flood(const Cells& free, const Cells& seed) {
   Cells flooded = seed;
   for (bool grows = true; grows;) {

@@ -10,14 +10,14 @@ namespace tandem {
 /// Adds to `rows` (kBrickRows of them) the voxels of a hyperchunk, other than surface voxels, whose
 /// centres an open surface goes round: its winding number there is above kInside.
 ///
-/// Voxels of a chunk that hang together without surface between them share one evaluation as long
-/// as it is clear; where it is not (in a wide hole) each has its own.
+/// Connected voxels of a chunk without surface between them share one evaluation if it is clear;
+/// otherwise (in a wide hole) each has its own.
 void AddWoundVoxels(const WindingNumber& winding, const Bounds& box_W, double voxel_size,
                     const GridIndex& hyperchunk, const SurfaceBricks::Source* surface,
                     std::uint64_t* rows);
 
-/// Above one half, so that next to a flat sheet, where it comes close to that, rounding decides
-/// nothing.
+/// The winding number above which a voxel is inside. It exceeds one half, so that rounding decides
+/// nothing next to a flat sheet, where the number is close to that.
 inline constexpr double kInside = 0.55;
 
 }  // namespace tandem

@@ -12,7 +12,7 @@ namespace tandem {
 
 namespace {
 
-/// Pointshell::Edge and Chunk without bytes between their parts, which would be any.
+/// Pointshell::Edge and Chunk without padding, whose bytes are undefined.
 struct KeptEdge {
   std::array<float, 3> tangent{};
   float half_length = 0;

@@ -10,19 +10,19 @@
 namespace tandem {
 
 /// A pointshell in a file of a cache. The version grows by one when the same mesh and options come
-/// to other points or to other bytes.
+/// to give other points or other bytes.
 inline constexpr BlockFileKind kKeptPointsFile{
     {'t', 'a', 'n', 'd', 'e', 'm', 'K', 'P'}, 1, "pointshell of a cache"};
 
 MadeOf KeyOf(const TriangleMesh& mesh_W, const Pose& X_WB, const PointshellOptions& options);
 
-/// Writes points to a file, whole or not at all. Nothing, or what went wrong.
+/// Writes points to a file, whole or not at all. Returns nothing, or the error.
 std::optional<Error> KeepPoints(const Pointshell& points, const MadeOf& made_of,
                                 const std::filesystem::path& file);
-/// Reads them again. Refused in one line: what MapBlocks() refuses, and points of another mesh or
+/// Reads them again. Errors, in one line, are those of MapBlocks(), and points of another mesh or
 /// with other options.
 Result<Pointshell> LoadKeptPoints(const std::filesystem::path& file, const MadeOf& made_of);
-/// Tells what is wrong with a file, as far as that can be told without its mesh.
+/// Returns what is wrong with a file, as far as that can be told without its mesh.
 std::optional<Error> KeptPointsFault(const std::filesystem::path& file);
 
 }  // namespace tandem

@@ -27,7 +27,7 @@ Error Damaged(const std::string& file) {
   return Error{file + ": a damaged voxmap of a cache; voxelize its mesh again"};
 }
 
-/// False: these are not the bytes that were compressed.
+/// Returns false if these are not the bytes that were compressed.
 bool Decompress(std::span<const std::byte> from, std::span<std::byte> to) {
   return ZSTD_decompress(to.data(), to.size(), from.data(), from.size()) == to.size();
 }
@@ -42,7 +42,7 @@ struct OpenFile {
 };
 
 bool IsSound(const VoxmapHeader& h) {
-  constexpr std::uint64_t kMost = std::uint64_t{1} << 32U;  // so that no product overflows
+  constexpr std::uint64_t kMost = std::uint64_t{1} << 32U;  // prevents overflow of products
   if ((h.bits != 2 && h.bits != 4 && h.bits != 8) || h.range < 1 ||
       h.range > static_cast<unsigned>(WidestRange(static_cast<int>(h.bits))) ||
       !(h.voxel_size > 0) || !std::isfinite(h.voxel_size)) {
@@ -158,13 +158,14 @@ Result<OpenFile> Open(const std::filesystem::path& path, const MadeOf& made_of) 
   return open;
 }
 
-/// Reads the pieces of pages; one for each thread.
+/// Reads the pieces of pages; one object for each thread.
 class PageReader {
  public:
   PageReader(const RegularFile& file, const VoxmapHeader& map)
       : file_(&file), quarter_bytes_(kVoxelsPerQuarter / 8 * map.bits) {}
 
-  /// False: it is not what was written. The first piece has all places that FirstPiece says.
+  /// Reads a page; returns false if it is not what was written. The first piece has all places of
+  /// FirstPiece.
   bool Read(const PageEntry& entry) {
     written_.resize(std::size_t{entry.first_bytes} + entry.known_bytes);
     if (!ReadAt(*file_, entry.offset, written_) || HashOfMany(written_) != entry.checksum) {
@@ -193,7 +194,7 @@ class PageReader {
     }
     return true;
   }
-  /// False, as well. The quarters that pages before have, from `to` on.
+  /// Reads the quarters that pages before have to `to`; returns false likewise.
   bool ReadKnown(const PageEntry& entry, std::span<std::byte> to) {
     return entry.known_quarters == 0 ||
            Decompress(std::span<const std::byte>(written_).subspan(entry.first_bytes), to);
@@ -225,7 +226,7 @@ void WriteOutline(const OpenFile& open, ImageBytes& image) {
   }
 }
 
-/// Writes what every map has: quarters and planes without marks, and all inside.
+/// Writes the parts that every map has: quarters and planes without marks, and all inside.
 void WriteUniform(const VoxmapHeader& h, ImageBytes& image) {
   const std::size_t quarter_bytes = kVoxelsPerQuarter / 8 * h.bits;
   const int ones = h.bits == 2 ? 0x55 : (h.bits == 4 ? 0x11 : 0x01);
@@ -235,7 +236,7 @@ void WriteUniform(const VoxmapHeader& h, ImageBytes& image) {
   planes[kPlaneInterior].quarters.fill(kQuarterInterior);
 }
 
-/// Puts a page that was read where it is in the whole map's image.
+/// Puts a page that was read to its place in the whole map's image.
 bool PlacePage(const PageReader& page, const PageEntry& entry, const VoxmapHeader& h,
                ImageBytes& image) {
   VoxmapRecord& record =

@@ -14,36 +14,36 @@ namespace tandem::kept_voxmap {
 
 inline constexpr std::array<char, 8> kMagic{'t', 'a', 'n', 'd', 'e', 'm', 'K', 'V'};
 
-/// Where a record's page is, and which planes and quarters of the whole map are its own.
+/// The place of a record's page, and the planes and quarters of the whole map that are its own.
 struct PageEntry {
-  std::uint64_t offset = 0;  // in the file
+  std::uint64_t offset = 0;  // offset in the file
   std::uint64_t checksum = 0;
   std::uint32_t record = 0;
-  std::uint32_t first_bytes = 0;  // of the first piece, compressed
-  std::uint32_t known_bytes = 0;  // of the second one
+  std::uint32_t first_bytes = 0;  // size of the first piece, compressed
+  std::uint32_t known_bytes = 0;  // size of the second piece, compressed
   std::uint32_t first_plane = 0;
   std::uint32_t plane_count = 0;
-  std::uint32_t first_quarter = 0;  // of those that are new
+  std::uint32_t first_quarter = 0;  // first of the new quarters
   std::uint32_t new_quarters = 0;
-  std::uint32_t known_quarters = 0;  // of pages before it
+  std::uint32_t known_quarters = 0;  // quarters of pages before it
 };
 static_assert(sizeof(PageEntry) == 48);
 
-/// What the outline keeps of a record.
+/// The part of a record that the outline keeps.
 struct RecordOutline {
   std::array<std::uint64_t, 8> solid{};
   std::array<std::uint8_t, kChunksPerHyperchunk / 2> chunk_marks{};
 };
 static_assert(sizeof(RecordOutline) == 320);
 
-/// Ends a file: what it is, of what it was made, where its parts are.
+/// The end of a file: its kind, its sources, the places of its parts.
 struct Tail {
-  VoxmapHeader map;  // of the whole map
+  VoxmapHeader map;  // header of the whole map
   std::array<char, 8> magic{};
   std::uint32_t version = 0;
   std::uint32_t unused = 0;
   MadeOf made_of;
-  std::uint64_t pages = 0;  // how many
+  std::uint64_t pages = 0;  // number of pages
   std::uint64_t outline_offset = 0;
   std::uint64_t index_bytes = 0;     // compressed; the entries follow it, then the records
   std::uint64_t entries_bytes = 0;   // compressed
@@ -52,7 +52,7 @@ struct Tail {
   std::uint64_t interior_voxels = 0;
   std::uint64_t free_voxels = 0;
   std::uint64_t outline_checksum = 0;
-  std::uint64_t checksum = 0;  // of all of the tail before it
+  std::uint64_t checksum = 0;  // checksum of all of the tail before it
 };
 static_assert(sizeof(Tail) == 240);
 
@@ -62,8 +62,8 @@ inline std::uint64_t ChecksumOf(const Tail& tail) {
   return hash.value();
 }
 
-/// The first piece of a page, before it is compressed: stored chunks; planes, by numbers of its
-/// own; the numbers of known quarters in the whole map; new quarters.
+/// The layout of the first piece of a page, before compression: stored chunks; planes, in the
+/// page's own numbers; the numbers of known quarters in the whole map; new quarters.
 class FirstPiece {
  public:
   FirstPiece(const PageEntry& entry, std::size_t quarter_bytes)

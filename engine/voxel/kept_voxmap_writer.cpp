@@ -21,7 +21,7 @@ using namespace kept_voxmap;
 namespace {
 
 constexpr int kLevel =
-    1;  // of compression: a higher one saves a tenth and takes five times as long
+    1;  // level of compression: a higher one saves a tenth and takes five times as long
 constexpr std::size_t kWrittenAtOnce = 256;  // pages, so that few are in memory twice
 
 template <typename T>
@@ -40,7 +40,7 @@ std::string Compressed(std::span<const std::byte> bytes) {
 
 /// A page as written.
 struct WrittenPage {
-  PageEntry entry;  // planes and quarters as the part of the map numbers them
+  PageEntry entry;  // numbers of planes and quarters are those of the part of the map
   std::string bytes;
 };
 
@@ -52,7 +52,8 @@ std::uint32_t PlanesOf(const VoxmapRecord& record) {
   return planes;
 }
 
-/// Begins a page: everything but its bytes. `next_quarter`: the first that no page before has.
+/// Begins a page: everything but its bytes. `next_quarter`: the first quarter that no page before
+/// has.
 PageEntry EntryOf(const Voxmap& voxmap, std::uint32_t record, std::uint32_t next_quarter) {
   PageEntry entry;
   entry.record = record;
@@ -69,7 +70,7 @@ PageEntry EntryOf(const Voxmap& voxmap, std::uint32_t record, std::uint32_t next
   return entry;
 }
 
-/// `quarter_base`: what is added to a quarter's number for that in the whole map.
+/// Fills a page. `quarter_base`: offset from a quarter's number to that in the whole map.
 void FillPage(const Voxmap& voxmap, std::uint32_t quarter_base, WrittenPage& page) {
   PageEntry& entry = page.entry;
   const std::size_t quarter_bytes = voxmap.quarter_bytes();
@@ -128,7 +129,7 @@ void FillPage(const Voxmap& voxmap, std::uint32_t quarter_base, WrittenPage& pag
   entry.checksum = HashOfMany(std::as_bytes(std::span(page.bytes)));
 }
 
-/// The records that have planes, in the order of these.
+/// Returns the records that have planes, in the order of these.
 std::vector<std::uint32_t> RecordsWithPlanes(const Voxmap& voxmap) {
   std::vector<std::uint32_t> records;
   for (std::uint32_t r = 2; r < voxmap.header().record_count; ++r) {
@@ -150,7 +151,7 @@ class KeptVoxmapWriter {
     return KeptVoxmapWriter(std::move(*out));
   }
 
-  /// All parts are of one box, and no hyperchunk has marks in two of them.
+  /// Adds a part. All parts have the same box, and no hyperchunk has marks in two of them.
   std::optional<Error> Add(const Voxmap& part) {
     const std::vector<std::uint32_t> records = RecordsWithPlanes(part);
     std::vector<std::uint32_t> cell_of(part.header().record_count);
@@ -224,7 +225,7 @@ class KeptVoxmapWriter {
  private:
   explicit KeptVoxmapWriter(WholeFile out) : out_(std::move(out)) {}
 
-  /// The map's index, what is solid and the chunk-level field.
+  /// Returns the map's index, what is solid and the chunk-level field.
   Voxmap OutlineOfParts() {
     const GridIndex size{static_cast<std::int32_t>(map_.size[0]),
                          static_cast<std::int32_t>(map_.size[1]),
@@ -264,13 +265,13 @@ class KeptVoxmapWriter {
   WholeFile out_;
   VoxmapHeader map_;
   int parts_ = 0;
-  Voxmap only_;  // the part, as long as there is one alone
+  Voxmap only_;  // the part, while there is only one
   std::uint32_t planes_ = 2;
   std::uint32_t quarters_ = 2;
   std::vector<PageEntry> entries_;
-  std::vector<std::uint32_t> cells_;  // of the entries
+  std::vector<std::uint32_t> cells_;  // cells of the entries
   std::vector<VoxmapBuilder::Kind> kinds_;
-  std::vector<std::pair<std::size_t, VoxmapRecord>> records_;  // of the parts, by cell
+  std::vector<std::pair<std::size_t, VoxmapRecord>> records_;  // records of the parts, by cell
   VoxelCounts counts_;
 };
 

@@ -47,7 +47,7 @@ using Pairs = hn::FixedTag<std::uint16_t, 8>;
 using Quads = hn::FixedTag<std::uint32_t, 4>;
 using ByteVector = hn::Vec<Bytes>;
 
-/// Eight rows of 64 voxels to the words of eight chunks' layers.
+/// Transposes eight rows of 64 voxels to the words of eight chunks' layers.
 void TransposeOctet(const std::uint64_t* rows, std::uint64_t* words, std::size_t stride) {
   const Bytes b;
   const Pairs p;
@@ -72,7 +72,7 @@ void TransposeOctet(const std::uint64_t* rows, std::uint64_t* words, std::size_t
   for (std::size_t i = 0; i < 8; ++i) words[i * stride] = out[i];
 }
 
-/// 512 marks of 4 bits from their digits (8 words each), quarter after quarter.
+/// Packs 512 marks of 4 bits from their digits (8 words each), quarter after quarter.
 void PackNibbles(const std::uint64_t* digits, std::uint8_t* plane) {
   const Bytes b;
   const Pairs p;
@@ -89,7 +89,7 @@ void PackNibbles(const std::uint64_t* digits, std::uint8_t* plane) {
     auto v1 = hn::Load(w, digits + 8 + i);
     auto v2 = hn::Load(w, digits + 16 + i);
     auto v3 = hn::Load(w, digits + 24 + i);
-    // squares of 4 digits by 4 voxels, turned over
+    // transposes squares of 4 digits by 4 voxels
     using One = std::integral_constant<int, 1>;
     using Two = std::integral_constant<int, 2>;
     swap(v0, v2, Two{}, 0x3333333333333333U);
@@ -205,7 +205,7 @@ HWY_EXPORT(GatherFour);
 HWY_EXPORT(GatherEight);
 HWY_EXPORT(PackNibbles);
 
-/// Marks of 2 or 8 bits.
+/// Packs marks of 2 or 8 bits.
 void PackOthers(const std::uint64_t* digits, int bits, std::uint8_t* plane) {
   std::memset(plane, 0, kVoxelsPerChunk / 8 * static_cast<std::size_t>(bits));
   for (std::size_t digit = 0; digit < static_cast<std::size_t>(bits); ++digit) {

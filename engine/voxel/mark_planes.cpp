@@ -34,7 +34,7 @@ std::size_t RowOf(int octet) {
   return static_cast<std::size_t>(MarkPlanes::kFirstRow + 8 * octet);
 }
 
-/// Octets that bits of these may have reached after so many steps.
+/// Returns the octets that bits of `octets` may have reached after `steps` steps.
 unsigned Spread(unsigned octets, int steps) {
   for (int reached = 0; reached < steps; reached += 8) {
     octets |= octets << 1U | octets >> 1U;
@@ -44,7 +44,7 @@ unsigned Spread(unsigned octets, int steps) {
 
 using Octets = std::array<std::uint16_t, kSide>;  // by layer
 
-/// The octets of each layer and those next to it.
+/// Returns the octets of each layer and of those next to it.
 Octets WithNeighbours(const Octets& octets) {
   Octets wider = octets;
   for (std::size_t z = 0; z < kSide; ++z) {
@@ -75,7 +75,7 @@ void ClearOctet(int octet, Layer& layer) {
   }
 }
 
-/// Turns the digits of `changed` over for the voxels of an octet of a layer that are in the cube.
+/// Flips the digits of `changed` for the voxels of an octet of a layer that are in the cube.
 void Turn(const Layer& layer, int z, int octet, unsigned changed, Scratch& s) {
   const W w;
   const std::size_t row = RowOf(octet);
@@ -94,7 +94,7 @@ void Turn(const Layer& layer, int z, int octet, unsigned changed, Scratch& s) {
 }
 
 /// Grows the cube of sources, which are `base` voxels from those of the field, by `range` voxels,
-/// and writes the digits of what is new to them.
+/// and writes the digits of the new voxels.
 void Grow(Scratch& s, int base, int range) {
   const auto mark_at = [base, range](int distance) {
     const bool marked = distance <= range && (distance > 0 || base == 0);
@@ -104,7 +104,7 @@ void Grow(Scratch& s, int base, int range) {
   const auto is_middle = [](int z) {
     return z >= kHalo && z < kHalo + kHyperchunkSide;
   };
-  // by layer, octets of sources at most as many layers away as steps were taken
+  // by layer, octets of sources at most as many layers away as steps are done
   Octets octets = s.octets;
   Octets reached = octets;
   for (int step = 0; step < range; ++step) reached = WithNeighbours(reached);
@@ -130,7 +130,7 @@ void Grow(Scratch& s, int base, int range) {
     }
   }
   for (int step = 1; step <= range; ++step) {
-    // what can still reach the hyperchunk
+    // the part that can still reach the hyperchunk
     const int reach = range - step;
     const int z0 = kHalo - reach;
     const int z1 = kHalo + kHyperchunkSide - 1 + reach;
@@ -178,7 +178,7 @@ void Grow(Scratch& s, int base, int range) {
   }
 }
 
-/// How many voxels of the hyperchunk have a mark.
+/// Counts the voxels of the hyperchunk that have a mark.
 void CountMarked(Scratch& s) {
   const W w;
   auto count = hn::Zero(w);
@@ -227,8 +227,8 @@ void MarkPlanes::Begin(const GridIndex& place) {
   band_voxels_ = 0;
 }
 
-/// Sets the cube to the sources in and round the hyperchunk, as far as `range` voxels. Whether
-/// there are any that may grow within it.
+/// Sets the cube to the sources in and round the hyperchunk, as far as `range` voxels. Returns
+/// whether there are any that may grow within it.
 bool MarkPlanes::Gather(const SurfaceBricks& bricks, Field field, int range) {
   Scratch& s = *scratch_;
   s.octets.fill(0);
@@ -245,7 +245,7 @@ bool MarkPlanes::Gather(const SurfaceBricks& bricks, Field field, int range) {
   }
   if (!any || (near[13] != nullptr && near[13]->full())) return false;
   any = false;
-  // whole octets, though some rows of theirs are out of reach
+  // whole octets, though some of their rows are out of reach
   const int reach = (range + 7) / 8 * 8;
   for (int z = -range; z < kHyperchunkSide + range; ++z) {
     const auto layer = static_cast<std::size_t>(z + kHalo);

@@ -13,19 +13,20 @@
 
 namespace tandem {
 
-/// Makes the planes of marks of one hyperchunk at a time (paper §3.1, §4); one for each thread.
+/// Makes the planes of marks of one hyperchunk at a time (paper §3.1, §4); one object for each
+/// thread.
 ///
-/// A cube of bits grows from the sources by one voxel in all directions per step, and what a step
-/// adds is one farther. The sets are nested, so each binary digit of the marks is the exclusive or
-/// of the sets at whose rim that digit changes: no voxel is ever looked at by itself, and rows of
-/// zeros are passed over in eights. Digits become marks chunk by chunk, by transposition.
+/// A cube of bits grows from the sources by one voxel in all directions per step, and the voxels
+/// that a step adds are one voxel farther. The sets are nested. So each binary digit of the marks
+/// is the exclusive or of the sets at whose rim that digit changes. No voxel is examined by itself,
+/// and rows of zeros are skipped in eights. Digits become marks chunk by chunk, by transposition.
 ///
 /// The cube holds kHalo voxels all round. Fields of a wider range grow in rounds of that many
-/// voxels, each from what the one before has reached.
+/// voxels, each from the result of the round before.
 class MarkPlanes {
  public:
-  /// `rounds`: the sources, then GrownSources() of those before, Rounds(range) in all; they must
-  /// outlive this.
+  /// `rounds`: the sources, then GrownSources() of the round before, Rounds(range) in all. They
+  /// must outlive this object.
   MarkPlanes(std::span<const SurfaceBricks> rounds, int range, int bits);
 
   static std::size_t Rounds(int range) {
@@ -34,38 +35,40 @@ class MarkPlanes {
 
   /// Starts a hyperchunk.
   void Begin(const GridIndex& place);
-  /// Appends the planes of a field, and notes them in the record, numbered from the first one since
-  /// Begin(). In the surface field `inside` has kBrickRows rows, null for none; `solid` instead if
-  /// all is inside but the surface.
+  /// Appends the planes of a field, and notes them in the record, numbered from the first plane
+  /// since Begin(). In the surface field `inside` has kBrickRows rows, null for none; `solid`
+  /// instead if all but the surface is inside.
   void Add(Field field, const std::uint64_t* inside, bool solid);
 
-  /// What the hyperchunk's part of the last round's sources and of those round it grows to in kHalo
-  /// voxels, as kBrickRows rows. False if there is nothing to grow.
+  /// Grows the last round's sources in and round the hyperchunk by kHalo voxels, and writes the
+  /// hyperchunk's kBrickRows rows. Returns false if there is nothing to grow.
   bool Grown(Field field, std::uint64_t* rows);
 
   const VoxmapRecord& record() const noexcept { return record_; }
   const HugeVector<std::uint8_t>& planes() const noexcept { return planes_; }
-  /// Voxels within the range of a surface voxel, either side, these among them.
+  /// Returns the number of voxels within the range of a surface voxel, on either side, including
+  /// surface voxels.
   std::uint64_t band_voxels() const noexcept { return band_voxels_; }
 
   static constexpr int kHalo = 16;
   static constexpr int kSide = kHyperchunkSide + 2 * kHalo;
-  /// Rows of a layer: kSide of them, the first at kFirstRow, so that vectors may reach past them.
+  /// Rows of a layer: kSide of them, the first at kFirstRow, so that vectors may read beyond them.
   static constexpr int kStride = kSide + 16;
   static constexpr int kFirstRow = 8;
-  /// Two words a row: voxels -16..47 and 16..79 from the hyperchunk's lowest. What grows in from
-  /// beyond a word's ends is missed, and after 16 steps has not reached voxels 0..31 and 32..63.
+  /// Two words a row: voxels -16..47 and 16..79 from the hyperchunk's lowest. Growth from beyond a
+  /// word's ends is missed; after 16 steps the error has not reached voxels 0..31 and 32..63.
   struct alignas(64) Layer {
     std::array<std::array<std::uint64_t, kStride>, 2> words{};
   };
   struct Scratch {
     std::array<Layer, kSide> cube{};
     std::array<Layer, 3> ring{};                // layers grown along x and y
-    std::array<std::uint16_t, kSide> octets{};  // by layer: which eights of rows have bits
+    std::array<std::uint16_t, kSide> octets{};  // by layer: eights of rows that have bits
     std::array<std::uint16_t, 3> ring_octets{};
-    std::array<std::uint16_t, kSide> touched{};  // by layer: eights of rows with bits at the end
+    /// By layer: eights of rows that have bits at the end.
+    std::array<std::uint16_t, kSide> touched{};
     MarkDigits digits;
-    std::uint64_t marked = 0;  // voxels with a mark
+    std::uint64_t marked = 0;  // number of voxels with a mark
   };
 
  private:
@@ -83,8 +86,8 @@ class MarkPlanes {
   std::unique_ptr<Scratch> scratch_;
 };
 
-/// The sources of all fields with all voxels within MarkPlanes::kHalo voxels of them, in the same
-/// box. In parallel.
+/// Returns the sources of all fields with all voxels within MarkPlanes::kHalo voxels of them, in
+/// the same box. Works in parallel.
 SurfaceBricks GrownSources(const SurfaceBricks& bricks);
 
 }  // namespace tandem

@@ -15,7 +15,7 @@ Error Stopped() {
   return Error{"voxelization was stopped"};
 }
 
-/// Hyperchunks that a band of so many chunks reaches into from the next.
+/// Returns the number of hyperchunks that a band of `chunks` chunks reaches into from the next.
 int HyperchunksReached(int chunks) {
   return (chunks + 7) / 8;
 }
@@ -38,7 +38,7 @@ void VisitReached(const SurfaceBricks::Source& surface, int chunks, const Visit&
       }
     }
   }
-  const auto side = [chunks](int offset) {  // of eight chunks in a row, those near enough
+  const auto side = [chunks](int offset) {  // chunks that are near enough, of eight in a row
     const unsigned all = 0xff;
     const int least = std::max(0, 8 * std::abs(offset) - chunks);
     return offset < 0 ? all >> least : (offset > 0 ? all << least & all : all);
@@ -46,7 +46,7 @@ void VisitReached(const SurfaceBricks::Source& surface, int chunks, const Visit&
   const int far = HyperchunksReached(chunks);
   for (std::int32_t dz = -far; dz <= far; ++dz) {
     for (std::int32_t dy = -far; dy <= far; ++dy) {
-      std::uint64_t rows = 0;  // of a layer, in y
+      std::uint64_t rows = 0;  // rows of a layer, in y
       for (unsigned y = 0; y < 8; ++y) {
         if ((side(dy) >> y & 1U) != 0) rows |= std::uint64_t{0xff} << (8 * y);
       }
@@ -75,7 +75,7 @@ Result<std::unique_ptr<MarkSource>> MarkSource::Make(const TriangleMesh& mesh_W,
   const std::size_t rounds = MarkPlanes::Rounds(options.range);
   source->rounds_.reserve(rounds);
   const int reached = HyperchunksReached(reach);
-  // the band of a layer comes from those beside it too
+  // the band of a layer also comes from the layers beside it
   HyperchunkLayers with_sources = layers;
   if (layers.begin != INT32_MIN) with_sources.begin -= reached;
   if (layers.end != INT32_MAX) with_sources.end += reached;
@@ -95,7 +95,7 @@ Result<std::unique_ptr<MarkSource>> MarkSource::Make(const TriangleMesh& mesh_W,
 }
 
 void MarkSource::FindKinds(const HyperchunkLayers& layers, int reach) {
-  // the bricks' box holds all that the band may reach; one more hyperchunk all round has no marks
+  // the bricks' box holds all that the band may reach; the extra hyperchunk all round has no marks
   const SurfaceBricks& bricks = rounds_.front();
   const HyperchunkBox& inner = bricks.box();
   const GridIndex border{1, 1, 1};

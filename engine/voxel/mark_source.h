@@ -16,13 +16,13 @@
 
 namespace tandem {
 
-/// What the marks of a mesh are computed from, hyperchunk by hyperchunk: bits that say which voxels
-/// the surface, its edges and its vertices lie in, and which lie inside. They take a tenth of the
-/// memory that the marks do. Any number of threads may use it at once.
+/// Computes the marks of a mesh hyperchunk by hyperchunk, from bits: the voxels that the surface,
+/// its edges and its vertices lie in, and the voxels inside. The bits take a tenth of the memory of
+/// the marks. Any number of threads may use it at once.
 class MarkSource {
  public:
-  /// Of some layers of hyperchunks. Told the share that is done, 0 to 1. An error where the options
-  /// ask it to stop.
+  /// Makes a source for some layers of hyperchunks. `tell` gets the share that is done, 0 to 1.
+  /// Returns an error if the options ask it to stop.
   static Result<std::unique_ptr<MarkSource>> Make(const TriangleMesh& mesh_W,
                                                   const Features& features,
                                                   const MeshFacing& facing,
@@ -30,18 +30,18 @@ class MarkSource {
                                                   const HyperchunkLayers& layers,
                                                   const std::function<void(double)>& tell);
 
-  /// The map's, whose border of one hyperchunk has no marks.
+  /// Returns the map's box, whose border of one hyperchunk has no marks.
   const HyperchunkBox& box() const noexcept { return box_; }
-  /// By cell of the box.
+  /// Returns the kinds of hyperchunks, by cell of the box.
   const std::vector<VoxmapBuilder::Kind>& kinds() const noexcept { return kinds_; }
-  /// The hyperchunks with marks, in Morton order.
+  /// Returns the hyperchunks with marks, in Morton order.
   const std::vector<GridIndex>& marked() const noexcept { return marked_; }
-  /// Scratch for Fill(), one for each thread.
+  /// Returns scratch for Fill(), one for each thread.
   std::unique_ptr<MarkPlanes> MakePlanes() const;
   /// Computes the marks of a hyperchunk.
   void Fill(const GridIndex& place, MarkPlanes& planes) const;
-  /// Computes those of all in parallel, and hands them on in order, one at a time. An error where
-  /// the options ask it to stop.
+  /// Computes the marks of all hyperchunks in parallel, and hands them to `take` in order, one at a
+  /// time. Returns an error if the options ask it to stop.
   std::optional<Error> MakeAll(
       const std::function<void(const GridIndex& place, const MarkPlanes& planes)>& take) const;
 

@@ -28,7 +28,7 @@ struct ShellPoint {
   bool ends = false;
 };
 
-/// By label, the vertices first, and then so that neighbours stand together.
+/// Sorts points by label, the vertices first, and then by neighbourhood.
 void Order(std::vector<ShellPoint>& points) {
   std::stable_sort(points.begin(), points.end(), [](const ShellPoint& a, const ShellPoint& b) {
     if (a.label != b.label) return a.label > b.label;
@@ -42,8 +42,8 @@ Vec3 Centre(const GridIndex& voxel) {
 
 using ChunkedPoints = std::vector<std::vector<ShellPoint>>;  // by chunk of SurfaceVoxels
 
-/// One point for each side of each surface voxel; on features, one more for each edge beside a
-/// vertex or a longer edge.
+/// Makes one point for each side of each surface voxel; on features, one more for each edge beside
+/// a vertex or a longer edge.
 ChunkedPoints SurfacePoints(const FeatureVoxels& voxels, const TriangleMesh& mesh_W,
                             const Features& features, PointPlace place) {
   const FeatureNormals normals = FindFeatureNormals(mesh_W, features);
@@ -78,7 +78,7 @@ ChunkedPoints SurfacePoints(const FeatureVoxels& voxels, const TriangleMesh& mes
   return made;
 }
 
-/// The points of one voxel among those of a chunk.
+/// Visits the points of one voxel among those of a chunk.
 template <typename Visit>
 void ForEachPointAt(const SurfaceVoxels& surface, const ChunkedPoints& points,
                     const GridIndex& voxel, const Visit& visit) {
@@ -91,8 +91,8 @@ void ForEachPointAt(const SurfaceVoxels& surface, const ChunkedPoints& points,
   }
 }
 
-/// The points of the k-th free layer: one in the middle of each voxel at chess-board distance k
-/// outside the surface, with label and normal of the nearest surface voxel.
+/// Makes the points of the k-th free layer: one in the middle of each voxel at chess-board distance
+/// k outside the surface, with label and normal of the nearest surface voxel.
 ChunkedPoints FreeLayerPoints(const SurfaceVoxels& surface, const ChunkedPoints& points, int k) {
   ChunkedPoints layer(points.size());
   tbb::parallel_for(std::size_t{0}, points.size(), [&](std::size_t c) {
@@ -113,7 +113,7 @@ ChunkedPoints FreeLayerPoints(const SurfaceVoxels& surface, const ChunkedPoints&
                 const double square = (Centre(voxel) - Centre(point.voxel)).squaredNorm();
                 const GridIndex d = other - voxel;
                 const int chess = std::max({std::abs(d.x), std::abs(d.y), std::abs(d.z)});
-                if (chess < k) least = -1;  // a nearer layer's
+                if (chess < k) least = -1;  // it belongs to a nearer layer
                 if (square >= least) return;
                 least = square;
                 nearest = &point;
@@ -136,17 +136,17 @@ ChunkedPoints FreeLayerPoints(const SurfaceVoxels& surface, const ChunkedPoints&
 
 using Gaps = decltype(Pointshell::gaps);
 
-/// Pointshell::gaps, in voxels, of points that have been shifted by `shift` voxels, `step` voxels
-/// apart.
+/// Returns Pointshell::gaps, in voxels, of points that have been shifted by `shift` voxels, at
+/// steps of `step` voxels.
 Gaps LargestGaps(const SurfaceVoxels& surface, const ChunkedPoints& points, double shift,
                  double step) {
   Gaps shifts;
   for (std::size_t k = 0; k < shifts.size(); ++k) {
     shifts[k] = shift + step * (static_cast<double>(k) - Pointshell::kGapSteps);
   }
-  std::vector<Gaps> squares(points.size(), Gaps{});  // of the gaps
+  std::vector<Gaps> squares(points.size(), Gaps{});  // squares of the gaps
   tbb::parallel_for(std::size_t{0}, points.size(), [&](std::size_t c) {
-    // those of one voxel stand together
+    // points of one voxel stand together
     const std::vector<ShellPoint>& own = points[c];
     std::array<std::uint16_t, kVoxelsPerChunk> first;  // by cell: 1 + the first of its points
     first.fill(0);
@@ -174,7 +174,7 @@ Gaps LargestGaps(const SurfaceVoxels& surface, const ChunkedPoints& points, doub
         } else {
           ForEachPointAt(surface, points, voxel, measure);
         }
-        if (nearest[0] == std::numeric_limits<double>::infinity()) continue;  // nobody is there
+        if (nearest[0] == std::numeric_limits<double>::infinity()) continue;  // no point is there
         for (std::size_t k = 0; k < nearest.size(); ++k) {
           squares[c][k] = std::max(squares[c][k], nearest[k]);
         }

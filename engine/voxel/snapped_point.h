@@ -7,10 +7,10 @@
 
 namespace tandem {
 
-/// A mesh's vertices in units of 2^-20 voxel sizes, whole numbers. Everything that decides which
-/// voxel is what is computed from these without rounding, so it is exact for the snapped mesh
-/// (which is within half a millionth of a voxel of the given one) and the same on every machine.
-/// |coordinate| < 2^51.
+/// A mesh's vertices in units of 2^-20 voxel sizes, whole numbers. All decisions on voxels are
+/// computed from these without rounding. So they are exact for the snapped mesh (which is within
+/// half a millionth of a voxel of the given mesh) and the same on every machine. |coordinate| <
+/// 2^51.
 inline constexpr int kSnapBits = 20;
 using SnappedPoint = std::array<std::int64_t, 3>;
 using SnappedTriangle = std::array<SnappedPoint, 3>;

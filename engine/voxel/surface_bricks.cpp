@@ -17,7 +17,7 @@ namespace tandem {
 namespace {
 
 constexpr int kBrickBits = kSnapBits + 6;  // snapped units across a hyperchunk
-constexpr std::int32_t kFewBricks = 3;     // along a side, so that all are as well taken as told
+constexpr std::int32_t kFewBricks = 3;     // along a side; few enough to take all without a test
 
 using Corners = std::array<std::uint32_t, 3>;
 
@@ -49,7 +49,7 @@ void ForEachHyperchunk(const SnappedTriangle& t, const Visit& visit) {
     }
     return;
   }
-  // a large triangle's hyperchunks are told as voxels are
+  // a large triangle's hyperchunks are found as voxels are
   const TriangleRows rows(t, kBrickBits);
   std::vector<std::uint64_t> met(kBrickRows + TriangleRows::kPadding);
   for (std::int32_t z = low[2]; z <= high[2]; z += kHyperchunkSide) {
@@ -68,7 +68,7 @@ void ForEachHyperchunk(const SnappedTriangle& t, const Visit& visit) {
   }
 }
 
-/// Which triangles may reach into each hyperchunk of a box.
+/// The triangles that may reach into each hyperchunk of a box.
 struct Bins {
   std::vector<std::uint32_t> first;  // by cell of the box, and the end
   HugeVector<std::uint32_t> items;
@@ -76,7 +76,7 @@ struct Bins {
 
 Bins BinByHyperchunk(const HugeVector<SnappedPoint>& points, std::span<const Corners> triangles,
                      const HyperchunkBox& box) {
-  // of most triangles the one hyperchunk; kMany says to ask again
+  // for most triangles the one hyperchunk; kMany: visit them again
   constexpr std::uint32_t kMany = ~0U;
   HugeVector<std::uint32_t> cell_of(triangles.size());
   const auto for_each = [&](std::size_t t, const auto& visit) {
@@ -101,7 +101,7 @@ Bins BinByHyperchunk(const HugeVector<SnappedPoint>& points, std::span<const Cor
       });
   Bins bins;
   bins.first.assign(box.cells() + 1, 0);
-  std::vector<std::uint32_t> many;  // triangle and cell, by turns
+  std::vector<std::uint32_t> many;  // triangle and cell, alternating
   for (std::size_t t = 0; t < triangles.size(); ++t) {
     if (cell_of[t] != kMany) {
       ++bins.first[cell_of[t] + 1];
@@ -159,7 +159,7 @@ void SurfaceBricks::Packer::Take(Field field, std::uint64_t* rows) {
     }
     source.octets[z] = static_cast<std::uint8_t>(here);
   }
-  if (count > 0) source.words = words_.data();  // the brick's own are known to Fill()
+  if (count > 0) source.words = words_.data();  // Fill() finds the brick's own words
 }
 
 void SurfaceBricks::Packer::TakeFull(Field field) {

@@ -39,7 +39,7 @@ struct HyperchunkBox {
   }
 };
 
-/// The hyperchunks from one z to another, which is beyond.
+/// The hyperchunks from one z to another, which is excluded.
 struct HyperchunkLayers {
   std::int32_t begin = INT32_MIN;
   std::int32_t end = INT32_MAX;
@@ -48,12 +48,12 @@ struct HyperchunkLayers {
 };
 
 /// The sources of the three fields (paper §4) as rows of bits: the voxels that the surface, its
-/// feature edges, its feature vertices lie in, and where rows of voxel centres cross the surface.
-/// An edge is a triangle without height and a vertex one without length, and all are told by the
-/// same exact test, so each source is among the one before.
+/// feature edges and its feature vertices lie in. It also has the places where rows of voxel
+/// centres cross the surface. An edge is a triangle without height and a vertex is one without
+/// length. One exact test decides them all, so each source contains the next.
 class SurfaceBricks {
  public:
-  /// Numbers of bits: processors of every kind count them by a call otherwise.
+  /// Numbers of bits of bytes: baseline instruction sets count bits by a call.
   static constexpr std::array<std::uint8_t, 256> kBitsOf = [] {
     std::array<std::uint8_t, 256> bits{};
     for (std::size_t i = 0; i < bits.size(); ++i) {
@@ -63,15 +63,15 @@ class SurfaceBricks {
   }();
   /// Rows by eights along y; eights without a voxel are not kept.
   struct Source {
-    const std::uint64_t* words = nullptr;  // null without any
+    const std::uint64_t* words = nullptr;  // null if there are no voxels
     /// By z: bit j for any voxel in the rows 8 j to 8 j + 7.
     std::array<std::uint8_t, kHyperchunkSide> octets{};
-    std::array<std::uint16_t, kHyperchunkSide> first{};  // by z: how many octets stand before
+    std::array<std::uint16_t, kHyperchunkSide> first{};  // by z: number of octets before it
 
     bool empty() const noexcept { return words == nullptr; }
-    /// Known to be all of the hyperchunk.
+    /// Tells whether the source is known to be all of the hyperchunk.
     bool full() const noexcept { return words == kFullWords.data(); }
-    /// The rows 8 j to 8 j + 7 of a z; null if there is no voxel in them.
+    /// Returns the rows 8 j to 8 j + 7 of a z; null if there is no voxel in them.
     const std::uint64_t* Octet(std::size_t z, std::size_t j) const noexcept {
       if ((octets[z] >> j & 1U) == 0) return nullptr;
       return words + 8 * (first[z] + kBitsOf[octets[z] & ((1U << j) - 1)]);
@@ -80,16 +80,16 @@ class SurfaceBricks {
   struct Brick {
     GridIndex place;
     std::array<Source, kFields> sources;  // by Field
-    std::vector<std::uint64_t> words;     // of all sources
-    std::vector<Crossing> crossings;      // of closed bodies, in no order
+    std::vector<std::uint64_t> words;     // words of all sources
+    std::vector<Crossing> crossings;      // crossings of closed bodies, in no order
   };
-  /// Sources of kBrickRows rows each, made one after another and put into bricks together.
+  /// Packs sources of kBrickRows rows each, made one after another, into bricks.
   class Packer {
    public:
-    /// Takes the rows, which are zeros afterwards.
+    /// Takes the rows and sets them to zero.
     void Take(Field field, std::uint64_t* rows);
     void TakeFull(Field field);
-    /// Gives the brick what was taken since the last time.
+    /// Gives the brick what was taken since the last call.
     void Fill(Brick& brick);
 
    private:
@@ -98,19 +98,19 @@ class SurfaceBricks {
     std::vector<std::uint64_t> words_;
   };
 
-  /// Crossings of closed bodies only. `border`: hyperchunks more all round the box, at least one.
-  /// Bricks of these layers alone.
+  /// Finds the bricks of some layers, with crossings of closed bodies only. `border`: extra
+  /// hyperchunks all round the box, at least one.
   SurfaceBricks(const TriangleMesh& mesh_W, const Features& features, double voxel_size,
                 const MeshFacing& facing, int border, const HyperchunkLayers& layers = {});
-  /// One brick for each cell of the box.
+  /// Takes one brick for each cell of the box.
   SurfaceBricks(const HyperchunkBox& box, std::vector<Brick> bricks);
 
-  /// In Morton order of their places; some may be without voxels.
+  /// Returns the bricks in Morton order of their places; some may have no voxels.
   const std::vector<Brick>& bricks() const noexcept { return bricks_; }
   const HyperchunkLayers& layers() const noexcept { return layers_; }
-  /// The box of all places, whatever the layers, with its border.
+  /// Returns the box of all places, whatever the layers, with its border.
   const HyperchunkBox& box() const noexcept { return box_; }
-  /// By cell of the box; null without voxels.
+  /// Returns the brick at a cell of the box; null if it has no voxels.
   const Brick* At(const GridIndex& place) const noexcept {
     if (!box_.Holds(place)) return nullptr;
     const std::uint32_t brick = brick_at_[box_.CellOf(place)];

@@ -17,7 +17,7 @@ namespace {
 constexpr int kChunkBits = kSnapBits + 3;  // snapped units across a chunk
 
 struct Entry {
-  std::uint64_t code;  // of the chunk
+  std::uint64_t code;  // code of the chunk
   GridIndex chunk;
   std::uint32_t triangle;
 
@@ -26,7 +26,7 @@ struct Entry {
   }
 };
 
-/// The chunks that each triangle meets, found as voxels are in a hyperchunk.
+/// Finds the chunks that each triangle meets, as voxels are found in a hyperchunk.
 std::vector<Entry> BinByChunk(const std::vector<SnappedTriangle>& triangles) {
   constexpr std::size_t kBlock = 8192;
   std::vector<std::vector<Entry>> blocks((triangles.size() + kBlock - 1) / kBlock);

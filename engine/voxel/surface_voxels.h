@@ -19,15 +19,16 @@ struct GridIndexHash {
   }
 };
 
-/// The voxels a mesh's surface passes through, chunk by chunk, and the triangles that pass through
-/// each chunk. Chunks stand in Morton order; the same for any number of threads.
+/// The voxels that a mesh's surface passes through, chunk by chunk, and the triangles that pass
+/// through each chunk. Chunks stand in Morton order. The result is the same for any number of
+/// threads.
 struct SurfaceVoxels {
-  using Bits = std::array<std::uint64_t, 8>;  // order of CellInBlock
+  using Bits = std::array<std::uint64_t, 8>;  // in the order of CellInBlock
 
   struct Chunk {
     GridIndex place;  // in chunks, from W's origin
     Bits bits{};
-    std::uint32_t first_triangle = 0;  // into `triangles`
+    std::uint32_t first_triangle = 0;  // index into `triangles`
     std::uint32_t triangle_count = 0;
   };
 
@@ -40,7 +41,7 @@ struct SurfaceVoxels {
   std::span<const std::uint32_t> TrianglesOf(const Chunk& chunk) const {
     return std::span(triangles).subspan(chunk.first_triangle, chunk.triangle_count);
   }
-  /// The bits of the chunk there, or null.
+  /// Returns the bits of a chunk, or null.
   const Bits* BitsAt(const GridIndex& chunk) const {
     const auto found = chunk_at.find(chunk);
     return found == chunk_at.end() ? nullptr : &chunks[found->second].bits;
@@ -49,13 +50,13 @@ struct SurfaceVoxels {
 
 std::vector<SnappedTriangle> SnapTriangles(const TriangleMesh& mesh_W, double voxel_size);
 
-/// Finds them, exactly for the snapped mesh, in parallel.
+/// Finds the surface voxels, exactly for the snapped mesh, in parallel.
 SurfaceVoxels FindSurfaceVoxels(const std::vector<SnappedTriangle>& triangles, double voxel_size);
 
-/// The sources of the three fields (paper §4): the voxels that the surface, its feature edges, its
-/// feature vertices lie in. Each among the one before: an edge is a triangle without height and a
-/// vertex one without length, and all are told by the same exact test. `triangles` of the latter
-/// two are numbers of Features::edges and ::vertices.
+/// The sources of the three fields (paper §4): the voxels that the surface, its feature edges and
+/// its feature vertices lie in. Each contains the next: an edge is a triangle without height, a
+/// vertex is one without length, and one exact test decides them all. `triangles` of the latter two
+/// are numbers of Features::edges and ::vertices.
 struct FeatureVoxels {
   std::array<SurfaceVoxels, kFields> of;  // by Field
 

@@ -25,7 +25,7 @@ constexpr std::size_t kMostRows = TriangleBatch::kMostRows;
 
 using Corner = std::array<Doubles, 3>;
 
-/// A side of a shadow on a plane (u, v), of a triangle in each lane: bounds u in a row v.
+/// A side of a shadow on a plane (u, v), of a triangle in each lane. It bounds u in a row v.
 struct Side {
   Doubles u, v, slope;
   Doubles ahead;  // 1 where the line reaches farthest out at the row's upper border
@@ -57,7 +57,7 @@ void FindSides(const std::array<Corner, 3>& c, const Corner& size, std::size_t u
     side.v = c[from][v];
     const Doubles dv = hn::Sub(c[to][v], c[from][v]);
     side.slope = hn::Div(hn::Sub(c[to][u], c[from][u]), dv);
-    // a shadow seen edge on is one line, of which some sides run up and some down
+    // a shadow seen edge on is one line, with some sides up and some down
     side.upper = hn::Xor(hn::Gt(dv, zero), turned);
     side.active = hn::And(thick, hn::Ne(dv, zero));
     side.slanted = hn::And(side.active, hn::Ne(side.slope, zero));
@@ -74,7 +74,7 @@ void Narrow(const std::array<Side, 3>& sides, Doubles row, Doubles beyond, Flags
   for (const Side& side : sides) {
     const Doubles at = hn::Add(row, side.ahead);
     const Doubles line = hn::Add(side.u, hn::Mul(side.slope, hn::Sub(at, side.v)));
-    // far off it does not matter where
+    // far off the exact place does not matter
     const Doubles x = hn::Min(hn::Max(line, before), beyond);
     const Doubles cells = hn::Floor(x);
     doubtful = hn::Or(doubtful, hn::And(hn::And(wanted, side.slanted), NearWhole(x, cells, doubt)));
@@ -91,7 +91,7 @@ void MarkPart(const Lanes& t, std::size_t part, Marks& out) {
   const Doubles zero = hn::Zero(d);
   const Doubles half = hn::Set(d, 0.5);
   const Doubles one = hn::Set(d, 1.0);
-  // whole numbers below 2^52 stand in the lowest bits of 2^52 and themselves
+  // whole numbers below 2^52 stand in the lowest bits of their sum with 2^52
   const Doubles whole = hn::Set(d, 4503599627370496.0);
   const Doubles unit = hn::Set(d, 1.0 / (1 << kSnapBits));
   std::array<Corner, 3> c;
@@ -143,7 +143,7 @@ void MarkPart(const Lanes& t, std::size_t part, Marks& out) {
   const auto rows_y = static_cast<std::size_t>(t.rows_y);
   const auto rows_z = static_cast<std::size_t>(t.rows_z);
   std::array<Interval, kMostRows> by_y;
-  std::array<Doubles, kMostRows> plane_low, plane_high;  // what y adds to the plane's x
+  std::array<Doubles, kMostRows> plane_low, plane_high;  // contribution of y to the plane's x
   const Flags up_y = hn::Gt(rise_y, zero);
   const Flags up_z = hn::Gt(rise_z, zero);
   const bool any_plane = !hn::AllFalse(d, by_plane);
@@ -223,7 +223,7 @@ void MarkPart(const Lanes& t, std::size_t part, Marks& out) {
       Flags crossed = hn::And(hn::And(met, crosses),
                               hn::And(hn::Ge(row, low_centre), hn::Le(row, high_centre)));
       if (hn::AllFalse(d, crossed)) continue;
-      // the crossing lies in one of the row's cells, whatever rounding says
+      // the crossing lies in one of the row's cells, in spite of rounding
       const Doubles on_plane = hn::Add(
           hn::Add(c[0][0], hn::Mul(rise_y, hn::Sub(hn::Add(row, half), c[0][1]))), centre_z);
       const Doubles x = hn::Min(hn::Max(on_plane, low), hn::Add(high, one));
@@ -286,7 +286,7 @@ void TriangleBatch::Add(const SnappedPoint& a, const SnappedPoint& b, const Snap
     TriangleRows({a, b, c}, kSnapBits).Mark(first_, rows_, facing, crossings_);
     return;
   }
-  // one voxel or a straight run, beside the centre lines, as many triangles of a fine mesh are
+  // many triangles of a fine mesh are one voxel or a straight run, beside the centre lines
   const int thin = (size[0] == 1) + (size[1] == 1) + (size[2] == 1);
   if (thin >= 2) {
     const auto beside = [&](std::size_t k) {
@@ -343,7 +343,7 @@ void TriangleBatch::Flush(Lanes& lanes) {
     for (std::size_t y = 0; y < rows_y; ++y) {
       const std::size_t i = y + rows_y * z;
       const auto row = static_cast<std::uint32_t>(y + kHyperchunkSide * z);
-      // a row outside the block has no bits, so it does not matter which one gets them
+      // a row outside the block has no bits, so it does not matter which row gets them
       for (std::size_t lane = 0; lane < lanes.count; ++lane) {
         rows_[(lanes.row[lane] + row) % kBrickRows] |= marks_.bits[i][lane] & kept[lane];
       }

@@ -21,25 +21,25 @@ using Doubles = hn::Vec<D>;
 using Flags = hn::Mask<D>;
 constexpr std::size_t kPart = hn::MaxLanes(D());
 constexpr int kSide = kHyperchunkSide;
-/// By row, with room for a vector that begins at the last one.
+/// Values by row, with room for a vector that begins at the last one.
 using ByRow = std::array<double, kSide + TriangleRows::kPadding>;
 
-/// first, first + 1, …
+/// Returns first, first + 1, …
 Doubles RowsFrom(std::int32_t first) {
   alignas(64) static constexpr std::array<double, 8> kCount{0, 1, 2, 3, 4, 5, 6, 7};
   const D d;
   return hn::Add(hn::Set(d, first), hn::Load(d, kCount.data()));
 }
 
-/// Whether x is within `doubt` of a whole number, of which `whole` is the greatest that is not
-/// above.
+/// Tells whether x is within `doubt` of a whole number. `whole` is the greatest whole number that
+/// is not above x.
 Flags Doubtful(Doubles x, Doubles whole, double doubt) {
   const D d;
   const Doubles part = hn::Sub(x, whole);
   return hn::Or(hn::Lt(part, hn::Set(d, doubt)), hn::Gt(part, hn::Set(d, 1 - doubt)));
 }
 
-/// Asks exact(row) for the lanes of `cells` that are in doubt.
+/// Replaces the lanes of `cells` that are in doubt by exact(row).
 template <typename Exact>
 Doubles Settle(Doubles cells, Flags doubtful, std::int32_t first_row, const Exact& exact) {
   const D d;
@@ -66,7 +66,7 @@ void Narrow(const View& t, const TriangleRows::Shadow& shadow, std::int32_t size
     const Doubles at = hn::Add(row, hn::Set(d, b.farthest()));
     const Doubles line =
         hn::Add(hn::Set(d, b.u), hn::Mul(hn::Set(d, b.slope), hn::Sub(at, hn::Set(d, b.v))));
-    // far off it does not matter where
+    // far off the exact place does not matter
     const Doubles x = hn::Min(hn::Max(line, hn::Set(d, -1.5)), hn::Set(d, size_u + 1.5));
     Doubles cells = hn::Floor(x);
     if (b.slope != 0) {
@@ -83,8 +83,8 @@ void Narrow(const View& t, const TriangleRows::Shadow& shadow, std::int32_t size
   }
 }
 
-/// The cells y whose centres lie in the shadow along x, for rows z from first_row on: [low, high],
-/// or low above high.
+/// Finds the cells y whose centres lie in the shadow along x, for rows z from first_row on: [low,
+/// high], or low above high.
 void FindCentres(const View& t, std::int32_t first_row, std::int32_t last_row, Doubles& low,
                  Doubles& high) {
   const D d;
@@ -98,7 +98,7 @@ void FindCentres(const View& t, std::int32_t first_row, std::int32_t last_row, D
     const auto& a = t.c[from];
     const auto& b = t.c[to];
     if (a[2] == b[2]) continue;
-    // the lower end belongs to a side, the upper not
+    // the lower end belongs to a side, the upper does not
     const Flags spans = hn::And(
         wanted, hn::Xor(hn::Gt(hn::Set(d, a[2]), height), hn::Gt(hn::Set(d, b[2]), height)));
     if (hn::AllFalse(d, spans)) continue;
@@ -133,7 +133,7 @@ void NarrowToPlane(const View& t, std::int32_t first_row, std::int32_t z, Flags 
   const int up_z = t.rise_z > 0 ? 1 : 0;
   const Doubles greatest = plane_at(up_y, up_z);
   const Doubles least = plane_at(1 - up_y, 1 - up_z);
-  // a plane all but along x is left to whole numbers
+  // a plane almost along x is left to whole numbers
   const double doubt = t.plane_doubt > 0.25 ? 2.0 : t.plane_doubt;
   const Doubles last = hn::Floor(greatest);
   const Doubles first = hn::Floor(least);
@@ -200,7 +200,7 @@ void MarkRows(const View& t, const GridIndex& offset, std::int32_t side, std::ui
       const Doubles begin = hn::Max(hn::Zero(d), hn::Add(low, shift_x));
       const Doubles end = hn::Min(hn::Set(d, side - 1), hn::Add(high, shift_x));
       const Flags here = hn::And(met, hn::Le(begin, end));
-      // whole numbers below 64 stand in the lowest bits of 2^52 and themselves
+      // whole numbers below 64 stand in the lowest bits of their sum with 2^52
       const Doubles whole = hn::Set(d, 4503599627370496.0);
       const auto low_bits = hn::Set(u, 63);
       const auto from = hn::And(hn::BitCast(u, hn::Add(begin, whole)), low_bits);
@@ -224,7 +224,7 @@ void MarkRows(const View& t, const GridIndex& offset, std::int32_t side, std::ui
       for (std::int32_t yy = first; yy <= last; ++yy) {
         const auto lane = static_cast<std::size_t>(yy - y);
         if (low_x[lane] > high_x[lane]) continue;
-        // the crossing lies in one of the row's cells, whatever rounding says
+        // the crossing lies in one of the row's cells, in spite of rounding
         const double x = std::clamp(
             t.c[0][0] + t.rise_y * (yy + 0.5 - t.c[0][1]) + t.rise_z * (z + 0.5 - t.c[0][2]),
             low_x[lane], high_x[lane] + 1);
@@ -271,7 +271,7 @@ void TriangleRows::MarkChunk(const GridIndex& chunk,
 
 void TriangleRows::MarkBlock(const GridIndex& first, std::int32_t side, std::uint64_t* rows,
                              int facing, std::vector<Crossing>* crossings) const {
-  const GridIndex offset = lowest_ - first;  // of the triangle's own cells in the block
+  const GridIndex offset = lowest_ - first;  // place of the triangle's own cells in the block
   const GridIndex end = offset + view_.size;
   const auto apart = [side](std::int32_t begin, std::int32_t behind) {
     return begin >= side || behind <= 0;

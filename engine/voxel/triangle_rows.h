@@ -13,23 +13,23 @@ namespace tandem {
 /// A hyperchunk of bits: rows of 64 voxels along x, row y + 64 z.
 inline constexpr std::size_t kBrickRows = std::size_t{kHyperchunkSide} * kHyperchunkSide;
 
-/// Where the surface crosses the line through the centres of a row of voxels.
+/// A place where the surface crosses the line through the centres of a row of voxels.
 struct Crossing {
   std::uint16_t row = 0;     // y + 64 z, in its hyperchunk
-  std::uint8_t from = 0;     // the first voxel beyond it; 64: beyond the hyperchunk
+  std::uint8_t from = 0;     // first voxel beyond it; 64: beyond the hyperchunk
   std::int8_t entering = 0;  // 1: towards rising x into the solid, -1: out of it
 };
 
-/// The voxels that a triangle meets, row by row: the same cells as separating axes in whole numbers
-/// give, exactly.
+/// Finds the voxels that a triangle meets, row by row: exactly the cells that separating axes in
+/// whole numbers give.
 ///
 /// The separating axes fall into four groups: three shadows along the coordinate axes and the
 /// triangle's own plane. In a row each of them leaves an interval of x, computed in double
-/// precision for several rows at once; a bound so close to a cell's border that rounding could move
-/// it is decided in whole numbers. So the cost is a few bounds a row, whatever its length.
+/// precision for several rows at once. A bound so close to a cell's border that rounding could move
+/// it is decided in whole numbers. So the cost is a few bounds a row, whatever the row's length.
 class TriangleRows {
  public:
-  /// Rows that Mark() may read and write back beyond the last one.
+  /// Rows beyond the last one that Mark() may read and write back.
   static constexpr std::size_t kPadding = 8;
 
   /// Cells have 2^side_bits snapped units a side.
@@ -39,24 +39,24 @@ class TriangleRows {
   const GridIndex& highest() const noexcept { return highest_; }
 
   /// Sets the bits of the cells met, in a block of 64^3 cells whose lowest is `first` (kBrickRows +
-  /// kPadding rows), and lists the crossings of its rows' centre lines there, once for each row and
+  /// kPadding rows). Lists the crossings of its rows' centre lines there, once for each row and
   /// triangle. A centre line through an edge belongs to exactly one of the triangles that share it.
-  /// `facing` turns the crossings' sense round when it is -1, and is 0 for none.
+  /// `facing` of -1 reverses the crossings' sense; 0 lists none.
   void Mark(const GridIndex& first, std::uint64_t* rows, int facing,
             std::vector<Crossing>* crossings) const;
 
   /// Sets the bits, in the order of CellInBlock, of the cells met in a block of 8^3 cells.
   void MarkChunk(const GridIndex& chunk, std::array<std::uint64_t, kChunkSide>& cells) const;
 
-  /// A side of the shadow on a plane (u, v): bounds u in every row of cells v.
+  /// A side of the shadow on a plane (u, v). It bounds u in every row of cells v.
   struct Bound {
     double u, v;   // a point of it, in cells
     double slope;  // du / dv
     std::uint8_t from, to;
     bool upper;
 
-    /// Cells to the row's border where the line reaches farthest out: its upper one is not
-    /// attained.
+    /// Returns the cells to the row's border where the line reaches farthest out; the upper border
+    /// is not attained.
     int farthest() const noexcept { return (upper ? slope > 0 : slope < 0) ? 1 : 0; }
   };
   struct Shadow {
@@ -65,15 +65,16 @@ class TriangleRows {
     std::size_t count = 0;
   };
 
-  /// What the kernel reads, and what it asks where double precision leaves a doubt.
+  /// The data that the kernel reads, and the exact tests for cases that double precision leaves in
+  /// doubt.
   struct View {
-    /// The last (of an upper bound) or first cell that a bound leaves of a row.
+    /// Returns the last (for an upper bound) or first cell of a row within a bound.
     std::int32_t BoundCell(const Shadow& shadow, const Bound& bound, std::int32_t row) const;
-    /// The last and the first cell of a row that the plane leaves.
+    /// Return the last and the first cell of a row within the plane.
     std::int32_t PlaneHigh(std::int32_t y, std::int32_t z) const;
     std::int32_t PlaneLow(std::int32_t y, std::int32_t z) const;
-    /// The first cell y whose centre is at a side of the shadow along x or beyond, at the centre
-    /// of row z.
+    /// Returns the first cell y whose centre is at a side of the shadow along x or beyond, at the
+    /// centre of row z.
     std::int32_t CentreCell(std::size_t from, std::size_t to, std::int32_t z) const;
 
     int side_bits;
@@ -82,12 +83,12 @@ class TriangleRows {
     std::array<std::array<double, 3>, 3> c;        // the same in cells
     Shadow xy, xz, yz;
     std::array<int, 3> sense;  // signs of the normal
-    bool by_plane;             // the plane says more than the shadows and the box
-    bool whole_box;            // all of its box is met, and no centre line: nothing else is known
-    double rise_y;             // of the plane's x, by y and z
+    bool by_plane;             // the plane narrows rows more than the shadows and the box do
+    bool whole_box;            // all of its box is met, and no centre line; nothing else is set
+    double rise_y;             // slopes of the plane's x, by y and z
     double rise_z;
-    double doubt;        // of a shadow's bound, cells
-    double plane_doubt;  // of the plane's
+    double doubt;        // doubt of a shadow's bound, cells
+    double plane_doubt;  // doubt of the plane's
 
    private:
     int LineAgainst(std::size_t from, std::size_t to, std::size_t u, std::size_t v,
@@ -98,7 +99,7 @@ class TriangleRows {
 
  private:
   void FindShadow(std::size_t u, std::size_t v, int sense, Shadow& shadow) const;
-  /// In a block of `side` cells a side, row y + side z.
+  /// Marks a block of `side` cells a side, row y + side z.
   void MarkBlock(const GridIndex& first, std::int32_t side, std::uint64_t* rows, int facing,
                  std::vector<Crossing>* crossings) const;
 

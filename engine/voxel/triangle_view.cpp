@@ -3,8 +3,8 @@
 
 #include "engine/voxel/triangle_rows.h"
 
-// What a triangle's bounds are, and what whole numbers say of them where double precision leaves a
-// doubt; triangle_rows.cpp walks the rows.
+// Finds a triangle's bounds, and decides in whole numbers where double precision leaves a doubt;
+// triangle_rows.cpp walks the rows.
 
 namespace tandem {
 
@@ -19,7 +19,7 @@ Int128 FloorQuotient(Int128 a, Int128 b) {  // b > 0
   return q - (a % b < 0 ? 1 : 0);
 }
 
-/// 2^-bits.
+/// Returns 2^-bits.
 double Inverse(int bits) {
   return 1.0 / static_cast<double>(std::int64_t{1} << bits);
 }
@@ -87,8 +87,8 @@ TriangleRows::TriangleRows(const SnappedTriangle& triangle, int side_bits) : vie
     view_.plane_doubt = 1e-14 * (extent + std::abs(view_.rise_y) * (view_.size.y + 1) +
                                  std::abs(view_.rise_z) * (view_.size.z + 1));
   }
-  // a box that is one cell thick casts shadows without bounds on the two planes through that axis,
-  // or rather the box itself is their bound
+  // a box that is one cell thick casts shadows without bounds on the two planes through that axis:
+  // the box itself is their bound
   if (view_.size.x > 1 && view_.size.y > 1) FindShadow(0, 1, view_.sense[2], view_.xy);
   if (view_.size.x > 1 && view_.size.z > 1) FindShadow(0, 2, -view_.sense[1], view_.xz);
   if (view_.size.y > 1 && view_.size.z > 1) FindShadow(1, 2, view_.sense[0], view_.yz);
@@ -128,7 +128,7 @@ void TriangleRows::FindShadow(std::size_t u, std::size_t v, int sense, Shadow& s
   add(from, to, true);
 }
 
-/// The sign of (u of the line through two corners, where it has that v) - u, in half cells.
+/// Returns the sign of (u of the line through two corners, where it has that v) - u, in half cells.
 int TriangleRows::View::LineAgainst(std::size_t from, std::size_t to, std::size_t u, std::size_t v,
                                     std::int64_t half_u, std::int64_t half_v) const {
   const std::int64_t half = std::int64_t{1} << (side_bits - 1);
@@ -151,7 +151,7 @@ std::int32_t TriangleRows::View::BoundCell(const Shadow& shadow, const Bound& bo
   return reaches ? near : near - 1;
 }
 
-/// n . (a corner of the grid), of the sign that n[0] is positive.
+/// Returns n . (a corner of the grid), with the sign for which n[0] is positive.
 Int128 TriangleRows::View::PlaneAt(std::int32_t x, std::int32_t y, std::int32_t z) const {
   std::array<Int128, 3> n{};
   for (std::size_t k = 0; k < 3; ++k) {
@@ -166,7 +166,7 @@ Int128 TriangleRows::View::PlaneAt(std::int32_t x, std::int32_t y, std::int32_t 
   return sense[0] > 0 ? value : -value;
 }
 
-/// The cell in which the plane's x lies at a corner (y, z) of the grid.
+/// Returns the cell in which the plane's x lies at a corner (y, z) of the grid.
 std::int32_t TriangleRows::View::PlaneFloor(std::int32_t y, std::int32_t z) const {
   const Int128 at_zero = PlaneAt(0, y, z);
   const Int128 per_cell = PlaneAt(1, y, z) - at_zero;

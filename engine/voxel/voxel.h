@@ -9,26 +9,26 @@
 
 namespace tandem {
 
-/// What a field says of a voxel, in 2, 4 or 8 bits (paper §3): 1 interior, 2 surface, 2 + d free
-/// space at chess-board distance d >= 1 from the nearest surface voxel. Stored 0 means never
+/// The value of a voxel in a field, in 2, 4 or 8 bits (paper §3): 1 interior, 2 surface, 2 + d free
+/// space at chess-board distance d >= 1 from the nearest surface voxel. A stored 0 means never
 /// written: beyond the range D, it reads as D + 3.
 using Mark = std::uint8_t;
 inline constexpr Mark kInteriorMark = 1;
 inline constexpr Mark kSurfaceMark = 2;
 
-/// What a field measures distance from (paper §4). A surface voxel with a feature edge is an edge
-/// voxel too, and one with a feature vertex is all three: vertex voxels are among the edge voxels,
-/// these among the surface voxels.
+/// The voxels from which a field measures distance (paper §4). Vertex voxels are among the edge
+/// voxels, and edge voxels are among the surface voxels: a surface voxel with a feature edge is an
+/// edge voxel too, and a surface voxel with a feature vertex is all three.
 enum class Field : std::uint8_t { kSurface = 0, kEdge = 1, kVertex = 2 };
 inline constexpr std::size_t kFields = 3;
 inline constexpr std::array<Field, kFields> kAllFields{Field::kSurface, Field::kEdge,
                                                        Field::kVertex};
 
-/// What a voxel, or a point made from one, holds: the rarest feature in it (paper §4).
+/// The label of a voxel, or of a point made from one: the rarest feature in it (paper §4).
 enum class Label : std::uint8_t { kSurface = 0, kEdge = 1, kVertex = 2 };
 
-/// Geometrical awareness (paper §4): a vertex meets surfaces, an edge meets edges, a surface meets
-/// vertices.
+/// Returns the field that a label reads. This is geometrical awareness (paper §4): a vertex meets
+/// surfaces, an edge meets edges, a surface meets vertices.
 constexpr Field FieldReadBy(Label label) {
   return static_cast<Field>(2 - static_cast<int>(label));
 }
@@ -36,12 +36,12 @@ constexpr Field FieldReadBy(Label label) {
 /// Chess-board range of the distance field: one chunk, so that a body in a neighbouring chunk is
 /// announced.
 inline constexpr int kDefaultRange = 8;
-/// The widest range that marks of 2, 4 or 8 bits hold. A byte's last value is kept for what is read
-/// beyond the range, so that a mark fits into one everywhere.
+/// Returns the widest range that marks of 2, 4 or 8 bits hold. The last value of a byte is the
+/// value beyond the range, so that a mark fits into one everywhere.
 constexpr int WidestRange(int bits) {
   return bits == 2 ? 1 : (bits == 4 ? 13 : 252);
 }
-/// The least of them that hold a range.
+/// Returns the least bits that hold a range.
 constexpr int BitsFor(int range) {
   return range <= WidestRange(2) ? 2 : (range <= WidestRange(4) ? 4 : 8);
 }
@@ -63,11 +63,12 @@ struct GridIndex {
   GridIndex operator+(const GridIndex& o) const { return {x + o.x, y + o.y, z + o.z}; }
   GridIndex operator-(const GridIndex& o) const { return {x - o.x, y - o.y, z - o.z}; }
   GridIndex operator*(std::int32_t k) const { return {x * k, y * k, z * k}; }
-  /// Of the chunk, hyperchunk, … that this lies in: division that rounds down.
+  /// Returns the place of the chunk, hyperchunk, … that this place lies in: division that rounds
+  /// down.
   GridIndex operator>>(int bits) const { return {x >> bits, y >> bits, z >> bits}; }
 };
 
-/// Place within a cube of 8 x 8 x 8, x fastest.
+/// Returns the number of a place within a cube of 8 x 8 x 8, x fastest.
 inline std::size_t CellInBlock(const GridIndex& i) {
   return static_cast<std::size_t>((i.x & 7) | (i.y & 7) << 3 | (i.z & 7) << 6);
 }
@@ -79,11 +80,11 @@ inline GridIndex BlockCell(std::size_t cell) {
 /// A chunk's marks are stored by quarters of 8 x 4 x 4 voxels, a cache line each at 4 bits a mark.
 inline constexpr std::size_t kQuarters = 4;
 inline constexpr std::size_t kVoxelsPerQuarter = kVoxelsPerChunk / kQuarters;
-/// Of a place as CellInBlock gives it: the quarter, by the upper halves of y and z.
+/// Returns the quarter of a place as of CellInBlock, by the upper halves of y and z.
 constexpr std::size_t QuarterOf(std::size_t cell) {
   return (cell >> 5 & 1) | (cell >> 7 & 2);
 }
-/// And the place within it: x, the lower two bits of y, those of z.
+/// Returns the number of the place within its quarter: x, the lower two bits of y, those of z.
 constexpr std::size_t CellInQuarter(std::size_t cell) {
   return (cell & 0x1f) | (cell >> 1 & 0x60);
 }

@@ -11,17 +11,17 @@ namespace tandem {
 
 namespace {
 
-/// Of the summed areas: when the mean normal is shorter, the facets face several ways
+/// Share of the summed areas: if the mean normal is shorter, the facets face several ways
 /// (docs/decisions/0008-labels.md).
 constexpr double kThinSheet = 0.3;
 
-/// A triangle cut to a box has at most nine corners.
+/// A polygon. A triangle cut to a box has at most nine corners.
 struct Polygon {
   std::array<Vec3, 10> corners;
   std::size_t count = 0;
 };
 
-/// Cuts away what lies beyond `limit` along an axis; `side` +1 keeps the lower part, -1 the upper.
+/// Cuts away the part beyond `limit` along an axis; `side` +1 keeps the lower part, -1 the upper.
 /// `spare` is scratch.
 void Clip(Polygon& polygon, Polygon& spare, int axis, double limit, double side) {
   std::array<double, 10> within;  // by corner
@@ -74,19 +74,20 @@ Part ClippedPart(const std::array<Vec3, 3>& triangle, const Vec3& cell) {
 
 /// A facet's area in a voxel.
 struct FacetPart {
-  std::int16_t voxel;  // among those gathered
+  std::int16_t voxel;  // index among those gathered
   Vec3 area;
 };
 
-/// What has been gathered of one voxel.
+/// The sums of one voxel.
 struct Gathered {
-  std::size_t count = 0;  // of facets
+  std::size_t count = 0;  // number of facets
   Vec3 moment = Vec3::Zero();
   double weight = 0;
-  Vec3 on_plane = Vec3::Zero();  // of the last triangle: below the voxel's middle
+  // place on the last triangle's plane, nearest to the voxel's middle
+  Vec3 on_plane = Vec3::Zero();
 };
 
-/// One outward normal, or one a side where the facets face apart.
+/// Sets one outward normal, or one a side where the facets face apart.
 void SetNormals(std::span<const Vec3> areas, VoxelSurface& surface) {
   Vec3 sum = Vec3::Zero();
   double total = 0;
@@ -139,27 +140,28 @@ void ForEachCell(const SurfaceVoxels::Bits& bits, const Visit& visit) {
   }
 }
 
-/// Of an edge whose faces turn by 30 degrees, as FeatureNormals::edge_cosines.
+/// Cosine of an edge whose faces turn by 30 degrees, as FeatureNormals::edge_cosines.
 constexpr double kShallow = 0.966;
-/// Cosine between two mesh edges that go on as one line.
+/// Cosine between two mesh edges that continue as one line.
 constexpr double kSameLine = 0.9;
 
 /// A feature edge's part in a voxel.
 struct EdgePart {
-  std::int16_t voxel;  // among the chunk's surfaces
+  std::int16_t voxel;  // index among the chunk's surfaces
   std::uint32_t edge;
   Vec3 from;
   Vec3 to;
   Vec3 tangent;
 };
 
-/// The part of a line a + t (b - a), 0 <= t <= 1, within the unit cell: its ends t, or nothing.
+/// Finds the part of a line a + t (b - a), 0 <= t <= 1, within the unit cell: its ends t, or
+/// nothing.
 bool ClipSegment(const Vec3& a, const Vec3& b, double& from, double& to) {
   from = 0;
   to = 1;
   for (int axis = 0; axis < 3; ++axis) {
     const double d = b[axis] - a[axis];
-    if (std::abs(d) < 1e-12) continue;  // the cell is known to be met
+    if (std::abs(d) < 1e-12) continue;  // the line is known to meet the cell
     const double one = (0.0 - a[axis]) / d;
     const double two = (1.0 - a[axis]) / d;
     from = std::max(from, std::min(one, two));
@@ -169,7 +171,7 @@ bool ClipSegment(const Vec3& a, const Vec3& b, double& from, double& to) {
 }
 
 /// Makes `surface` an edge voxel of the first of these parts, which is the longest, and of those
-/// that go on as one line with it: puts them first, and gives how many they are.
+/// that continue it as one line. Puts them first, and returns their number.
 std::size_t TakeLine(std::span<EdgePart> parts, const FeatureNormals& normals,
                      VoxelSurface& surface) {
   const EdgePart longest = parts.front();
@@ -208,7 +210,7 @@ ChunkSurfaces SurfacesOfChunk(const FeatureVoxels& voxels, const SurfaceVoxels::
     const GridIndex c = BlockCell(cell);
     return Vec3(c.x, c.y, c.z);
   };
-  std::array<std::int16_t, kVoxelsPerChunk> at;  // by cell: which of those gathered
+  std::array<std::int16_t, kVoxelsPerChunk> at;  // by cell: index in `gathered`
   at.fill(-1);
   std::vector<Gathered> gathered;
   std::vector<FacetPart> facets;
@@ -226,7 +228,7 @@ ChunkSurfaces SurfacesOfChunk(const FeatureVoxels& voxels, const SurfaceVoxels::
         gathered.emplace_back();
       }
       Gathered& g = gathered[static_cast<std::size_t>(at[cell])];
-      // a triangle that only touches the cell still says which way the surface faces
+      // a triangle that only touches the cell still shows which way the surface faces
       facets.push_back({at[cell], part.area + 1e-9 * n});
       ++g.count;
       g.moment += part.moment;
@@ -246,7 +248,7 @@ ChunkSurfaces SurfacesOfChunk(const FeatureVoxels& voxels, const SurfaceVoxels::
   for (std::size_t cell = 0; cell < kVoxelsPerChunk; ++cell) {
     if (at[cell] < 0) continue;
     const auto i = static_cast<std::size_t>(at[cell]);
-    at[cell] = -1;  // from here on: which of `out`
+    at[cell] = -1;  // from here on: index in `out`
     const Gathered& g = gathered[i];
     VoxelSurface surface;
     surface.cell = static_cast<std::uint16_t>(cell);
@@ -260,8 +262,8 @@ ChunkSurfaces SurfacesOfChunk(const FeatureVoxels& voxels, const SurfaceVoxels::
     out.push_back(surface);
   }
 
-  // the parts of feature edges, voxel by voxel, the longest first: it gives the direction, and what
-  // goes on nearly the same way (a rim of many mesh edges) makes its part longer
+  // parts of feature edges, voxel by voxel, the longest first: it gives the direction, and parts
+  // that continue it nearly the same way (a rim of many mesh edges) make it longer
   std::vector<EdgePart> parts;
   ForEachMeeting(voxels[Field::kEdge], chunk.place, [&](std::uint32_t e, const auto& met) {
     ForEachCell(met, [&](std::size_t cell) {
@@ -297,7 +299,7 @@ ChunkSurfaces SurfacesOfChunk(const FeatureVoxels& voxels, const SurfaceVoxels::
       surface.place = mesh_W.vertices[features.vertices[v]] / s - origin - cell_corner(cell);
     });
   });
-  // an edge of a corner's goes on to the corner itself, beside those that meet it there
+  // an edge of a corner continues to the corner itself, beside the edges that meet it there
   for (std::size_t first_part = 0; first_part < parts.size();) {
     std::size_t end = first_part;
     while (end < parts.size() && parts[end].voxel == parts[first_part].voxel) ++end;
@@ -314,7 +316,7 @@ ChunkSurfaces SurfacesOfChunk(const FeatureVoxels& voxels, const SurfaceVoxels::
       edge.feature_normal = corner.normals[0];
       edge.cosine = 0;
       here = here.subspan(TakeLine(here, normals, edge));
-      // nothing leans on notches, and shallow ones are pieces of curved surface
+      // nothing leans on notches, and shallow edges are pieces of curved surface
       const bool sharp = edge.cosine >= 0 && edge.cosine < kShallow;
       if (edge.half_length <= 0 || !sharp) continue;
       const double along = (corner.place - edge.place).dot(edge.tangent);

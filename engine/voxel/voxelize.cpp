@@ -15,9 +15,9 @@ namespace tandem {
 namespace {
 
 constexpr double kFarthestVoxel =
-    1 << 22;  // from W's origin, so that indices and codes stay in range
+    1 << 22;  // distance from W's origin that keeps indices and codes in range
 
-constexpr double kShareBeforeMarks = 0.5;  // of the work
+constexpr double kShareBeforeMarks = 0.5;  // share of the work
 
 double Area(const TriangleMesh& mesh) {
   double area = 0;
@@ -38,7 +38,7 @@ std::size_t NeededBytes(const Bounds& box, double area, std::size_t triangles, d
   const double hyperchunks = size.prod() / std::pow(kHyperchunkSide, 3);
   double marks = 65.0 * squares;
   if (bits == 8) {
-    // all that the range reaches, and a bit a voxel for each round that it grows in
+    // all that the range reaches, and a bit a voxel for each round of growth
     const double voxels = (box.size() / voxel_size + Vec3::Constant(2.0 * range + 64)).prod();
     const double rounds = static_cast<double>(MarkPlanes::Rounds(range)) - 1;
     marks += kFields * voxels * (1.0 + rounds / 8);
@@ -54,7 +54,7 @@ std::string InGiB(std::size_t bytes) {
   return text;
 }
 
-/// What cannot be made of these options, whatever the mesh.
+/// Returns why these options are impossible, whatever the mesh.
 std::optional<Error> OptionsFault(const VoxelizeOptions& options) {
   const int greatest = WidestRange(options.bits);
   if (options.bits != 2 && options.bits != 4 && options.bits != 8) {
@@ -124,15 +124,15 @@ struct Task {
   const Features& features;
   const MeshFacing& facing;
   const VoxelizeOptions& options;
-  /// Told the share that is done; rises from 0 to 1 in each call of VoxelizeLayers().
+  /// Gets the share that is done; rises from 0 to 1 in each call of VoxelizeLayers().
   std::function<void(double)> tell;
 };
 
-/// The map of a mesh with the voxels of some layers alone: with its whole box, and a chunk-level
-/// field that knows of no others.
+/// Makes the map of a mesh with the voxels of some layers alone: with its whole box, and a
+/// chunk-level field that covers no others.
 Result<Voxmap> VoxelizeLayers(const Task& task, const HyperchunkLayers& layers);
 
-/// Of a mesh that fits, with options that can be.
+/// Voxelizes a mesh that fits, with valid options.
 Result<Voxmap> VoxelizeFitting(const TriangleMesh& mesh_W, const MeshSides& sides,
                                const Features& features, const VoxelizeOptions& options) {
   const auto tell = [&options](double share) {
@@ -159,13 +159,13 @@ std::optional<Error> VoxelizeInParts(
   const double side = kHyperchunkSide * options.voxel_size;
   const Bounds box = BoundsOf(mesh_W);
   const double layers = mesh_W.triangles.empty() ? 1.0 : std::floor(box.size().z() / side) + 3.0;
-  // what does not depend on the voxels is needed for each part
+  // memory that does not depend on the voxels is needed for each part
   const std::size_t least =
       NeededBytes(box, 0, mesh_W.triangles.size(), options.voxel_size, options.range, options.bits);
   const std::size_t all = EstimateVoxelizeBytes(mesh_W, options);
   double parts = 1;
   if (all > options.max_memory_bytes && options.max_memory_bytes > least && options.bits != 8) {
-    // and the layers on both sides of a part
+    // includes the layers on both sides of a part
     parts = std::ceil(static_cast<double>(all - least) /
                       static_cast<double>(options.max_memory_bytes - least));
     parts = std::clamp(parts, 1.0, std::max(1.0, std::floor(layers / 2.0)));

@@ -78,7 +78,7 @@ VoxelCounts Voxmap::Count() const {
 }
 
 std::uint64_t Voxmap::Digest() const {
-  // places of all chunks that are not beyond, sorted so that the order of building does not show
+  // places of all chunks that are not beyond, sorted to be independent of the order of building
   struct Place {
     std::uint64_t code;
     std::uint32_t plane;

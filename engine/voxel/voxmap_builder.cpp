@@ -14,7 +14,7 @@ namespace tandem {
 
 namespace {
 
-/// Chunks that bear any mark, or are solid: by z, bit x + 8 y.
+/// The chunks that bear any mark, or are solid: by z, bit x + 8 y.
 using Bearing = std::array<std::uint64_t, kChunkSide>;
 
 Bearing BearingOf(const VoxmapRecord& record) {
@@ -30,8 +30,8 @@ struct ChunkCube {  // rows along x, by z and y
   std::array<std::array<std::uint32_t, kCubeSide>, kCubeSide> rows{};
 };
 
-/// By one chunk in all directions, for the `distance`th time; `spare` is scratch. What cannot reach
-/// the middle any more is left as it is.
+/// Grows the cube by one chunk in all directions, for the `distance`th time; `spare` is scratch.
+/// Chunks that cannot reach the middle any more stay as they are.
 void Grow(ChunkCube& cube, ChunkCube& spare, std::size_t distance) {
   const std::size_t first = distance;
   const std::size_t end = kCubeSide - distance;
@@ -51,7 +51,7 @@ void Grow(ChunkCube& cube, ChunkCube& spare, std::size_t distance) {
   }
 }
 
-/// 0 for zeros alone.
+/// Returns a hash, 0 for zeros alone.
 std::uint64_t HashOf(const std::uint8_t* bytes, std::size_t count) {
   constexpr std::uint64_t kOdd = 0x9e3779b97f4a7c15U;
   std::array<std::uint64_t, 4> sums{1, 2, 3, 4};
@@ -78,7 +78,7 @@ VoxmapBuilder::VoxmapBuilder(double voxel_size, int range, int bits, const Hyper
     : box_(box), quarter_bytes_(kVoxelsPerQuarter / 8 * static_cast<std::size_t>(bits)) {
   TANDEM_CHECK(voxel_size > 0 && (bits == 2 || bits == 4 || bits == 8));
   TANDEM_CHECK(range >= 1 && range <= WidestRange(bits) && kinds.size() == box.cells());
-  // hyperchunks next to marked or solid ones have a record too, which knows how far those are
+  // hyperchunks next to marked or solid ones have a record too, with the distance of those
   std::vector<std::uint8_t> near(box.cells(), 0);
   std::size_t marked = 0;
   for (std::int32_t z = 1; z + 1 < box.size.z; ++z) {
@@ -145,7 +145,7 @@ VoxmapBuilder::VoxmapBuilder(double voxel_size, int range, int bits, const Hyper
   }
 }
 
-/// Of a quarter with these bytes, which is kept if there is none like it yet.
+/// Returns the number of a quarter with these bytes, which is kept if there is none like it yet.
 std::uint32_t VoxmapBuilder::NumberOf(const std::uint8_t* quarter, std::uint64_t hash) {
   const std::uint64_t mask = number_at_.size() - 1;
   const std::uint64_t tag = hash >> 32U << 32U;
@@ -192,7 +192,7 @@ void VoxmapBuilder::Add(const GridIndex& place, const VoxmapRecord& record,
   for (std::size_t q = 0; q < quarters; ++q) {
     hashes_[q] = HashOf(&planes[q * quarter_bytes_], quarter_bytes_);
   }
-  // the table's entries, then the quarters they name, are asked for before they are needed
+  // prefetches the table's entries, then the quarters that they name
   constexpr std::size_t kEntryAhead = 16;
   constexpr std::size_t kQuarterAhead = 8;
   const std::uint64_t mask = number_at_.size() - 1;
@@ -210,8 +210,8 @@ void VoxmapBuilder::Add(const GridIndex& place, const VoxmapRecord& record,
   }
 }
 
-/// Every record's marks in units of chunks, from which chunks of the 3 x 3 x 3 hyperchunks round it
-/// bear marks.
+/// Fills every record's marks in units of chunks, from the chunks of the 3 x 3 x 3 hyperchunks
+/// round it that bear marks.
 void VoxmapBuilder::FillChunkLevel() {
   std::vector<Bearing> bearing(header_.record_count);
   for (std::size_t r = 1; r < bearing.size(); ++r) bearing[r] = BearingOf(records_[r]);

@@ -15,7 +15,7 @@ namespace tandem {
 
 namespace {
 
-/// What an intact image says of itself; nothing if all is well.
+/// Returns the fault of an image; nothing if it is intact.
 std::optional<Error> FaultOf(std::span<const std::byte> image, const std::string& name) {
   if (image.size() < sizeof(VoxmapHeader)) return Error{name + ": too short for a voxmap"};
   VoxmapHeader h;
@@ -36,7 +36,7 @@ std::optional<Error> FaultOf(std::span<const std::byte> image, const std::string
       !(h.voxel_size > 0) || !std::isfinite(h.voxel_size)) {
     return damaged;
   }
-  constexpr std::uint64_t kMost = std::uint64_t{1} << 44U;  // so that no product overflows
+  constexpr std::uint64_t kMost = std::uint64_t{1} << 44U;  // prevents overflow of products
   for (const std::uint32_t size : h.size) {
     if (size == 0 || size > (1U << 20U)) return damaged;
   }
