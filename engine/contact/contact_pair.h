@@ -18,7 +18,7 @@
 
 namespace tandem {
 
-/// How a pair is tested, and how its contacts push.
+/// Options of a pair: how it is tested, and how its contacts push.
 struct PairOptions {
   int force_layer = 2;
   bool both_move = false;  // both bodies move: cross() is kept

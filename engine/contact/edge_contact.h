@@ -54,7 +54,7 @@ struct ShellEdge {
   double fade = 0.5;  // half a voxel of the shell, over which a push fades out towards that vertex
 };
 
-/// How two pieces of edges push each other.
+/// The push between two pieces of edges.
 struct EdgeMeeting {
   double depth = 0;  // voxels
   double share = 0;  // share of the push that counts; 0: they do not push

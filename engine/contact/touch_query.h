@@ -31,7 +31,7 @@ class TouchQuery {
   struct Side {
     const BodyFeatures* features;
     const DistanceField* field;
-    Mat3 R_VF = Mat3::Identity();  // of the field's frame V, voxels
+    Mat3 R_VF = Mat3::Identity();  // pose of F in the field's frame V, voxels
     Vec3 p_VF = Vec3::Zero();
     /// Chunks that may touch, with a bound of how deep they may be.
     std::vector<std::pair<float, std::uint32_t>> chunks;

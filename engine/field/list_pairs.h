@@ -22,7 +22,7 @@ struct ListPairs {
   alignas(64) std::array<std::array<float, kMost>, 3> rest;
   std::array<bool, kMost> sheet;  // the face is a sheet
 
-  // what is measured
+  // results
   alignas(64) std::array<float, kMost> squared;                 // squared distance
   alignas(64) std::array<float, kMost> height;                  // height over the face's plane
   alignas(64) std::array<std::array<float, kMost>, 3> to_face;  // vector from the place

@@ -33,7 +33,7 @@ std::string Describe(const ForceParameters& parameters);
 /// farther for others.
 double GapAtFirstForce(const ForceParameters& parameters);
 
-/// How two bodies press one another when each user simulates their own body with other parameters.
+/// The forces between two bodies when each user simulates their own body with other parameters.
 struct UnequalPush {
   /// The first user pushes harder; false: the second.
   bool first_harder = false;
