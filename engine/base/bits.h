@@ -4,8 +4,8 @@
 
 namespace tandem {
 
-/// Set bits of a word. std::popcount() calls a function where the compiler may not take a
-/// processor's own instruction for granted.
+/// Returns the number of set bits of a word. std::popcount() calls a function where the compiler
+/// may not assume a processor's own instruction.
 constexpr std::uint32_t CountBits(std::uint64_t bits) noexcept {
   bits -= bits >> 1 & 0x5555555555555555U;
   bits = (bits & 0x3333333333333333U) + (bits >> 2 & 0x3333333333333333U);

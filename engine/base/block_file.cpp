@@ -33,7 +33,7 @@ BlockPlaces PlacesOf(const BlockFileHeader& header) {
   return places;
 }
 
-/// Tells what is wrong with a file; nothing if all is well.
+/// Returns what is wrong with a file; nothing if all is well.
 std::optional<Error> FaultOf(const BlockFileKind& kind, std::span<const std::byte> image,
                              const std::string& name, BlockFileHeader& header) {
   const std::string what = kind.what;
@@ -114,7 +114,7 @@ std::optional<Error> SaveBlocks(const BlockFileKind& kind, const MadeOf& made_of
                          .block_bytes = {blocks[0].size(), blocks[1].size()}};
   const BlockPlaces places = PlacesOf(header);
   header.bytes = places.bytes;
-  // block by block through one piece, so that no second image is in memory
+  // block by block through one piece, so that there is no second image in memory
   std::vector<std::byte> piece;
   const auto fill = [&](std::uint64_t at) {
     piece.assign(std::min<std::uint64_t>(kPiece, header.bytes - at), std::byte{0});

@@ -9,15 +9,15 @@
 
 namespace tandem {
 
-/// Writes values one behind the other, as their bytes are in memory. For files that the program
-/// that wrote them reads on the same machine.
+/// Writes values one behind the other, with their bytes as in memory. For files that the same
+/// program reads on the same machine.
 class ByteWriter {
  public:
   template <typename T>
   void Add(const T& value) {
     AddBytes(&value, sizeof value);
   }
-  /// A string or a vector of values without pointers: how many, then they.
+  /// Adds a string or a vector of values without pointers: their number, then the values.
   template <typename Array>
   void AddArray(const Array& values) {
     Add(static_cast<std::uint64_t>(values.size()));
@@ -34,7 +34,7 @@ class ByteWriter {
   std::vector<std::byte> bytes_;
 };
 
-/// Reads them again. What is not there leaves a value as it was, and good() false for good.
+/// Reads them again. A missing value stays as it was, and good() is false from then on.
 class ByteReader {
  public:
   explicit ByteReader(std::span<const std::byte> bytes) : rest_(bytes) {}

@@ -15,7 +15,7 @@ unsigned char ByteAt(std::string_view text, std::size_t i) {
   return static_cast<unsigned char>(text[i]);
 }
 
-// The first character: no overlong form, no half of a UTF-16 pair, nothing beyond U+10FFFF.
+// Returns the first character: no overlong form, no half of a UTF-16 pair, nothing beyond U+10FFFF.
 Character FirstOf(std::string_view text) {
   const unsigned char first = ByteAt(text, 0);
   if (first < 0x80) return {first, 1};

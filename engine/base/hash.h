@@ -25,7 +25,8 @@ class Hash64 {
     std::memcpy(&bits, &value, sizeof bits);
     Add(bits);
   }
-  /// Mixed, so that values differing in one bit differ in about half of them.
+  /// Returns the hash, mixed, so that values that differ in one bit differ in about half of their
+  /// bits.
   std::uint64_t value() const {
     std::uint64_t x = state_;
     x ^= x >> 33U;

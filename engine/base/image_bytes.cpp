@@ -17,7 +17,7 @@ namespace {
 constexpr std::size_t kPage = 4096;
 constexpr std::size_t kHugePage = std::size_t{2} << 20U;
 
-/// Bytes of whole pages; small images are not worth a huge page each.
+/// Returns the bytes of whole pages; small images are not worth a huge page each.
 std::size_t WholePages(std::size_t size) {
   const std::size_t page = size >= kHugePage ? kHugePage : kPage;
   return (size + page - 1) / page * page;
@@ -38,7 +38,7 @@ ImageBytes::ImageBytes(std::size_t size) : size_(size), mapped_(WholePages(size)
     data_ = static_cast<std::byte*>(MapZeroed(mapped_));
     return;
   }
-  // more than asked for, so that it can begin on a huge page; what is too much goes back
+  // more than required, so that it can begin on a huge page; the excess goes back
   auto* begin = static_cast<std::byte*>(MapZeroed(mapped_ + kHugePage));
   const std::size_t skip =
       (kHugePage - reinterpret_cast<std::uintptr_t>(begin) % kHugePage) % kHugePage;

@@ -10,11 +10,11 @@
 
 namespace tandem {
 
-/// Bytes on whole pages, in huge ones if there are enough of them; or a file's, mapped.
+/// Bytes on whole pages, in huge pages if there are enough of them; or the mapped bytes of a file.
 class ImageBytes {
  public:
   ImageBytes() = default;
-  /// Zeroed. Check-fails when the machine has no such memory.
+  /// Allocates zeroed memory. Check-fails when the machine has too little.
   explicit ImageBytes(std::size_t size);
   ~ImageBytes();
   ImageBytes(ImageBytes&& other) noexcept;
@@ -22,12 +22,13 @@ class ImageBytes {
   ImageBytes(const ImageBytes&) = delete;
   ImageBytes& operator=(const ImageBytes&) = delete;
 
-  /// A file's bytes, read-only, or why they cannot be had. Whoever writes to the file while it is
-  /// mapped changes the bytes, and whoever cuts it short ends the program that reads them. So files
-  /// are replaced, never written to (WholeFile), and lie where nobody else may write.
+  /// Maps a file's bytes, read-only, or returns the error. A program that writes to the file while
+  /// it is mapped changes the bytes, and a program that cuts it short ends the programs that read
+  /// them. So files are replaced, never written to (WholeFile), and lie where nobody else may
+  /// write.
   static Result<ImageBytes> Map(const std::filesystem::path& file);
 
-  /// Gives back what lies beyond.
+  /// Gives back the bytes beyond `size`.
   void Shrink(std::size_t size);
 
   std::byte* data() noexcept { return data_; }
@@ -40,13 +41,13 @@ class ImageBytes {
   std::size_t mapped_ = 0;
 };
 
-/// A part of an image, which it keeps.
+/// A part of an image, which it keeps alive.
 struct ImageBlock {
   std::shared_ptr<const ImageBytes> image;
   std::span<const std::byte> bytes;
 };
 
-/// Where the arrays of a block stand: one behind the other, each from a cache line on.
+/// Places the arrays of a block one behind the other, each on a cache line.
 class ArrayPlaces {
  public:
   static constexpr std::uint64_t kLine = 64;
@@ -55,21 +56,21 @@ class ArrayPlaces {
 
   explicit ArrayPlaces(std::uint64_t header_bytes) : end_(header_bytes) {}
 
-  /// The place of the next array, in bytes from the block's begin.
+  /// Returns the place of the next array, in bytes from the block's begin.
   std::uint64_t Add(std::uint64_t count, std::uint64_t element_bytes) {
     const std::uint64_t place = (end_ + kLine - 1) / kLine * kLine;
     const bool fits = place <= kMostBytes && count <= (kMostBytes - place) / element_bytes;
     end_ = fits ? place + count * element_bytes : kMostBytes + 1;
     return place;
   }
-  /// Gives the bytes of the whole block. More than kMostBytes says that it is too large.
+  /// Returns the bytes of the whole block. More than kMostBytes means that it is too large.
   std::uint64_t bytes() const noexcept { return end_; }
 
  private:
   std::uint64_t end_;
 };
 
-/// An array of a block. It must lie within.
+/// Returns an array of a block. It must lie within.
 template <typename T>
 std::span<const T> ArrayIn(std::span<const std::byte> block, std::uint64_t place,
                            std::uint64_t count) {

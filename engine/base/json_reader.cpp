@@ -15,10 +15,10 @@ namespace {
 
 using Json = nlohmann::json;
 
-constexpr std::uintmax_t kLargest = 64U << 20U;  // bytes of a file
+constexpr std::uintmax_t kLargest = 64U << 20U;  // greatest size of a file, bytes
 constexpr std::size_t kMostValues = 2'000'000;   // each takes up to a hundred bytes of memory
-constexpr std::size_t kDeepest = 64;             // brackets in one another
-constexpr std::size_t kLongestWord = 64;         // that may be a slip of another
+constexpr std::size_t kDeepest = 64;             // depth of nested brackets
+constexpr std::size_t kLongestWord = 64;         // longest word that may be a typing error
 constexpr std::size_t kLongestPlace = 200;
 constexpr std::size_t kLongestText = 65536;
 
@@ -32,7 +32,7 @@ std::string Plain(double number) {
   return text.str();
 }
 
-// as it stands in the file, cut short
+// returns a value as it stands in the file, cut short
 std::string Shown(const Json& value) {
   if (value.is_object()) return "an object";
   if (value.is_array()) {
@@ -55,8 +55,8 @@ std::string WithoutPrefix(std::string_view what) {
   return std::string(end == std::string_view::npos ? what : what.substr(end + 2));
 }
 
-/// What the parser must not see, for it would take stack or memory without end; empty: nothing. The
-/// text need not be JSON.
+/// Returns the fault of a text on which the parser would take stack or memory without end; empty:
+/// none. The text need not be JSON.
 std::string FaultOf(std::string_view text) {
   std::size_t depth = 0;
   std::size_t values = 0;
@@ -298,7 +298,7 @@ Result<JsonFile> JsonFile::Parse(const std::string& text, const std::string& nam
     return Error{content->file + ": " + fault + ": this is no file of Tandem's"};
   }
 
-  // nlohmann keeps the last of two equal keys; a reader of the file would believe either
+  // nlohmann keeps the last of two equal keys; a person would believe either
   std::vector<std::set<std::string>> keys;
   std::string twice;
   const auto watch = [&](int, Json::parse_event_t event, Json& parsed) {
@@ -331,7 +331,7 @@ std::optional<Error> JsonFile::fault() const {
 
 std::string_view NearestWord(std::string_view word, const std::vector<std::string_view>& words) {
   std::string_view nearest;
-  std::size_t least = word.size() / 2 + 1;  // half of it wrong is no slip
+  std::size_t least = word.size() / 2 + 1;  // a word that is half wrong is no typing error
   for (const std::string_view candidate : words) {
     // edit distance, a row at a time
     std::vector<std::size_t> row(candidate.size() + 1);

@@ -16,39 +16,39 @@
 namespace tandem {
 
 /// One value in a JSON file, with its place there (`bodies[1].mass_kg`). Where the file holds
-/// something else than what is asked for, the file's first such fault is kept, harmless values are
-/// given back, and the reader goes on: check JsonFile::fault() once, at the end.
+/// something other than the expected value, the node notes the file's first fault and returns a
+/// harmless value. The reader goes on: check JsonFile::fault() once, at the end.
 class JsonNode {
  public:
-  /// Of an object: does it have this key?
+  /// Tells whether an object has this key.
   bool Has(std::string_view key) const;
-  /// Of an object: its value under this key. A missing one is told of when it is read.
+  /// Returns an object's value under this key. A missing value is a fault when it is read.
   JsonNode operator[](std::string_view key) const;
-  /// Of an array: its values.
+  /// Returns the values of an array.
   std::vector<JsonNode> Items() const;
   bool IsArray() const;
   bool IsObject() const;
-  /// All of it on one line, keys in order; "null" when missing.
+  /// Returns all of it on one line, keys in order; "null" when missing.
   std::string Compact() const;
 
-  /// Makes any other key of this object a fault, so that a misspelt one is not passed over.
+  /// Makes any other key of this object a fault, so that a misspelt key does not go unnoticed.
   void AllowKeys(std::initializer_list<std::string_view> keys) const;
 
-  /// Of plain text: without control characters, valid UTF-8, at most 64 KiB.
+  /// Returns plain text: without control characters, valid UTF-8, at most 64 KiB.
   std::string Text(std::string_view expected = "text") const;
-  /// The same, of at most `most` bytes, and empty too.
+  /// Returns the same, of at most `most` bytes, and possibly empty.
   std::string PlainText(std::size_t most) const;
   bool TrueOrFalse() const;
   double Number() const;
   double NumberAbove(double limit) const;
   double NumberFrom(double least) const;
-  double NumberBetween(double least, double most) const;  // with both
+  double NumberBetween(double least, double most) const;  // limits included
   int WholeNumber(int least, int most) const;
   std::uint64_t Unsigned(std::uint64_t most = UINT64_MAX) const;
   Vec3 Vector() const;    // [x, y, z]
   Quat Rotation() const;  // [x, y, z, w] of length 1 within 0.1 %; comes back normalized
 
-  /// Notes a fault at this place: "expected `expected`, got" and what stands there.
+  /// Notes a fault at this place: "expected `expected`, got" and the value there.
   void Expected(std::string_view expected) const;
   /// Notes a fault at this place in the caller's words.
   void Fault(const std::string& what) const;
@@ -64,18 +64,18 @@ class JsonNode {
   std::string place_;
 };
 
-/// A JSON file in memory. A stranger may have written it: a file that is not regular, larger than
-/// 64 MiB, of more than two million values or of brackets deeper than 64 is refused before it is
-/// parsed.
+/// A JSON file in memory. It may come from an untrusted source. A file that is not regular, is
+/// larger than 64 MiB, or has more than two million values or brackets deeper than 64 is refused
+/// before it is parsed.
 class JsonFile {
  public:
-  /// An error of syntax tells the line and the column. A key given twice is an error too.
+  /// Reads a file. A syntax error names the line and the column. A key given twice is an error too.
   static Result<JsonFile> Read(const std::filesystem::path& file);
-  /// The same of a text; `name` stands for the file in what is said of it.
+  /// Does the same for a text; `name` stands for the file in errors.
   static Result<JsonFile> Parse(const std::string& text, const std::string& name);
 
   JsonNode root() const;
-  /// The first fault noted by its nodes: `FILE: PLACE: WHAT`.
+  /// Returns the first fault noted by its nodes: `FILE: PLACE: WHAT`.
   std::optional<Error> fault() const;
 
  private:
@@ -83,8 +83,8 @@ class JsonFile {
   std::shared_ptr<JsonNode::Content> content_;
 };
 
-/// The word nearest to `word` by edit distance, if near enough to be a slip of the hand; else
-/// empty.
+/// Returns the word nearest to `word` by edit distance, if it is near enough for a typing error;
+/// else empty.
 std::string_view NearestWord(std::string_view word, const std::vector<std::string_view>& words);
 
 }  // namespace tandem

@@ -8,7 +8,7 @@ namespace tandem {
 
 namespace {
 
-/// Takes what TextsWithin() looks for from a parser that keeps nothing.
+/// Collects the texts of TextsWithin() from a parser that keeps nothing.
 class TextCollector final : public nlohmann::json_sax<nlohmann::json> {
  public:
   TextCollector(std::string_view outer, std::string_view key, std::size_t most)

@@ -4,8 +4,8 @@
 
 namespace tandem {
 
-/// What acts on a body in a frame, and how that changes as the body moves: the pieces of a linearly
-/// implicit step. In W about the body's centre of mass, moments first. stiffness = -dF/dx and
+/// The load on a body in a frame, and how it changes as the body moves: the terms of a linearly
+/// implicit step. It is in W about the body's centre of mass, moments first. stiffness = -dF/dx and
 /// damping = -dF/dv are symmetric and never negative.
 struct Load {
   Vec6 force = Vec6::Zero();
@@ -20,8 +20,8 @@ struct Load {
   }
 };
 
-/// How the load on one body changes as another moves: dF/dx and dF/dv, rows of the one, columns of
-/// the other, each about its centre of mass in W, moments first.
+/// The change of the load on one body as another moves: dF/dx and dF/dv. Rows belong to the first
+/// body and columns to the other, each about its centre of mass in W, moments first.
 struct CrossLoad {
   Mat6 stiffness = Mat6::Zero();
   Mat6 damping = Mat6::Zero();

@@ -4,8 +4,8 @@
 
 namespace tandem {
 
-/// What stands for the text in HTML and XML, in an attribute as well; what XML cannot hold (control
-/// characters) is a blank.
+/// Returns the text escaped for HTML and XML, also within attributes. Control characters, which XML
+/// cannot hold, become blanks.
 inline std::string EscapedMarkup(const std::string& text) {
   std::string out;
   for (const char c : text) {

@@ -6,8 +6,8 @@
 
 namespace tandem {
 
-/// How many bytes making voxels or distance fields may take, unless told otherwise: three quarters
-/// of the machine's memory; 8 GiB where the system does not tell.
+/// Returns the default bound of the bytes for making voxels or distance fields: three quarters of
+/// the machine's memory; 8 GiB where the system does not tell.
 inline std::size_t MostMemory() noexcept {
   const long pages = sysconf(_SC_PHYS_PAGES);
   const long page_bytes = sysconf(_SC_PAGESIZE);

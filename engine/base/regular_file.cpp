@@ -21,7 +21,7 @@ std::string WhyNotOpened(int error) {
   return "cannot be opened: " + std::generic_category().message(error);
 }
 
-/// What stands at `at`: how many bytes, and whether a person may be shown it. 0: no UTF-8.
+/// A symbol of a text: its bytes, and whether a person may see it. 0 bytes: no UTF-8.
 struct Symbol {
   std::size_t bytes = 0;
   bool plain = false;
@@ -99,7 +99,7 @@ Result<std::string> ReadWholeFile(const std::filesystem::path& file, std::uintma
                  " MiB, which no file of this kind is: name another file"};
   };
   if (opened->size() > most) return too_large();
-  // it may grow meanwhile, and what the system writes has no size
+  // the file may grow meanwhile, and files that the system generates have no size
   std::string text;
   while (text.size() <= most) {
     const std::size_t before = text.size();

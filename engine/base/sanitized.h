@@ -2,8 +2,8 @@
 
 namespace tandem {
 
-/// It tells whether the program runs under the address or the thread sanitizer. Both take more
-/// memory, and more of the kernel, than the program itself.
+/// Tells whether the program runs under the address or the thread sanitizer. Both take more memory,
+/// and more of the kernel, than the program itself.
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)  // g++
 inline constexpr bool kIsSanitized = true;
 #elif defined(__has_feature)  // clang

@@ -8,11 +8,11 @@
 
 namespace tandem {
 
-/// A thread's job, known to clang's -Wthread-safety as if it were a lock that
-/// the thread holds for its whole life.
+/// A thread's role. clang's -Wthread-safety treats it as a lock that the thread holds for its whole
+/// life.
 class TANDEM_TSA(capability("thread role")) ThreadRole {
  public:
-  /// The first statement of that thread's main function.
+  /// Must be the first statement of that thread's main function.
   void Enter() const TANDEM_TSA(assert_capability(this)) {}
 };
 

@@ -20,9 +20,9 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kMark = ".unfinished-";
-constexpr int kMostEntries = 10'000;  // of a folder that is looked through
+constexpr int kMostEntries = 10'000;  // greatest number of entries of a folder that are examined
 
-/// The process that a name is of, PID or PID-N; nothing: it is no such name.
+/// Returns the process of a name, PID or PID-N; nothing: it is no such name.
 std::optional<pid_t> ProcessOf(std::string_view words) {
   pid_t pid = 0;
   const char* const end = words.data() + words.size();
@@ -36,7 +36,7 @@ std::optional<pid_t> ProcessOf(std::string_view words) {
 }
 
 bool IsGone(pid_t pid) {
-  // an earlier process may have had this one's number
+  // an earlier process may have had the same number
   return pid == getpid() || (kill(pid, 0) != 0 && errno == ESRCH);
 }
 
@@ -61,7 +61,7 @@ fs::path UnfinishedName(const fs::path& place) {
 }
 
 bool HoldUnfinished(int descriptor) {
-  // who removes remainders has the lock for a moment; a disk may have no locks
+  // a program that removes remainders has the lock for a moment; a disk may have no locks
   while (flock(descriptor, LOCK_EX) != 0 && errno == EINTR) {
   }
   struct stat status {};

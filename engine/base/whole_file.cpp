@@ -34,7 +34,8 @@ Result<WholeFile> WholeFile::Create(const std::filesystem::path& file, unsigned 
     if (made.descriptor_ < 0) return NotWritten(file, errno);
     return made;
   }
-  // what may not be written is not replaced either; a link's end is, not the link
+  // a file that must not be written is not replaced either; a link's target is replaced, not the
+  // link
   if (there && access(file.c_str(), W_OK) != 0) return NotWritten(file, errno);
   std::error_code failed;
   const std::filesystem::path end = std::filesystem::canonical(file, failed);
@@ -101,7 +102,7 @@ std::optional<Error> WholeFile::Commit() {
   Flush();
   // a pipe cannot be synchronized, and need not be
   if (fault_ == 0 && !beside_.empty() && fsync(descriptor_) != 0) fault_ = errno;
-  // its lock is held until it is in its place
+  // holds the lock until the file is in its place
   const int held = fcntl(descriptor_, F_DUPFD_CLOEXEC, 0);
   if (close(std::exchange(descriptor_, -1)) != 0 && fault_ == 0) fault_ = errno;
   if (fault_ == 0 && !beside_.empty() && rename(beside_.c_str(), file_.c_str()) != 0) {

@@ -10,24 +10,24 @@
 
 namespace tandem {
 
-/// A file that is there whole or not at all: it is written beside its place, as
-/// NAME.unfinished-PID-N, and put there by Commit(). What was there before stays until then, and
-/// for good where the disk is full or the program ends. What a program that was killed left beside
-/// NAME goes when NAME is made the next time.
+/// A file that exists whole or not at all. It is written beside its place, as
+/// NAME.unfinished-PID-N, and Commit() moves it there. An older file stays until then, and for good
+/// where the disk is full or the program ends. Remainders of killed programs beside NAME are
+/// removed when NAME is made the next time.
 class WholeFile {
  public:
-  /// `mode`: of the file, before the umask. A pipe or a device is written at once, for nothing can
-  /// be put in its place.
+  /// Creates a file. `mode`: of the file, before the umask. A pipe or a device is written directly,
+  /// because nothing can take its place.
   static Result<WholeFile> Create(const std::filesystem::path& file, unsigned mode = 0666);
   WholeFile(WholeFile&& other) noexcept;
   WholeFile& operator=(WholeFile&& other) noexcept;
   /// Removes what was not committed.
   ~WholeFile();
 
-  /// False: the disk takes no more. The first fault stays, and Commit() tells it.
+  /// Writes bytes; false: the disk takes no more. The first fault stays, and Commit() returns it.
   bool Write(std::string_view bytes);
   std::uint64_t written() const noexcept { return written_; }  // bytes
-  /// Waits until the disk has all, and puts it into its place.
+  /// Waits until the disk has all bytes, and moves the file to its place.
   std::optional<Error> Commit();
 
  private:
@@ -42,7 +42,7 @@ class WholeFile {
   std::string waiting_;
 };
 
-/// The same at once.
+/// Writes a whole file in one call.
 std::optional<Error> WriteWholeFile(const std::filesystem::path& file, std::string_view text,
                                     unsigned mode = 0666);
 
