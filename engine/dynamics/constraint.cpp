@@ -10,13 +10,13 @@ namespace tandem {
 
 namespace {
 
-/// How J moves in J0: the coordinates in which a constraint is a choice of axes.
+/// The motion of J in J0: in these coordinates a constraint is a choice of axes.
 struct JointRates {
   Vec3 turn;   // rad/s
   Vec3 slide;  // m/s
 };
 
-/// From J's origin to the centre of mass, in W.
+/// Returns the vector from J's origin to the centre of mass, in W.
 Vec3 Lever(const Constraint& constraint, const Pose& X_WB) {
   return -(X_WB.q * constraint.X_BJ.p);
 }
@@ -83,7 +83,7 @@ Pose Constraint::Allowed(const Pose& X_J0J) const noexcept {
     if (!slides[static_cast<std::size_t>(i)]) allowed.p[i] = 0;
   }
   if (turn == Turn::kFree) return allowed;
-  // of a rotation q the part about z has the direction (0, 0, q.z, q.w)
+  // the part about z of a rotation q has the direction (0, 0, q.z, q.w)
   const double length = std::hypot(X_J0J.q.z(), X_J0J.q.w());
   const bool kept = turn == Turn::kAboutAxis && length > 0;
   allowed.q = kept ? Quat(X_J0J.q.w() / length, 0, 0, X_J0J.q.z() / length) : Quat::Identity();
@@ -130,7 +130,7 @@ Constraint BallConstraint(const Pose& X_WB0, const Vec3& p_W) {
 StepEquations ConstrainedEquations(const Constraint& constraint, const Inertia& inertia,
                                    const RigidState& state, const Load& load, double h) noexcept {
   StepEquations step = ImplicitEquations(inertia, state, load, h);
-  // the centre of mass goes round J: m w x (w' x r) with the new w', which does no work on w'
+  // the centre of mass circles J: m w x (w' x r) with the new w', which does no work on w'
   const Vec3 lever = Lever(constraint, state.X_WB);
   step.A.bottomLeftCorner<3, 3>() -=
       h * inertia.mass * CrossMatrix(state.V_WB.w) * CrossMatrix(lever);
@@ -168,7 +168,7 @@ double Advance(const Constraint& constraint, RigidState& state, const Twist& V_W
   const JointRates wanted = RatesOf(constraint, state.X_WB, V_WB);
   const Pose X_J0J = constraint.Allowed(InJoint(constraint, state.X_WB));
   double scale = 1.0;
-  // mostly one look, two where the travel is limited; a limit as small as rounding stops the body
+  // usually one look, two where the travel is limited; a limit as small as rounding stops the body
   for (int look = 0; look < kMostLooks; ++look) {
     const JointRates rates{scale * wanted.turn, scale * wanted.slide};
     const Pose next{RotationBy(h * rates.turn) * X_J0J.q, X_J0J.p + h * rates.slide};

@@ -32,7 +32,7 @@ void CoupledStep::AddBody(std::size_t number, const StepEquations& step, const T
   body.rhs = basis.transpose() * step.b;
   Mat6 reduced = basis.transpose() * step.A * basis;
   for (Eigen::Index k = 0; k < 6; ++k) {
-    if (basis.col(k).isZero(0)) reduced(k, k) = 1.0;  // an unknown that is nothing
+    if (basis.col(k).isZero(0)) reduced(k, k) = 1.0;  // an unknown that stays 0
   }
   Add(number, number, reduced);
 }

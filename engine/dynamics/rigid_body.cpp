@@ -14,8 +14,7 @@ StepEquations ImplicitEquations(const Inertia& inertia, const RigidState& state,
   M.bottomRightCorner<3, 3>() = inertia.mass * Mat3::Identity();
   M += h * load.damping;
   step.A = M + h * h * load.stiffness;
-  // w x I w = w x (I - c) w for any number c: with this one it is nothing for a ball, and rightly
-  // so
+  // w x I w = w x (I - c) w for any number c: with this c it is 0 for a ball, as it must be
   const Vec3 uneven = I_W * state.V_WB.w - (I_W.trace() / 3.0) * state.V_WB.w;
   step.A.topLeftCorner<3, 3>() -= h * CrossMatrix(uneven);
   step.b = M * Stacked(state.V_WB) + h * load.force;
@@ -36,8 +35,8 @@ double Advance(RigidState& state, const Twist& V_WB, double h, double radius,
     return 0;
   }
   const double wanted = TravelOf(h * V_WB.v, h * V_WB.w.norm(), radius);
-  // |sin| is concave: scaling the twist scales the travel by at least as much, so a second look is
-  // cheap
+  // |sin| is concave: scaling the twist scales the travel by at least as much, so a second
+  // iteration is rare
   double scale = wanted > max_travel ? max_travel / wanted : 1.0;
   double made = TravelOf(scale * h * V_WB.v, scale * h * V_WB.w.norm(), radius);
   while (made > max_travel) {

@@ -4,8 +4,8 @@ namespace tandem {
 
 namespace {
 
-/// Of a spring k at the lever r and one in rotation: J^T k J + rotation, where J = (-[r]x, 1) gives
-/// the velocity at r of (w, v).
+/// Sets the matrix of a spring k at the lever r and a spring in rotation: J^T k J + rotation. J =
+/// (-[r]x, 1) gives the velocity at r of (w, v).
 void SetAtLever(double k, const Mat3& rotation, const Vec3& r, Mat6& matrix) {
   const Mat3 across = CrossMatrix(k * r);
   const Mat3 square = r * r.transpose();
@@ -20,7 +20,7 @@ void SetAtLever(double k, const Mat3& rotation, const Vec3& r, Mat6& matrix) {
 
 Load CouplingLoad(const CouplingGains& gains, const RigidState& body, const Pose& X_BA,
                   const Anchor& anchor) noexcept {
-  const Vec3 r = body.X_WB.q * X_BA.p;  // from the centre of mass to A
+  const Vec3 r = body.X_WB.q * X_BA.p;  // vector from the centre of mass to A
   const Quat q_WA = body.X_WB.q * X_BA.q;
   const Vec3 apart = anchor.X_WA.p - (body.X_WB.p + r);
   const Vec3 turned_apart = RotationVector(anchor.X_WA.q * q_WA.conjugate());
@@ -79,7 +79,7 @@ Wrench AppliedWrench(const CentreLoad& load, const Twist& before, const Twist& a
 CouplingGains DefaultHandGains(const Inertia& inertia) noexcept {
   constexpr double kStiffness = 800.0;  // N/m
   constexpr double kDamping = 8.0;      // N s/m
-  // radius of gyration, the larger ones: a slender part is turned about its own axis as firmly as
+  // radius of gyration about the heavier axes: a slender part turns about its own axis as firmly as
   // across
   const double gyration_squared = 0.5 * inertia.I_B.trace() / inertia.mass;
   const Mat3 rotation = gyration_squared * Mat3::Identity();

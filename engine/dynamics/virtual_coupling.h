@@ -5,8 +5,8 @@
 
 namespace tandem {
 
-/// Where a coupling pulls a body to, and how that place moves: a hand's goal, or another user's
-/// copy of the body (paper §6.1).
+/// The pose that a coupling pulls a body to, and its motion: a hand's goal, or another user's copy
+/// of the body (paper §6.1).
 struct Anchor {
   Pose X_WA;
   Twist V_WA;
@@ -15,18 +15,19 @@ struct Anchor {
 /// Springs and dampers in six dimensions.
 struct CouplingGains {
   double stiffness = 0;                    // N/m
-  double damping = 0;                      // N s/m, of the relative velocity
+  double damping = 0;                      // damping of the relative velocity, N s/m
   Mat3 rotation_stiffness = Mat3::Zero();  // N m/rad, in W
   Mat3 rotation_damping = Mat3::Zero();    // N m s/rad, in W
 };
 
-/// What pulls frame A' of a body (at X_BA) towards an anchor: a force at A's origin and a moment,
-/// with their change as the body moves. Beyond half a turn the moment no longer grows.
+/// Returns the load that pulls frame A' of a body (at X_BA) towards an anchor: a force at A's
+/// origin and a moment, with their change as the body moves. Beyond half a turn the moment does not
+/// grow.
 Load CouplingLoad(const CouplingGains& gains, const RigidState& body, const Pose& X_BA,
                   const Anchor& anchor) noexcept;
 
-/// A coupling at the centre of mass, whose change with the body's motion is that of its gains: what
-/// CouplingLoad() gives there in the same bits, at a quarter of its cost.
+/// A coupling at the centre of mass, whose change with the body's motion is that of its gains. It
+/// gives the bits of CouplingLoad() there at a quarter of the cost.
 struct CentreLoad {
   Wrench F_B_W;
   CouplingGains gains;
@@ -36,18 +37,18 @@ struct CentreLoad {
 CentreLoad CentreCouplingLoad(const CouplingGains& gains, const RigidState& body,
                               const Anchor& anchor) noexcept;
 
-/// Damping towards the ground, at the centre of mass.
+/// Returns the damping towards the ground, at the centre of mass.
 Load GroundDamping(double damping, const Mat3& rotation_damping, const RigidState& body) noexcept;
 
-/// The wrench that a load really applied over an implicit step that changed the body's twist from
-/// `before` to `after`: its value at the end of the step. What a device must render
-/// (docs/decisions/0004-contact-and-step.md).
+/// Returns the wrench that a load really applied over an implicit step that changed the body's
+/// twist from `before` to `after`: its value at the end of the step. A device must render this
+/// wrench (docs/decisions/0004-contact-and-step.md).
 Wrench AppliedWrench(const Load& load, const Twist& before, const Twist& after, double h) noexcept;
 Wrench AppliedWrench(const CentreLoad& load, const Twist& before, const Twist& after,
                      double h) noexcept;
 
-/// The hand's coupling: 800 N/m with 8 N s/m, and in rotation the same at the body's radius of
-/// gyration.
+/// Returns the gains of the hand's coupling: 800 N/m with 8 N s/m, and in rotation the same at the
+/// body's radius of gyration.
 CouplingGains DefaultHandGains(const Inertia& inertia) noexcept;
 
 }  // namespace tandem
