@@ -11,11 +11,11 @@ namespace tandem {
 
 namespace {
 
-constexpr std::int64_t kNapNs = 200'000;     // while there is nothing to do
-constexpr std::int64_t kKeptNs = 5'000'000;  // before a page is asked back again
-constexpr double kNear = 64;  // voxels: what is nearer goes for nothing but what is read
+constexpr std::int64_t kNapNs = 200'000;     // pause while there is nothing to do
+constexpr std::int64_t kKeptNs = 5'000'000;  // time before a page is asked back again
+constexpr double kNear = 64;  // voxels; nearer pages leave only for pages that are read
 
-/// Tells whether the first one of two is less urgent.
+/// Tells whether the first request is less urgent than the second.
 bool IsLater(const PageRequest& a, const PageRequest& b) {
   if (a.hint != b.hint) return a.hint;
   return a.due != b.due ? a.due > b.due : a.record > b.record;
@@ -64,7 +64,7 @@ void PrefetchThread::Run(const std::stop_token& stop) {
     TakeMail();
     for (std::size_t b = 0; b < boxes_->size(); ++b) X_SV_[b] = (*boxes_)[b]->X_VS.Read().Inverse();
     if (!failed_ && BringIn(stop)) continue;
-    // a page more may be asked back while what is there is kept
+    // one more page may be asked back while all pages are kept
     const bool idle = !waiting_ && wanted_.empty() && asked_back_ == 0;
     if (idle || starving_ || failed_)
       idle_since_taken_.store(requests_taken_ + 1, std::memory_order_release);
@@ -98,9 +98,9 @@ void PrefetchThread::TakeMail() {
   TakeVerdicts();
   PageRequest request;
   while (mail_->requests.TryPop(request)) {
-    // who lets go of a page and asks for it again says so in this order
+    // a haptic thread that lets go of a page and asks for it again says so in this order
     if (state_[request.record] == State::kAskedBack) TakeVerdicts();
-    // of what is there the news is on its way
+    // for a page in memory the news is on its way
     const bool on_its_way = state_[request.record] == State::kThere ||
                             state_[request.record] == State::kAskedBack ||
                             (waiting_ && waiting_->record == request.record && !waiting_->hint);
@@ -127,20 +127,20 @@ double PrefetchThread::DistanceOf(std::uint32_t record) const {
     const Vec3 beyond = ((X_SV_[b] * centre - box.centre).cwiseAbs() - box.half_size).cwiseMax(0.0);
     least = std::min(least, beyond.norm() / s);
   }
-  constexpr double kBall = 0.87 * kHyperchunkSide;  // that holds a hyperchunk
+  constexpr double kBall = 0.87 * kHyperchunkSide;  // radius of a ball that holds a hyperchunk
   return least - kBall;
 }
 
 std::size_t PrefetchThread::AskBack(double beyond) {
-  // the haptic thread hears that a page is there before it is asked to let it go
+  // the haptic thread must hear that a page has come before it is asked to let it go
   if (!unsaid_.empty() || asked_back_ > 0) return 0;
-  // what was kept may be let go of after a while, when a shell has moved
+  // pages that were kept may leave after a while, when a shell has moved
   const std::int64_t now_ns = MachineClock().NowNs();
   if (now_ns - kept_since_ns_ > kKeptNs) {
     kept_.assign(kept_.size(), 0);
     kept_since_ns_ = now_ns;
   }
-  // a batch at a time, so that distances are not found again for each page
+  // a batch at a time, so that distances are not computed again for each page
   std::vector<std::pair<double, std::uint32_t>> far;
   for (const std::uint32_t record : there_) {
     if (state_[record] != State::kThere || kept_[record] != 0) continue;
@@ -183,7 +183,7 @@ bool PrefetchThread::ReadNext(const std::stop_token& stop) {
   }
   const PageRequest next = wanted_.front();
   if (next.hint && arena_->free_frames() < reserve_) {
-    // nothing that is as near goes for it
+    // no page that is as near leaves for it
     if (asked_back_ > 0) return false;
     if (AskBack(std::max(kNear, DistanceOf(next.record) + kHyperchunkSide)) > 0) return false;
     Refuse(next.record);
@@ -215,7 +215,7 @@ bool PrefetchThread::BringIn(const std::stop_token& stop) {
       return true;
     }
     if (!wanted_.empty() && IsLater(request, wanted_.front())) {
-      // what is more urgent may need less room
+      // a more urgent request may need less room
       waiting_.reset();
       Want(request);
       return true;

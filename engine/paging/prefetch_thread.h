@@ -17,29 +17,29 @@
 
 namespace tandem {
 
-/// Where the box stands that holds all points of a pair's shell.
+/// The box that holds all points of a pair's shell, and the shell's pose.
 struct ShellBox {
   Vec3 centre = Vec3::Zero();     // in the shell's frame, m
   Vec3 half_size = Vec3::Zero();  // m
   TripleBuffer<Pose> X_VS;        // written by the haptic thread
-  std::atomic<bool> there{true};  // false: the pair is not tested now; likewise
+  std::atomic<bool> there{true};  // false: the pair is not tested; written likewise
 };
 
 struct PageRequest {
   std::uint32_t record = 0;
-  std::uint32_t due = 0;  // frame in which it may be read
-  bool hint = false;      // it may be that it is never read
+  std::uint32_t due = 0;  // frame from which on it may be read
+  bool hint = false;      // it may never be read
 };
 struct PageNews {
   std::uint32_t record = 0;
-  bool there = false;  // false: there is no room for what was a hint
+  bool there = false;  // false: there is no room for a hint
 };
 struct PageVerdict {
   std::uint32_t record = 0;
   bool goes = false;
 };
 
-/// Carries what the haptic thread and the pre-fetch thread tell one another.
+/// The queues between the haptic thread and the pre-fetch thread.
 struct PageMail {
   static constexpr std::size_t kMostAskedBack = 512;
 
@@ -49,29 +49,29 @@ struct PageMail {
   SpscQueue<PageVerdict> verdicts{kMostAskedBack};      // to it
 };
 
-/// How much of a voxmap has been in memory, and what that took.
+/// The amount of a voxmap that has been in memory, and its cost.
 struct ResidentCounts {
   std::uint64_t pages_read = 0;
   std::uint64_t pages_given_up = 0;
-  std::uint64_t most_pages = 0;  // at once
+  std::uint64_t most_pages = 0;  // greatest number at once
 };
 
-/// Brings pages into memory, the most urgent first, and gives up those that are farthest from the
-/// shells (paper §5.3). Nothing that is as near as what is asked for is given up for a hint.
+/// Brings pages into memory, the most urgent first, and gives up pages that are farthest from the
+/// shells (paper §5.3). No page that is as near as a hint is given up for it.
 class PrefetchThread {
  public:
-  /// `boxes` may become more until Start().
+  /// `boxes` may grow until Start().
   PrefetchThread(std::shared_ptr<const PageSource> source, VoxelArena& arena, PageMail& mail,
                  std::vector<std::unique_ptr<ShellBox>>& boxes);
   ~PrefetchThread();
 
   void Start();
   ResidentCounts counts() const noexcept;
-  /// Why pages cannot be read any more; null while they can.
+  /// Returns why pages cannot be read any more; null while they can.
   const std::string* fault() const noexcept {
     return failed_.load(std::memory_order_acquire) ? &fault_ : nullptr;
   }
-  /// Tells whether nothing more comes of the first so many requests.
+  /// Tells whether the first `requests` requests have no more effect.
   bool IsIdleAfter(std::uint64_t requests) const noexcept {
     return idle_since_taken_.load(std::memory_order_acquire) > requests;
   }
@@ -84,33 +84,34 @@ class PrefetchThread {
   void TakeVerdicts();
   void Want(const PageRequest& request);
   void Tell(const PageNews& news);
-  /// Reads what is most urgent into page_, or refuses it; false: there is nothing to do now.
+  /// Reads the most urgent page into page_, or refuses it; false: there is nothing to do.
   bool ReadNext(const std::stop_token& stop);
-  /// Brings in what is most urgent; false: nothing can be done now.
+  /// Brings in the most urgent page; false: nothing can be done at present.
   bool BringIn(const std::stop_token& stop);
-  /// Has pages go ahead of time, so that nothing waits for room.
+  /// Gives up pages ahead of time, so that nothing waits for room.
   void KeepRoom();
   void Refuse(std::uint32_t record);
-  /// Asks the haptic thread to let go the farthest pages beyond so many voxels; gives how many.
+  /// Asks the haptic thread to let go of the farthest pages beyond `beyond` voxels; returns their
+  /// number.
   std::size_t AskBack(double beyond);
-  /// Voxels between a hyperchunk and the nearest shell's box.
+  /// Returns the voxels between a hyperchunk and the nearest shell's box.
   double DistanceOf(std::uint32_t record) const;
 
   std::shared_ptr<const PageSource> source_;
   VoxelArena* arena_;
   PageMail* mail_;
   std::vector<std::unique_ptr<ShellBox>>* boxes_;
-  std::vector<GridIndex> place_of_;   // hyperchunk, from V's origin, by record
+  std::vector<GridIndex> place_of_;   // by record: hyperchunk, from V's origin
   std::vector<State> state_;          // by record
   std::vector<PageRequest> wanted_;   // a heap
-  std::vector<std::uint32_t> there_;  // those with a page in the arena
-  std::vector<PageNews> unsaid_;      // for want of room in the mail
-  std::vector<Pose> X_SV_;            // of each box
+  std::vector<std::uint32_t> there_;  // records with a page in the arena
+  std::vector<PageNews> unsaid_;      // news for which the mail has no room
+  std::vector<Pose> X_SV_;            // by box
   VoxelPage page_;
-  std::optional<PageRequest> waiting_;  // whose page was read and waits for room
+  std::optional<PageRequest> waiting_;  // request whose page was read and waits for room
   std::size_t asked_back_ = 0;
-  bool starving_ = false;           // all that is there is kept
-  std::vector<std::uint8_t> kept_;  // by record: asked back, and not let go of
+  bool starving_ = false;           // the haptic thread keeps all pages in memory
+  std::vector<std::uint8_t> kept_;  // by record: asked back, and kept by the haptic thread
   std::int64_t kept_since_ns_ = 0;
   std::int64_t next_room_ns_ = 0;
   std::uint64_t requests_taken_ = 0;
@@ -119,7 +120,7 @@ class PrefetchThread {
   std::atomic<std::uint64_t> pages_read_{0};
   std::atomic<std::uint64_t> pages_given_up_{0};
   std::atomic<std::uint64_t> most_pages_{0};
-  /// One more than the requests that were taken when nothing more came of them; 0: never yet.
+  /// One more than the number of requests taken when they had no more effect; 0: never yet.
   std::atomic<std::uint64_t> idle_since_taken_{0};
   std::atomic<bool> failed_{false};
   std::string fault_;  // written before failed_

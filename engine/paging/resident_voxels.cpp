@@ -14,7 +14,7 @@ namespace tandem {
 namespace {
 
 constexpr std::size_t kLeastFrames = 256;  // 1 MB
-constexpr std::uint32_t kSooner = 8;       // frames by which it must be worth asking again
+constexpr std::uint32_t kSooner = 8;  // frames; a request is repeated only if it is sooner by this
 
 std::uint64_t InMiB(std::uint64_t bytes) {
   return (bytes + (1U << 20U) - 1) >> 20U;
@@ -88,11 +88,11 @@ void ResidentVoxels::TakeNews() noexcept {
 void ResidentVoxels::BeginFrame() noexcept {
   ++frame_;
   TakeNews();
-  constexpr int kMostVerdicts = 32;  // a frame
+  constexpr int kMostVerdicts = 32;  // greatest number in a frame
   for (int k = 0; k < kMostVerdicts; ++k) {
     const std::uint32_t* back = mail_.asked_back.Front();
     if (back == nullptr) break;
-    TakeNews();  // that it is there was said before it was asked back
+    TakeNews();  // the news that it has come was sent before it was asked back
     const std::uint32_t record = *back;
     const bool goes = std::all_of(readers_.begin(), readers_.end(), [record](const auto& reader) {
       return !reader->active_ ||
@@ -107,7 +107,7 @@ void ResidentVoxels::BeginFrame() noexcept {
 void ResidentVoxels::WaitUntilThere() noexcept {
   LoopClock& clock = MachineClock();
   constexpr std::int64_t kNapNs = 100'000;
-  constexpr std::int64_t kPatienceNs = 2'000'000'000;  // for a page
+  constexpr std::int64_t kPatienceNs = 2'000'000'000;  // for one page
   std::uint64_t pages = counts().pages_read;
   std::int64_t since_ns = clock.NowNs();
   for (;;) {

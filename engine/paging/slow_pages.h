@@ -7,8 +7,8 @@
 
 namespace tandem {
 
-/// Gives the pages of another source as a slow disk would: each takes the time of its bytes, one
-/// after another. For tests and measurements.
+/// Gives the pages of another source at the rate of a slow disk: each takes the time of its bytes,
+/// one after another. For tests and measurements.
 class SlowPages final : public PageSource {
  public:
   SlowPages(std::shared_ptr<const PageSource> source, double bytes_per_s);

@@ -25,7 +25,7 @@ std::uint64_t ArenaOffset(const Voxmap& outline) {
   return (RecordsEnd(outline) + kFrame - 1) / kFrame * kFrame;
 }
 
-/// The number of frames that slices take whose planes may not lie in two of them.
+/// Returns the number of frames for slices, whose planes must not lie in two frames.
 std::size_t PlaneFrames(const VoxelPage& page) {
   std::size_t frames = 0;
   std::size_t left = 0;
@@ -68,7 +68,7 @@ VoxelArena::VoxelArena(const Voxmap& outline, std::size_t frames)
   arena_ = image_->data() + h.quarters_offset;
   std::memcpy(arena_, outline.quarters(), 2 * quarter_bytes_);
   std::memcpy(image_->data() + h.planes_offset, outline.planes(), 2 * sizeof(VoxmapPlane));
-  locked_ = mlock(image_->data(), image_->size()) == 0;  // where the limit allows it
+  locked_ = mlock(image_->data(), image_->size()) == 0;  // succeeds where the limit allows it
   voxmap_ = Voxmap(ImageBlock{image_, {image_->data(), image_->size()}});
   free_.reserve(frames);
   for (std::size_t f = frames; f > 0; --f) free_.push_back(static_cast<std::uint32_t>(f));
@@ -102,7 +102,7 @@ bool VoxelArena::Put(std::uint32_t record, const VoxelPage& page) {
   }
 
   std::size_t frame = quarter_frames;
-  std::size_t used = kPlanesPerFrame;  // of the frame before
+  std::size_t used = kPlanesPerFrame;  // planes in the last frame
   std::size_t next = 0;                // plane of the page
   VoxmapRecord& out = RecordOf(record);
   for (std::size_t field = 0; field < kFields; ++field) {
