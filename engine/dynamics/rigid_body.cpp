@@ -35,8 +35,8 @@ double Advance(RigidState& state, const Twist& V_WB, double h, double radius,
     return 0;
   }
   const double wanted = TravelOf(h * V_WB.v, h * V_WB.w.norm(), radius);
-  // |sin| is concave: scaling the twist scales the travel by at least as much, so a second
-  // iteration is rare
+  // |sin| is concave: scaling the twist scales the travel by at least as much, so a second look is
+  // cheap
   double scale = wanted > max_travel ? max_travel / wanted : 1.0;
   double made = TravelOf(scale * h * V_WB.v, scale * h * V_WB.w.norm(), radius);
   while (made > max_travel) {
