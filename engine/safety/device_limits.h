@@ -6,31 +6,33 @@
 
 namespace tandem {
 
-/// What a device can and may render; by default what a desktop device gives and no hand is hurt by.
+/// The limits of what a device can and may render; by default those of a desktop device, which
+/// hurts no hand.
 struct DeviceLimits {
   double force = 12.0;  // N
   double moment = 0.5;  // N m
 };
 
-/// No hand gets more, whatever a driver or a user says: docs/decisions/0033-safety.md.
+/// The limits for any hand, whatever a driver or a user says: docs/decisions/0033-safety.md.
 inline constexpr DeviceLimits kMostForAHand{.force = 30.0, .moment = 1.0};
 
-/// The user's setting until another is given: docs/decisions/0033-safety.md.
+/// The user's setting until the user gives another: docs/decisions/0033-safety.md.
 inline constexpr DeviceLimits kUsersDefault{.force = 3.0, .moment = 0.15};
 
-/// A limit in force: `claimed`, at most `most`; what is not finite or not positive counts as zero.
+/// Returns a limit in force: `claimed`, at most `most`; a value that is not finite or not positive
+/// counts as zero.
 inline double SoundLimit(double claimed, double most) noexcept {
   return std::isfinite(claimed) && claimed > 0 ? std::min(claimed, most) : 0.0;
 }
-/// Both limits of a device, within what the user has set and what a hand may get.
+/// Returns both limits of a device, within the user's setting and the limits for a hand.
 inline DeviceLimits SoundLimits(const DeviceLimits& claimed,
                                 const DeviceLimits& most = kMostForAHand) noexcept {
   return {SoundLimit(claimed.force, SoundLimit(most.force, kMostForAHand.force)),
           SoundLimit(claimed.moment, SoundLimit(most.moment, kMostForAHand.moment))};
 }
 
-/// What a person is told of limits that `who` gave and that are not taken as they are; empty: they
-/// are.
+/// Returns a text for a person on limits that `who` gave and that are not taken as they are; empty
+/// if they are.
 std::string WhatLimitsBecame(const std::string& who, const DeviceLimits& claimed);
 
 }  // namespace tandem

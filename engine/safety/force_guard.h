@@ -9,20 +9,21 @@
 
 namespace tandem {
 
-/// The simulation's end of what stands between it and a hand: whatever the simulation asks for, the
-/// device is asked for a finite wrench within its limits, which changes by at most the slew from
-/// one frame to the next and rises from nothing after each Begin() (paper §6;
-/// docs/decisions/0021-force-guard.md). Force and moment are guarded each by itself, in size, so
-/// that their directions stay. What is not finite counts as zero, and all that follows too until
-/// the next Begin(): a simulation that has once left the numbers does not come back. A device with
-/// a process of its own has a MotorGuard besides. Used by the haptic thread alone.
+/// The simulation's guard between itself and a hand. Whatever the simulation asks for, the guard
+/// asks the device for a finite wrench within its limits. The wrench changes by at most the slew
+/// from one frame to the next and rises from nothing after each Begin() (paper §6;
+/// docs/decisions/0021-force-guard.md). The guard limits force and moment separately, in size, so
+/// that their directions stay. A wrench that is not finite counts as zero, and so do all that
+/// follow until the next Begin(), because a simulation that has diverged does not recover. A device
+/// with its own process has a MotorGuard besides. Used by the haptic thread alone.
 class ForceGuard {
  public:
-  // of a device that gives 12 N and 0.5 N m: six frames from nothing to the limit; others alike
+  // for a device of 12 N and 0.5 N m: six frames from nothing to the limit; for others in
+  // proportion
   static constexpr double kForceStep = 2.0;    // N a frame
   static constexpr double kMomentStep = 0.08;  // N m a frame
-  static constexpr int kRampFrames = 100;      // from nothing to the whole, at a grab
-  static constexpr int kLongRampFrames = 1000;  // likewise, after a stop or a fault
+  static constexpr int kRampFrames = 100;      // ramp from nothing to the whole, at a grab
+  static constexpr int kLongRampFrames = 1000;  // the same after a stop or a fault
 
   static constexpr double ForceStepOf(const DeviceLimits& limits) noexcept {
     return kForceStep * (limits.force / DeviceLimits{}.force);
@@ -33,20 +34,20 @@ class ForceGuard {
 
   explicit ForceGuard(const DeviceLimits& limits) : limits_(SoundLimits(limits)) {}
 
-  /// A hand begins to feel something: at the start, and whenever it takes a body. What a simulation
-  /// broke ends by that; a device's fault ends by Resume() alone.
+  /// Begins a ramp-in: at the start, and whenever a hand takes a body. It ends a fault of the
+  /// simulation; only Resume() ends a device's fault.
   void Begin() noexcept {
     ramp_ = 0;
     if (broken_) long_ramp_ = 0;
     broken_ = false;
   }
 
-  /// Emergency stop: no force from now on, whatever begins, until Resume().
+  /// Emergency stop: no force, whatever begins, until Resume().
   void Stop() noexcept {
     if (!stopped_) ++counts_.stops;
     stopped_ = true;
   }
-  /// A device in trouble: no force from now on, until Resume().
+  /// Fault of the device: no force until Resume().
   void Fail() noexcept {
     if (!failed_) ++counts_.zeroed;
     failed_ = true;
@@ -58,7 +59,7 @@ class ForceGuard {
     ramp_ = long_ramp_ = 0;
   }
 
-  /// What the device may be given in place of `wanted`; once a frame.
+  /// Returns the wrench that the device may get in place of `wanted`; called once a frame.
   Wrench Pass(const Wrench& wanted) noexcept {
     ++frames_;
     if (!broken_ && (!wanted.f.allFinite() || !wanted.tau.allFinite())) {
@@ -84,9 +85,9 @@ class ForceGuard {
     return last_;
   }
 
-  /// Whether something that was not finite was asked for since Begin().
+  /// Tells whether a wrench that was not finite was asked for since Begin().
   bool broken() const noexcept { return broken_; }
-  /// Whether an emergency stop holds.
+  /// Tells whether an emergency stop holds.
   bool stopped() const noexcept { return stopped_; }
   SafetyState state() const noexcept {
     if (stopped_) return SafetyState::kStopped;
@@ -96,7 +97,8 @@ class ForceGuard {
   }
   const SafetyCounts& counts() const noexcept { return counts_; }
   const DeviceLimits& limits() const noexcept { return limits_; }
-  /// Frames in which the device got something else than was wanted, the ramp apart; and all.
+  /// Number of frames in which the device got another wrench than the simulation wanted, apart from
+  /// the ramp; and of all frames.
   std::uint64_t guarded() const noexcept { return guarded_; }
   std::uint64_t frames() const noexcept { return frames_; }
   double guarded_share() const noexcept {
@@ -109,7 +111,7 @@ class ForceGuard {
   int ramp_ = 0;
   int long_ramp_ = kLongRampFrames;
   bool broken_ = false;
-  bool failed_ = false;  // the device
+  bool failed_ = false;  // fault of the device
   bool stopped_ = false;
   std::uint64_t guarded_ = 0;
   std::uint64_t frames_ = 0;

@@ -4,8 +4,8 @@
 
 namespace tandem {
 
-/// `v`, shortened to `most` in its direction; `cut` is set where that was needed, else left alone.
-/// What is finite stays finite.
+/// Returns `v`, shortened to `most` in its direction; sets `cut` if that was needed. A finite
+/// vector stays finite.
 inline Vec3 HeldWithin(const Vec3& v, double most, bool& cut) noexcept {
   const double size = v.stableNorm();
   if (size <= most) return v;
@@ -13,7 +13,7 @@ inline Vec3 HeldWithin(const Vec3& v, double most, bool& cut) noexcept {
   return (most * v.cwiseQuotient(Vec3::Constant(size)));
 }
 
-/// From `from` towards `to`, by at most `most`.
+/// Returns a step from `from` towards `to`, of at most `most`.
 inline Vec3 SteppedTo(const Vec3& from, const Vec3& to, double most, bool& cut) noexcept {
   return from + HeldWithin(to - from, most, cut);
 }

@@ -16,7 +16,7 @@ double MeanLimit::Allowed() const noexcept {
 }
 
 void MeanLimit::Gave(double size, std::int64_t for_ns) noexcept {
-  // what is longer than the window fills it
+  // a time longer than the window fills it
   for_ns = std::clamp<std::int64_t>(for_ns, 0, kWindowNs);
   while (for_ns > 0) {
     const std::int64_t part_ns = std::min(for_ns, kSlotNs - in_slot_ns_);

@@ -7,7 +7,8 @@
 namespace tandem {
 namespace {
 
-/// How grave it is: of two causes the graver one holds, for what ends it is asked of more.
+/// Returns the gravity of a state: of two causes the graver one holds, because its end requires
+/// more.
 int RankOf(SafetyState state) {
   switch (state) {
     case SafetyState::kStopped:
@@ -57,7 +58,7 @@ void MotorGuard::Latch(SafetyState state) noexcept {
   if (state_ == state) return;
   if (IsLatched(state_) && RankOf(state) <= RankOf(state_)) return;
   if (state == SafetyState::kStopped) ++counts_.stops;
-  // what was given nothing already loses nothing; what is too old is counted where it begins
+  // a state without force cannot lose it; orders that are too old are counted where they begin
   if (!IsLatched(state_) && state != SafetyState::kStopped && state != SafetyState::kExpired) {
     ++counts_.zeroed;
   }
@@ -123,11 +124,11 @@ void MotorGuard::Judge(const MotorInput& input, const MotorOrder& order) noexcep
   if (!sound) Latch(SafetyState::kFault);
   if (input.slept) Latch(SafetyState::kSuspended);
   if (gap) Latch(SafetyState::kOverrun);
-  // before the first order nobody is late
+  // before the first order no order is late
   const bool silent = state_ == SafetyState::kOff && order.input_ns < 0;
   if (age_ns >= kZeroNs && !silent) Latch(SafetyState::kExpired);
   if (IsLatched(state_)) {
-    // a person ends a fault: what a program asks for meanwhile is forgotten
+    // a person ends a fault: requests of a program are forgotten meanwhile
     if (state_ == SafetyState::kFault) {
       ramps_ = order.ramps;
       return;
@@ -150,7 +151,7 @@ void MotorGuard::Judge(const MotorInput& input, const MotorOrder& order) noexcep
     state_ = SafetyState::kDamping;
     ramped_ns_ = input.now_ns - ramp_begin_ns_;
   } else if (!late && state_ == SafetyState::kDamping) {
-    // a short ramp, and the ramp-in goes on from as far as it had come
+    // a short ramp, and the ramp-in continues from where it had come
     state_ = SafetyState::kRamping;
     ramp_begin_ns_ = input.now_ns - ramped_ns_;
     short_begin_ns_ = input.now_ns;

@@ -7,29 +7,30 @@
 namespace tandem {
 
 /// Watches the energy that goes through a device's port. A passive port gives a hand no more than
-/// it took from it; one that does is about to shake, or another user works through it. The account
-/// forgets what was taken beyond `kMostCredit`, so that long calm does not pay for later shaking.
+/// it took from it. A port that gives more is about to shake, or another user works through it. The
+/// balance is capped at `kMostCredit`, so that long calm does not pay for later shaking.
 ///
-/// The controller, where asked for, pays a debt beyond `kAllowance` back by damping (Hannaford and
-/// Ryu, "Time-Domain Passivity Control of Haptic Interfaces", 2002).
+/// If requested, the controller pays a debt beyond `kAllowance` back by damping (Hannaford and Ryu,
+/// "Time-Domain Passivity Control of Haptic Interfaces", 2002).
 class PassivityObserver {
  public:
   static constexpr double kMostCredit = 0.5;  // J
   static constexpr double kAllowance = 0.05;  // J
 
-  /// That the handle got F_D_W while it moved by V_WD, for `h` seconds.
+  /// Notes that the handle got F_D_W while it moved by V_WD, for `h` seconds.
   void See(const Wrench& F_D_W, const Twist& V_WD, double h) noexcept {
     const double taken_J = -h * (F_D_W.f.dot(V_WD.v) + F_D_W.tau.dot(V_WD.w));
     balance_J_ = std::min(balance_J_ + taken_J, kMostCredit);
     least_J_ = std::min(least_J_, balance_J_);
   }
 
-  /// Energy taken from the hand less that given to it, J; negative: the port is active.
+  /// Returns the energy taken from the hand less that given to it, J; negative: the port is active.
   double balance_J() const noexcept { return balance_J_; }
   double least_J() const noexcept { return least_J_; }
   bool active() const noexcept { return balance_J_ < -kAllowance; }
 
-  /// The damping force that pays the debt back within a step of `h` seconds, by at most `most` N s/m.
+  /// Returns the damping force that pays the debt back within a step of `h` seconds, by at most
+  /// `most` N s/m.
   Vec3 Payment(const Twist& V_WD, double h, double most) const noexcept {
     const double speed2 = V_WD.v.squaredNorm();
     if (!active() || speed2 < 1e-8) return Vec3::Zero();

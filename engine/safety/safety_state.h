@@ -4,19 +4,19 @@
 
 namespace tandem {
 
-/// What a guard lets a hand have, and why.
+/// The state of a guard: what force it lets a hand have, and why.
 enum class SafetyState : std::uint8_t {
-  kOff,        // no force yet: nobody has asked for a ramp-in
-  kRamping,    // a growing share of what is asked for
-  kOn,         // what is asked for, within the limits
-  kDamping,    // nothing fresh for 5 ms: damping only
-  kTooFast,    // the handle moves faster than a hand does: no force until it is slow again
-  kExpired,    // nothing fresh for 20 ms: no force until a ramp-in is asked for
-  kOverrun,    // the loop of the device stood still: no force until a ramp-in is asked for
-  kFault,      // a number that is none, or a driver in trouble: no force until a person resumes
-  kSuspended,  // the machine slept: no force until a ramp-in is asked for
-  kStopped,    // emergency stop: no force until somebody resumes
-  kSilent      // the process of the device says nothing: it stands still, or is gone
+  kOff,      // no force yet: no program has asked for a ramp-in
+  kRamping,  // a growing share of the requested wrench
+  kOn,       // the requested wrench, within the limits
+  kDamping,  // no fresh order for 5 ms: damping only
+  kTooFast,  // the handle moves faster than a hand does: no force until it is slow again
+  kExpired,  // no fresh order for 20 ms: no force until a ramp-in is requested
+  kOverrun,  // the loop of the device stood still: no force until a ramp-in is requested
+  kFault,    // a value that is not finite, or a driver in trouble: no force until a person resumes
+  kSuspended,  // the machine slept: no force until a ramp-in is requested
+  kStopped,    // emergency stop: no force until a person resumes
+  kSilent      // the process of the device is silent: it stands still, or is gone
 };
 
 inline const char* NameOf(SafetyState state) noexcept {
@@ -49,10 +49,10 @@ inline const char* NameOf(SafetyState state) noexcept {
 
 /// How often a guard acted.
 struct SafetyCounts {
-  std::uint64_t clamped = 0;  // frames in which more was asked for than may be given
-  std::uint64_t slewed = 0;   // frames in which what was given changed as fast as it may
+  std::uint64_t clamped = 0;  // frames in which more was requested than allowed
+  std::uint64_t slewed = 0;   // frames in which the output changed at the greatest rate
   std::uint64_t zeroed = 0;   // times that the force was taken away: faults, overruns, speed, sleep
-  std::uint64_t expired = 0;  // times that nothing fresh had come for 5 ms
+  std::uint64_t expired = 0;  // times that no fresh order had come for 5 ms
   std::uint64_t stops = 0;    // emergency stops
 
   SafetyCounts& operator+=(const SafetyCounts& other) noexcept {
@@ -65,15 +65,15 @@ struct SafetyCounts {
   }
 };
 
-/// What a guard says of the energy that goes through a device's port (PassivityObserver).
+/// A guard's account of the energy that goes through a device's port (PassivityObserver).
 struct PassivityAccount {
   bool control = false;      // damps a port that is active
-  double balance_J = 0;      // taken from the hand less given to it
-  double least_J = 0;        // the least of that so far
+  double balance_J = 0;      // energy taken from the hand less given to it
+  double least_J = 0;        // least balance so far
   std::uint64_t damped = 0;  // ticks in which the control damped
 };
 
-/// What a device's own guard says of itself.
+/// The state of a device's own guard.
 struct DeviceSafety {
   SafetyState state = SafetyState::kOn;
   SafetyCounts counts;

@@ -8,7 +8,8 @@
 namespace tandem {
 namespace {
 
-constexpr std::int64_t kSlewNs = 1'000'000;  // in which a force changes by a sixth of the limit
+/// Time in which a force changes by a sixth of the limit.
+constexpr std::int64_t kSlewNs = 1'000'000;
 constexpr int kLooks = 16;
 
 double ShareOf(std::int64_t passed_ns, std::int64_t of_ns) {
@@ -69,13 +70,13 @@ Wrench VendorMailbox::Take(std::int64_t now_ns) noexcept {
   const bool cut = cuts != cuts_seen_;
   cuts_seen_ = cuts;
   const bool sound = newest_.f.allFinite() && newest_.tau.allFinite();
-  if (cut) put_ns_ = -1;  // what was put before is of no use
+  if (cut) put_ns_ = -1;  // older wrenches do not count
   if (cut || stood || !sound || age_ns >= MotorGuard::kZeroNs) {
     none_ = true;
     given_ = {};
     return given_;
   }
-  if (none_) {  // something fresh
+  if (none_) {  // a fresh wrench
     none_ = old_ = false;
     ramp_begin_ns_ = now_ns;
     short_begin_ns_ = now_ns - MotorGuard::kShortRampNs;
@@ -87,7 +88,7 @@ Wrench VendorMailbox::Take(std::int64_t now_ns) noexcept {
     short_begin_ns_ = now_ns;
   }
   old_ = old;
-  // the loop ramps too: what it puts after a stop has grown as slowly already
+  // the loop ramps too: its wrench after a stop has grown as slowly already
   const double share = old ? 0.0
                            : std::min(ShareOf(now_ns - ramp_begin_ns_, MotorGuard::kRampNs),
                                       ShareOf(now_ns - short_begin_ns_, MotorGuard::kShortRampNs));
