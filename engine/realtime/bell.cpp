@@ -13,7 +13,7 @@ namespace tandem {
 namespace {
 
 static_assert(sizeof(std::atomic<std::uint32_t>) == 4 &&
-              std::atomic<std::uint32_t>::is_always_lock_free);  // as the kernel wants it
+              std::atomic<std::uint32_t>::is_always_lock_free);  // as the kernel requires
 
 void Pause() noexcept {
 #if defined(__x86_64__) || defined(__i386__)

@@ -6,16 +6,16 @@
 namespace tandem {
 
 /// Wakes one waiting thread, of this process or of another that shares the memory. Ringing never
-/// waits, and costs a call of the kernel only where somebody waits.
+/// waits, and costs a system call only if a thread waits.
 class Bell {
  public:
-  /// How often it has rung.
+  /// Returns how often it has rung.
   std::uint32_t rings() const noexcept { return rings_.load(std::memory_order_acquire); }
   void Ring() noexcept;
-  /// Returns when it has rung since rings() was `seen`, or at `until_ns` (monotonic); whether it
-  /// has. Looks for `spin_ns` without sleeping first.
+  /// Returns when it has rung since rings() was `seen`, or at `until_ns` (monotonic). Returns
+  /// whether it has rung. Polls for `spin_ns` before it sleeps.
   bool WaitBeyond(std::uint32_t seen, std::int64_t until_ns, std::int64_t spin_ns) noexcept;
-  /// The same for a time from now on.
+  /// Does the same for a time from now on.
   bool WaitFor(std::uint32_t seen, std::int64_t wait_ns, std::int64_t spin_ns) noexcept;
 
  private:

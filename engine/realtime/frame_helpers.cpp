@@ -13,7 +13,7 @@
 namespace tandem {
 namespace {
 
-constexpr int kLooksAMoment = 64;         // between looks at the clock
+constexpr int kLooksAMoment = 64;         // polls between looks at the clock
 constexpr int kLooksBeforeYield = 20000;  // about a millisecond
 
 void Relax() noexcept {
@@ -24,7 +24,7 @@ void Relax() noexcept {
 #endif
 }
 
-/// Processors that this process may use.
+/// Returns the number of processors that this process may use.
 int Processors() noexcept {
   cpu_set_t set;
   CPU_ZERO(&set);
@@ -43,7 +43,7 @@ RealtimeStatus Granted(int priority) noexcept {
 
 FrameHelpers::FrameHelpers(const Options& options) {
   TANDEM_CHECK(options.threads >= 1 && options.threads <= kMostThreads);
-  // more than one to a processor would wait for one another
+  // more than one thread on a processor would wait for one another
   const int count = std::clamp(options.threads, 1, std::max(1, Processors())) - 1;
   std::vector<RealtimeStatus> granted(static_cast<std::size_t>(count));
   std::latch running(count);
@@ -100,7 +100,7 @@ void FrameHelpers::Run(const Job& job) noexcept {
   }
   for (int looks = 1; done_.load(std::memory_order_acquire) != pieces; ++looks) {
     Relax();
-    // a helper that waits for this very processor
+    // a helper may be waiting for this very processor
     if (looks % kLooksBeforeYield == 0) sched_yield();
   }
 }

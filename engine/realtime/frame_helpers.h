@@ -13,42 +13,43 @@
 
 namespace tandem {
 
-/// Threads that take a share of a frame's work. One thread, the haptic one, shares out work and
-/// takes part in it; nothing it does here allocates, locks or reads a clock.
+/// Threads that take a share of a frame's work. One thread, the haptic thread, shares out work and
+/// takes part in it. Nothing that it does here allocates, locks or reads a clock.
 ///
-/// Work is cut into pieces, and whoever is free takes the next one, so a helper that is held up
-/// holds up the frame by one piece at most. Between frames helpers sleep; they are woken once a
-/// frame, and only by a frame with enough to do: Summon() costs a few microseconds. Then they look
-/// for pieces without sleeping until Dismiss(), or until nothing has come for kPatienceNs.
+/// Work is cut into pieces, and a free thread takes the next piece. So a helper that is held up
+/// delays the frame by one piece at most. Between frames helpers sleep. A frame with enough work
+/// wakes them once: Summon() costs a few microseconds. Then they poll for pieces without sleeping
+/// until Dismiss(), or until none has come for kPatienceNs.
 class FrameHelpers {
  public:
   struct Options {
-    int threads = 1;    // that share the work, the calling one counted
-    int priority = 30;  // of SCHED_FIFO, as the haptic thread's; 0: ordinary threads
+    int threads = 1;    // threads that share the work, including the calling thread
+    int priority = 30;  // priority under SCHED_FIFO, as the haptic thread's; 0: ordinary threads
   };
   static constexpr int kMostThreads = 16;
   static constexpr std::int64_t kPatienceNs = 300'000;
 
-  /// Returns once all helpers run. No more than there are processors for.
+  /// Returns once all helpers run. Starts no more threads than there are processors.
   explicit FrameHelpers(const Options& options);
   /// Ends and joins them.
   ~FrameHelpers();
   FrameHelpers(const FrameHelpers&) = delete;
   FrameHelpers& operator=(const FrameHelpers&) = delete;
 
-  /// That share the work, the calling one counted.
+  /// Returns the number of threads that share the work, including the calling thread.
   int threads() const noexcept { return static_cast<int>(helpers_.size()) + 1; }
-  /// Of the helper that was granted least; of no helper: all granted.
+  /// Returns the status of the helper that was granted least; without helpers: all granted.
   const RealtimeStatus& realtime() const noexcept { return realtime_; }
 
   /// Wakes the helpers, if this frame has not done so.
   void Summon() noexcept;
-  /// The frame has nothing more to share.
+  /// Tells the helpers that the frame has nothing more to share.
   void Dismiss() noexcept;
 
   /// Calls work(begin, end, thread) for pieces that make up [0, count), `piece` long but for the
-  /// last, in any order, on any of threads() threads at once, numbered from 0, the caller. Returns
-  /// when all are done, and what they wrote can be read. Work must not throw or call this object.
+  /// last, in any order. They run on any of threads() threads at once, numbered from 0, the caller.
+  /// Returns when all are done and their results can be read. Work must not throw or call this
+  /// object.
   template <class Work>
   void Share(std::size_t count, std::size_t piece, const Work& work) noexcept {
     Run({[](const void* of, std::size_t begin, std::size_t end, int thread) {
@@ -57,7 +58,7 @@ class FrameHelpers {
          &work, count, piece});
   }
 
-  /// Processor time that all helpers have used so far. Not for the haptic path.
+  /// Returns the processor time that all helpers have used so far. Not for the haptic path.
   std::int64_t CpuNs() const noexcept;
 
  private:
@@ -72,15 +73,15 @@ class FrameHelpers {
   };
 
   void Run(const Job& job) noexcept;
-  /// Takes and does the next piece; false when there is none.
+  /// Takes and does the next piece; returns false when there is none.
   bool DoPiece(int thread) noexcept;
   void Help(int thread) noexcept;
 
-  /// Odd while helpers are to look for pieces; helpers sleep on it.
+  /// Odd while helpers must poll for pieces; helpers sleep on it.
   alignas(64) std::atomic<std::uint32_t> call_{0};
   std::atomic<bool> end_{false};
-  /// Pieces that nobody has taken. The job is read by those only who took one of its pieces, and
-  /// is changed only when all of them are done.
+  /// Number of pieces not yet taken. Only a thread that took one of a job's pieces reads the job,
+  /// and the job changes only when all of them are done.
   alignas(64) std::atomic<std::uint32_t> left_{0};
   Job job_;
   alignas(64) std::atomic<std::uint32_t> done_{0};

@@ -7,13 +7,12 @@
 
 namespace tandem {
 
-/// How a periodic loop kept its time. Written by the loop's thread, read by others once that has
-/// been joined.
+/// Statistics of how a periodic loop kept its time. The loop's thread writes them. Other threads
+/// read them after it has been joined.
 class FrameStats {
  public:
-  /// One frame that was run. `lateness_ns`: from its deadline to its start; `cpu_ns`, `wall_ns`:
-  /// from its start to its end; `skipped`: the deadlines that passed before its end and get no
-  /// frame.
+  /// Adds a frame. `lateness_ns`: from its deadline to its start. `cpu_ns`, `wall_ns`: from its
+  /// start to its end. `skipped`: the deadlines that passed before its end and get no frame.
   void Add(std::int64_t lateness_ns, std::int64_t cpu_ns, std::int64_t wall_ns,
            std::int64_t skipped) noexcept;
 
@@ -24,7 +23,8 @@ class FrameStats {
   const Histogram& wall() const noexcept { return wall_; }
   const Histogram& lateness() const noexcept { return lateness_; }
 
-  /// One line for a person: frames, missed, and p50 / p99 / max of each time in microseconds.
+  /// Returns one line for a person: frames, missed, and p50 / p99 / max of each time in
+  /// microseconds.
   std::string Summary() const;
 
  private:

@@ -24,8 +24,8 @@ class Histogram {
   std::uint64_t count() const noexcept { return count_; }
   std::int64_t max() const noexcept { return max_; }  // exact; 0 when empty
 
-  /// The least value (ns) that at least a share `q` in [0, 1] of all values does not exceed; 0 when
-  /// empty.
+  /// Returns the least value (ns) that at least a share `q` in [0, 1] of all values does not
+  /// exceed; 0 when empty.
   std::int64_t Quantile(double q) const noexcept {
     if (count_ == 0) return 0;
     const double wanted = std::ceil(std::clamp(q, 0.0, 1.0) * static_cast<double>(count_));

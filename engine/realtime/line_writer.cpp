@@ -16,7 +16,7 @@ namespace {
 // locked memory would hold the whole of an ordinary stack
 constexpr std::size_t kStackBytes = 128 * 1024;
 
-// Whether all of it went out; not: the reader has gone, or nothing can be written.
+// Returns whether all of it went out; false: the reader has gone, or nothing can be written.
 bool WriteOut(int fd, const std::string& text) {
   std::size_t done = 0;
   while (done < text.size()) {
@@ -40,7 +40,7 @@ LineWriter::LineWriter(int fd) : fd_(fd) {
   pthread_attr_init(&attributes);
   pthread_attr_setstacksize(&attributes, kStackBytes);
   pthread_attr_setdetachstate(&attributes, PTHREAD_CREATE_DETACHED);
-  // an ordinary thread, whoever makes it
+  // an ordinary thread, whatever thread makes it
   pthread_attr_setinheritsched(&attributes, PTHREAD_EXPLICIT_SCHED);
   sigset_t all;
   sigset_t before;
@@ -88,7 +88,7 @@ void LineWriter::WriteAll() {
     });
     std::string text = std::move(waiting_.front());
     waiting_.pop_front();
-    // those that went missing meanwhile came after all that wait
+    // lines that were dropped meanwhile came after all that wait
     if (waiting_.empty() && dropped_ != dropped_told_) {
       text += "(" + std::to_string(dropped_ - dropped_told_) + " more lines found no room)\n";
       dropped_told_ = dropped_;
@@ -98,7 +98,7 @@ void LineWriter::WriteAll() {
     const bool written = WriteOut(fd_, text);
     lock.lock();
     writing_ = false;
-    if (!written) dropped_told_ = ++dropped_;  // there is nobody to tell
+    if (!written) dropped_told_ = ++dropped_;  // no reader is left to tell
     if (waiting_.empty()) idle_.notify_all();
   }
 }

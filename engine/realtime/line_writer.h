@@ -10,9 +10,9 @@
 
 namespace tandem {
 
-/// Writes text to a file descriptor from a thread of its own, so that a terminal that is stopped, a
-/// pipe that nobody reads or a slow disk holds up nobody else. What finds no room is dropped and
-/// counted. Any thread, but no haptic one: it locks and allocates.
+/// Writes text to a file descriptor from its own thread. So a terminal that is stopped, a pipe
+/// without reader or a slow disk delays no other thread. Text that finds no room is dropped and
+/// counted. For any thread but a haptic one: it locks and allocates.
 ///
 /// Its thread takes no signal. It is never joined: a write that blocks ends with the process.
 class LineWriter {
@@ -24,13 +24,13 @@ class LineWriter {
   LineWriter(const LineWriter&) = delete;
   LineWriter& operator=(const LineWriter&) = delete;
 
-  /// The line without its end.
+  /// Writes a line, given without its end.
   void WriteLine(const std::string& line) { Write(line + '\n'); }
-  /// Text as it is.
+  /// Writes text as it is.
   void Write(std::string text);
-  /// Waits until all is written, or so long. Returns whether all is.
+  /// Waits until all is written, at most for `patience`. Returns whether all is.
   bool Flush(std::chrono::milliseconds patience);
-  /// Texts that found no room, or whose reader has gone.
+  /// Returns the number of texts that found no room, or whose reader has gone.
   std::uint64_t dropped() const;
 
  private:
@@ -49,8 +49,8 @@ class LineWriter {
   std::uint64_t dropped_told_ = 0;
 };
 
-/// The program's stderr. At the program's ordinary end what waits is written, if that takes no
-/// longer than kLastWordsPatience.
+/// Returns the writer of the program's stderr. At the program's ordinary end waiting texts are
+/// written, if that takes no longer than kLastWordsPatience.
 LineWriter& StandardError();
 inline constexpr std::chrono::milliseconds kLastWordsPatience{200};
 

@@ -12,20 +12,19 @@
 
 namespace tandem {
 
-/// One frame of a loop: its number, from 0 without gaps, and the time it starts at (monotonic, ns).
-/// False ends the loop. Must not throw.
+/// A frame of a loop. It gets its number, from 0 without gaps, and the time at which it starts
+/// (monotonic, ns). It returns false to end the loop. Must not throw.
 using PeriodicFrame = std::function<bool(std::int64_t frame, std::int64_t now_ns)>;
 
-/// What a frame took: it began at `start_ns` and ended at `end_ns`, and the thread computed for
-/// `cpu_ns` of that. Told after each, so that the frame need not ask again: the processor's time
-/// costs a system call. Must not throw.
+/// Called after each frame, which began at `start_ns` and ended at `end_ns` while the thread
+/// computed for `cpu_ns`. So the frame need not ask for the processor's time, which costs a system
+/// call. Must not throw.
 using FrameDone =
     std::function<void(std::int64_t start_ns, std::int64_t end_ns, std::int64_t cpu_ns)>;
 
-/// Runs `frame` at the deadlines origin + k * period that are still to come, until it returns false
-/// or `stop` is set. Deadlines that pass before a frame has ended are skipped and counted, never
-/// caught up: the next frame starts at the first deadline still to come. The loop itself allocates
-/// nothing.
+/// Runs `frame` at future deadlines origin + k * period, until it returns false or `stop` is set.
+/// Deadlines that pass before a frame has ended are skipped and counted, never caught up: the next
+/// frame starts at the next future deadline. The loop itself allocates nothing.
 void RunPeriodically(std::int64_t period_ns, std::int64_t origin_ns, const PeriodicFrame& frame,
                      const std::atomic<bool>& stop, LoopClock& clock, FrameStats& stats,
                      const FrameDone& done = {}) noexcept;
@@ -35,27 +34,28 @@ class PeriodicThread {
  public:
   struct Options {
     std::int64_t period_ns = 1'000'000;
-    /// Of the deadlines, monotonic, for threads that keep a distance in time; 0: the start.
+    /// Origin of the deadlines, monotonic, for threads that keep a distance in time; 0: the start.
     std::int64_t origin_ns = 0;
-    int priority = 30;  // of SCHED_FIFO; 0: an ordinary thread, whose sleeps only are exact
-    int core = -1;      // that the thread keeps to; below 0: any
-    const char* name = nullptr;  // as debuggers and top show it, 15 characters; null: the program's
+    /// Priority under SCHED_FIFO; 0: an ordinary thread, only whose sleeps are exact.
+    int priority = 30;
+    int core = -1;               // core that the thread stays on; below 0: any
+    const char* name = nullptr;  // name in debuggers and top, 15 characters; null: the program's
   };
 
   /// Returns once the thread runs and its status is known.
   PeriodicThread(const Options& options, PeriodicFrame frame, FrameDone done = {});
-  /// Stops and joins.
+  /// Stops and joins the thread.
   ~PeriodicThread();
   PeriodicThread(const PeriodicThread&) = delete;
   PeriodicThread& operator=(const PeriodicThread&) = delete;
 
-  /// Asks the loop to end after the frame it is in. Any thread, signal handlers too.
+  /// Asks the loop to end after the current frame. For any thread, and signal handlers.
   void Stop() noexcept { stop_.store(true, std::memory_order_relaxed); }
   /// Waits for the loop's end.
   void Join();
 
   const RealtimeStatus& realtime() const noexcept { return realtime_; }
-  /// Only after Join().
+  /// Returns the statistics; only after Join().
   const FrameStats& stats() const;
 
  private:

@@ -19,8 +19,8 @@ bool EnterFifo(int priority) noexcept {
   return sched_setscheduler(0, SCHED_FIFO | SCHED_RESET_ON_FORK, &parameters) == 0;
 }
 
-// Whether any amount may be locked. Capabilities alone do not tell (in a user namespace they do not
-// count), so one page more than the limit is locked for a moment, without being touched.
+// Tells whether any amount may be locked. Capabilities alone do not decide (in a user namespace
+// they do not count). So it locks one page more than the limit for a moment, without touching it.
 bool MayLockWithoutLimit() noexcept {
   rlimit limit{};
   if (getrlimit(RLIMIT_MEMLOCK, &limit) != 0) return false;

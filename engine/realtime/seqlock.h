@@ -10,9 +10,9 @@
 namespace tandem {
 
 /// The newest value of one writer, for any number of readers, in memory that processes may share.
-/// Nobody waits for anybody: a reader that finds the writer at work tries again a few times and
+/// No thread waits for another: a reader that finds the writer at work tries again a few times and
 /// then goes without. So a writer that dies or is stopped within Write() leaves readers without
-/// news, never without time. For threads of one process TripleBuffer does with one copy.
+/// news, never without time. Between threads of one process TripleBuffer needs one copy only.
 template <typename T>
 class Seqlock {
   static_assert(std::is_trivially_copyable_v<T>);
@@ -32,7 +32,7 @@ class Seqlock {
     turn_.store(turn + 2, std::memory_order_release);
   }
 
-  /// False, and `value` is left alone: nothing was ever written, or the writer is at work.
+  /// Returns false, and leaves `value` alone, if nothing was ever written or the writer is at work.
   bool Read(T& value) const noexcept {
     for (int i = 0; i < kTries; ++i) {
       const std::uint64_t before = turn_.load(std::memory_order_acquire);

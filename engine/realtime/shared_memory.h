@@ -6,13 +6,14 @@
 
 namespace tandem {
 
-/// Memory that a process hands to its children by a file descriptor, under no name. Its size never
-/// changes, so that nobody takes it away from under the others.
+/// Memory that a process hands to its children by a file descriptor, without a name. Its size never
+/// changes, so that no process takes it away from another.
 class SharedMemory {
  public:
-  /// Zeros. exec() closes the descriptor: who starts a child for it duplicates it there.
+  /// Creates zeroed memory. exec() closes the descriptor: a program that starts a child for it
+  /// duplicates it there.
   static Result<SharedMemory> Create(const char* name, std::size_t size);
-  /// What a parent has handed on. An error: there is none, or not of this size.
+  /// Attaches memory that a parent handed on. An error: there is none, or it has another size.
   static Result<SharedMemory> Attach(int descriptor, std::size_t size);
   SharedMemory(SharedMemory&& other) noexcept;
   SharedMemory& operator=(SharedMemory&&) = delete;

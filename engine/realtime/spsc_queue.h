@@ -11,7 +11,7 @@
 namespace tandem {
 
 /// Hands values from one pushing thread to one popping thread: all of them, in order. Neither ever
-/// waits, and nothing is allocated after construction, T's copying included: no T that owns memory.
+/// waits. Nothing is allocated after construction, including copies of T: T must not own memory.
 /// For the newest value only, use TripleBuffer.
 template <typename T>
 class SpscQueue {
@@ -30,7 +30,7 @@ class SpscQueue {
 
   std::size_t capacity() const noexcept { return capacity_; }
 
-  /// False, and nothing is taken, when the queue is full. Pushing thread only.
+  /// Pushes a value; returns false when the queue is full. Pushing thread only.
   bool TryPush(const T& value) noexcept {
     T* const room = Room();
     if (room == nullptr) return false;
@@ -39,8 +39,8 @@ class SpscQueue {
     return true;
   }
 
-  /// Where the next value goes, for those who write it there themselves and then Push() it; what an
-  /// older one left is still there. Null when the queue is full. Pushing thread only.
+  /// Returns the place of the next value, which the caller writes there and then Push()es; the
+  /// place still has an older value. Null when the queue is full. Pushing thread only.
   T* Room() noexcept {
     const std::uint64_t pushed = pushed_.load(std::memory_order_relaxed);
     if (pushed - popped_seen_ >= capacity_) {
@@ -53,7 +53,8 @@ class SpscQueue {
     pushed_.store(pushed_.load(std::memory_order_relaxed) + 1, std::memory_order_release);
   }
 
-  /// False, and `value` is left alone, when the queue is empty. Popping thread only.
+  /// Pops a value; returns false, and leaves `value` alone, when the queue is empty. Popping thread
+  /// only.
   bool TryPop(T& value) noexcept {
     const T* front = Front();
     if (front == nullptr) return false;
@@ -62,8 +63,8 @@ class SpscQueue {
     return true;
   }
 
-  /// The oldest value, to be looked at before it is due; null when the queue is empty. Popping
-  /// thread only.
+  /// Returns the oldest value, to be looked at before it is due; null when the queue is empty.
+  /// Popping thread only.
   const T* Front() noexcept {
     const std::uint64_t popped = popped_.load(std::memory_order_relaxed);
     if (popped == pushed_seen_) {
@@ -73,7 +74,7 @@ class SpscQueue {
     return &ring_[popped & mask_];
   }
 
-  /// Gives up the oldest value, which Front() has shown. Popping thread only.
+  /// Removes the oldest value, which Front() has shown. Popping thread only.
   void Drop() noexcept {
     popped_.store(popped_.load(std::memory_order_relaxed) + 1, std::memory_order_release);
   }
@@ -83,7 +84,7 @@ class SpscQueue {
   std::size_t mask_ = 0;
   std::vector<T> ring_;
 
-  // Each thread's counter and its last sight of the other's, on a cache line of its own.
+  // Each thread's counter and its last reading of the other's, on its own cache line.
   alignas(64) std::atomic<std::uint64_t> pushed_{0};
   std::uint64_t popped_seen_ = 0;
   alignas(64) std::atomic<std::uint64_t> popped_{0};
