@@ -4,8 +4,8 @@
 
 namespace tandem {
 
-/// Takes from a closed mesh those bodies (MeshDiagnosis) whose boxes meet a box: within it they are
-/// all that there is. Takes all of any other mesh, since all of it tells what is inside.
+/// Takes from a closed mesh the bodies (MeshDiagnosis) whose boxes meet a box: within it there are
+/// no others. Takes all of any other mesh, since all of it decides what is inside.
 TriangleMesh BodiesMeeting(const TriangleMesh& mesh, const Bounds& box);
 
 }  // namespace tandem

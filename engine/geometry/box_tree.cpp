@@ -83,7 +83,7 @@ class Builder {
       Add(boxes[bin], items_[tree_.order[i]]);
       ++counts[bin];
     }
-    std::array<double, kBins> cost{};  // of what lies right of each cut, then of both sides
+    std::array<double, kBins> cost{};  // cost right of each cut, then of both sides
     Bounds right;
     int n = 0;
     for (std::size_t cut = kBins - 1; cut > 0; --cut) {

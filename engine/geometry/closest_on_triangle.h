@@ -9,7 +9,7 @@ struct OnTriangle {
   bool on_face;  // not on an edge or a corner
 };
 
-/// The point of triangle a b c closest to p. Ericson, Real-Time Collision Detection, 5.1.5.
+/// Returns the point of triangle a b c closest to p. Ericson, Real-Time Collision Detection, 5.1.5.
 inline OnTriangle ClosestOnTriangle(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& p) {
   const Vec3 ab = b - a;
   const Vec3 ac = c - a;

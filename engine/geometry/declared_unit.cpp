@@ -16,8 +16,8 @@ namespace {
 // A 3MF file is a ZIP archive. One of the files in it, the model, is XML whose first element has
 // the unit.
 
-constexpr std::size_t kHead = 1 << 16;  // of the model: its first element is in it
-constexpr double kDefaultUnit = 1e-3;   // m; the format's, where the model says nothing
+constexpr std::size_t kHead = 1 << 16;  // bytes of the model that contain its first element
+constexpr double kDefaultUnit = 1e-3;   // m; the format's default, where the model declares none
 
 std::string HeadOfModel(const std::filesystem::path& file) {
   const std::optional<ZipArchive> archive = ZipArchive::Open(file);
@@ -36,7 +36,7 @@ class XmlHead {
     rest_.remove_prefix(words.size());
     return true;
   }
-  /// What stands before these words, which are taken too; nothing: they do not come.
+  /// Takes the text before these words, and the words; nothing: they do not come.
   std::optional<std::string_view> TakeUpTo(std::string_view words) {
     const std::size_t at = rest_.find(words);
     if (at == std::string_view::npos) return std::nullopt;
@@ -44,25 +44,25 @@ class XmlHead {
     rest_.remove_prefix(at + words.size());
     return before;
   }
-  /// Takes white space; whether there was any.
+  /// Takes white space; returns whether there was any.
   bool TakeSpace() {
     const std::size_t end = std::min(rest_.find_first_not_of(" \t\r\n"), rest_.size());
     rest_.remove_prefix(end);
     return end > 0;
   }
-  /// A name of an element or an attribute; empty: none stands here.
+  /// Takes a name of an element or an attribute; empty: there is none here.
   std::string_view TakeName() {
     const std::size_t end = std::min(rest_.find_first_of(" \t\r\n=/<>\"'"), rest_.size());
     const std::string_view name = rest_.substr(0, end);
     rest_.remove_prefix(end);
     return name;
   }
-  /// What comes before the first element: spaces, the declaration, comments.
+  /// Takes all before the first element: spaces, the declaration, comments.
   void TakeProlog() {
     while (TakeSpace() || (Take("<?") && TakeUpTo("?>")) || (Take("<!--") && TakeUpTo("-->"))) {
     }
   }
-  /// A value in quotes, behind its equals sign.
+  /// Takes a value in quotes, behind its equals sign.
   std::optional<std::string_view> TakeValue() {
     TakeSpace();
     if (!Take("=")) return std::nullopt;
@@ -90,7 +90,8 @@ std::optional<double> MetresOf(std::string_view unit) {
   return std::nullopt;
 }
 
-/// Of the first element's attribute; nothing where the text is not what a model begins with.
+/// Returns the unit by the first element's attribute; nothing where the text is not the beginning
+/// of a model.
 std::optional<double> UnitIn(std::string_view text) {
   XmlHead head(text);
   head.TakeProlog();

@@ -50,12 +50,12 @@ Vec3 ExactSurface::ClosestPoint(const Vec3& p) const {
 
 double ExactSurface::Depth(const Vec3& p, const Hint& hint) const {
   if (empty()) return -std::numeric_limits<double>::infinity();
-  // a little more than the hint, for the closest point itself must be found
+  // a little more than the hint, because the closest point itself must be found
   const Closest closest = Search(p, hint.at_most * (1 + 1e-6) + tolerance_);
   const double distance = std::sqrt(closest.squared_distance);
   if (hint.side != Side::kUnknown) return hint.side == Side::kInside ? distance : -distance;
-  // Between p and its closest point there is no surface. So if that lies on the face of a facet,
-  // the facet's side tells, unless p is too near for its normal to be trusted.
+  // There is no surface between p and its closest point. So if that lies on the face of a facet,
+  // the facet's side decides, unless p is too near for its normal to be reliable.
   if (closest.on_face && distance > 4 * tolerance_) {
     const double in_front = facets_[closest.facet].nhat.dot(p - closest.point);
     if (std::abs(in_front) > 0.9999 * distance) return in_front > 0 ? -distance : distance;
@@ -64,8 +64,8 @@ double ExactSurface::Depth(const Vec3& p, const Hint& hint) const {
   return inside ? distance : -distance;
 }
 
-// As Contains(), away from the surface, but not deceived by p lying just between two bodies that
-// touch, or on a sheet: two of three places decide.
+// Does as Contains(), away from the surface, but is not deceived by a p just between two bodies
+// that touch, or on a sheet: two of three places decide.
 bool ExactSurface::SolidAt(const Vec3& p) const {
   const Vec3 aside = 4 * tolerance_ * Vec3(0.48, 0.60, 0.64);
   const bool first = Contains(p + aside);

@@ -18,7 +18,7 @@ Features FindFeatures(const TriangleMesh& mesh, const MeshSides& sides, double t
   Features features;
   features.polygons = GrowPolygons(mesh, sides, tolerance, features.polygon_of);
 
-  // by the lesser end, and these by the greater one
+  // sorts by the lesser end, and then by the greater one
   HugeVector<std::uint32_t> first(mesh.vertices.size() + 1, 0);
   HugeVector<FeatureLines::Edge> found;
   found.reserve(mesh.triangles.size() / 2);

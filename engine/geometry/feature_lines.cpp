@@ -32,7 +32,7 @@ std::vector<std::uint32_t> FeatureLines::FindVertices(double tolerance) {
     if (ends[v] == 0) continue;
     for (std::uint32_t i = first_[v]; i < first_[v + 1]; ++i) Walk(v, at_[i], ends, tolerance);
   }
-  // what is left are closed lines
+  // the rest are closed lines
   for (std::uint32_t e = 0; e < edges_.size(); ++e) Walk(edges_[e].ends[0], e, ends, tolerance);
   std::vector<std::uint32_t> vertices;
   for (std::uint32_t v = 0; v < corner_.size(); ++v) {

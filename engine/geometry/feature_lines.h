@@ -9,18 +9,19 @@
 
 namespace tandem {
 
-/// The lines that feature edges make, and where vertices stand on them: where lines meet otherwise
-/// than two pieces of one, and where one leaves its chord (FindFeatures(), paper §4.1).
+/// The lines of feature edges. Finds the vertices on them: where lines meet, except two pieces of
+/// one line, and where a line leaves its chord (FindFeatures(), paper §4.1).
 class FeatureLines {
  public:
   struct Edge {
     std::array<std::uint32_t, 2> ends;
-    std::array<std::uint32_t, 2> polygons;  // on its two sides; equal for a wall within nothing
+    /// Polygons on its two sides, the lesser first; MeshSides::kNone for both of a wall.
+    std::array<std::uint32_t, 2> polygons;
   };
 
   FeatureLines(const TriangleMesh& mesh, HugeVector<Edge> edges);
 
-  /// In rising order; `tolerance` (m) from a chord.
+  /// Returns the vertices in rising order; `tolerance` (m) from a chord.
   std::vector<std::uint32_t> FindVertices(double tolerance);
 
  private:
@@ -31,7 +32,7 @@ class FeatureLines {
 
   const TriangleMesh& mesh_;
   HugeVector<Edge> edges_;
-  HugeVector<std::uint32_t> first_;  // per vertex: into at_
+  HugeVector<std::uint32_t> first_;  // per vertex: index into at_
   HugeVector<std::uint32_t> at_;     // edges
   std::vector<std::uint8_t> corner_;
   std::vector<std::uint8_t> walked_;

@@ -17,7 +17,7 @@ FeatureNormals FindFeatureNormals(const TriangleMesh& mesh, const Features& feat
   FeatureNormals normals;
   normals.edges.assign(features.edges.size(), Vec3::Zero());
   normals.edge_cosines.assign(features.edges.size(), 0.0);
-  /// The triangles at an edge: how many, the first one's normal and its corner off the edge.
+  /// The triangles at an edge: their number, the first one's normal and its corner off the edge.
   struct AtEdge {
     int triangles = 0;
     Vec3 normal = Vec3::Zero();

@@ -21,7 +21,7 @@ namespace fs = std::filesystem;
 
 constexpr std::uintmax_t kLargestText = 1ULL << 30U;  // bytes; numbers may stand in it as text
 constexpr std::size_t kMostBuffers = 256;
-constexpr std::size_t kGlbTop = 20;  // bytes of the file's head and its first chunk's
+constexpr std::size_t kGlbTop = 20;  // bytes of the head of the file and of its first chunk
 constexpr std::size_t kTop = 4096;   // bytes, of which some are not blank
 
 /// Returns the JSON of a glTF file, text or binary; empty: it is another file.
@@ -49,7 +49,7 @@ Result<std::string> JsonOf(const fs::path& file) {
   return ReadWholeFile(file, kLargestText);
 }
 
-/// Returns whether the library takes the numbers from the name itself.
+/// Tells whether the library takes the numbers from the name itself.
 bool HoldsNumbers(std::string_view uri) {
   return uri.starts_with("data:") && uri.find(',') != std::string_view::npos;
 }

@@ -8,9 +8,9 @@
 namespace tandem {
 
 /// Returns the files beside a glTF file that hold its numbers, as its `buffers` name them, each
-/// once. It is known by its content, as the mesh library knows it. Any other file has none. The
-/// error is one line: a buffer lies outside of the mesh's folder, there are too many, or the file
-/// cannot be read.
+/// once. It recognizes a glTF file by its content, as the mesh library does. Any other file has
+/// none. The error is one line: a buffer lies outside of the mesh's folder, there are too many, or
+/// the file cannot be read.
 Result<std::vector<std::filesystem::path>> GltfBuffers(const std::filesystem::path& file);
 
 }  // namespace tandem

@@ -33,7 +33,8 @@ constexpr std::string_view kHelperName = "import-helper";
 constexpr int kAnswerFd = 3;      // in the reading process
 constexpr double kLongest = 1e6;  // s
 
-// Whether main() can answer as a reading process; else starting one would start the program itself.
+// Tells whether main() can answer as a reading process; else starting one would start the program
+// itself.
 std::atomic<bool> main_asks_for_import_job{false};
 
 class Fd {
@@ -52,7 +53,7 @@ class Fd {
   int fd_;
 };
 
-/// A timer that can be polled, and that becomes readable once when `seconds` are over.
+/// Returns a timer that can be polled, and that becomes readable once when `seconds` are over.
 int StartTimer(double seconds) {
   const int fd = timerfd_create(CLOCK_MONOTONIC, TFD_CLOEXEC);
   if (fd < 0) return fd;
@@ -63,7 +64,7 @@ int StartTimer(double seconds) {
   return fd;
 }
 
-/// Waits until `fd` has something to read or has ended; false when the timer was faster.
+/// Waits until `fd` has something to read or has ended; false: the timer was faster.
 bool WaitFor(int fd, int timer) {
   std::array<pollfd, 2> fds{{{fd, POLLIN, 0}, {timer, POLLIN, 0}}};
   while (poll(fds.data(), fds.size(), -1) < 0 && errno == EINTR) {
@@ -71,8 +72,8 @@ bool WaitFor(int fd, int timer) {
   return fds[1].revents == 0;
 }
 
-/// What a reading process needs of the environment: where its libraries are, and what a sanitizer
-/// was told. Nothing that puts other code into it.
+/// Returns the environment that a reading process needs: where its libraries are, and a sanitizer's
+/// options. It has nothing that puts other code into the process.
 std::vector<std::string> KeptOfTheEnvironment() {
   constexpr std::array<std::string_view, 5> kKept{
       "LD_LIBRARY_PATH=", "ASAN_OPTIONS=", "UBSAN_OPTIONS=", "TSAN_OPTIONS=", "LSAN_OPTIONS="};
@@ -87,7 +88,8 @@ std::vector<std::string> KeptOfTheEnvironment() {
   return kept;
 }
 
-/// posix_spawn, because between fork and exec a program with threads may do next to nothing.
+/// Starts the process with posix_spawn, because a program with threads may do almost nothing
+/// between fork and exec.
 int Spawn(const std::filesystem::path& file, std::string part, const ImportLimits& limits,
           int answer_fd, pid_t* pid) {
   posix_spawn_file_actions_t files;
@@ -131,7 +133,8 @@ int Spawn(const std::filesystem::path& file, std::string part, const ImportLimit
   return error;
 }
 
-/// Ends the process if it still runs, and reaps it; its wait status, 0 if somebody else reaped it.
+/// Ends the process if it still runs, and reaps it. Returns its wait status, 0 if another thread
+/// reaped it.
 int Reap(pid_t pid, bool kill_first) {
   if (kill_first) kill(pid, SIGKILL);
   int status = 0;
@@ -182,7 +185,8 @@ ImportChildRun RunImportChild(const std::filesystem::path& file, const std::stri
   }
   answer.resize(used);
 
-  // It has said all; what is left is how it ends. Where pidfds are forbidden it is not waited for.
+  // The answer is complete; only the way it ends is missing. Where pidfds are forbidden there is no
+  // wait for it.
   const Fd process(static_cast<int>(syscall(SYS_pidfd_open, pid, 0)));
   const bool ended = process.get() >= 0 && WaitFor(process.get(), timer.get());
   const int status = Reap(pid, !ended);
@@ -195,7 +199,7 @@ ImportChildRun RunImportChild(const std::filesystem::path& file, const std::stri
 std::optional<ImportJob> ImportJobOf(int argc, char** argv) {
   main_asks_for_import_job = true;
   if (argc != 6 || argv[1] != kHelperName) return std::nullopt;
-  // typed by a person, there is no pipe
+  // a person who types this has no pipe
   struct stat pipe {};
   if (fstat(kAnswerFd, &pipe) != 0 || !S_ISFIFO(pipe.st_mode)) return std::nullopt;
   fcntl(kAnswerFd, F_SETFD, FD_CLOEXEC);
@@ -226,7 +230,7 @@ void ConfineTo(const ImportLimits& limits) {
     }
     memory += pages * static_cast<rlim_t>(sysconf(_SC_PAGESIZE));
   } else {
-    prctl(PR_SET_DUMPABLE, 0);  // no core either where cores go into a program
+    prctl(PR_SET_DUMPABLE, 0);  // no core dump either where dumps go into a program
   }
   limit(RLIMIT_AS, memory, memory);
 }

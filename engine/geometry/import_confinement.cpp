@@ -29,7 +29,7 @@ namespace tandem {
 
 namespace {
 
-// ---- Landlock (Linux 5.13): which files. Declared here, because older headers lack it. ----
+// ---- Landlock (Linux 5.13): restricts files. Declared here, because older headers lack it. ----
 
 struct LandlockRules {
   std::uint64_t handled_access_fs = 0;
@@ -60,12 +60,12 @@ void ConfineFiles(const std::filesystem::path& file) {
   if (rules < 0) return;
   const std::filesystem::path folder = file.parent_path();
   Allow(rules, folder.empty() ? std::filesystem::path(".") : folder, kReadFile | kReadFolder);
-  Allow(rules, file, kReadFile);  // a link's end may lie elsewhere
+  Allow(rules, file, kReadFile);  // the target of a link may lie elsewhere
   syscall(kRestrictSelf, rules, 0);
   close(rules);
 }
 
-// ---- seccomp: which system calls. ----
+// ---- seccomp: restricts system calls. ----
 
 #ifdef TANDEM_ARCHITECTURE
 
@@ -130,7 +130,7 @@ class Filter {
   void Load(std::uint32_t offset) { Add(BPF_LD | BPF_W | BPF_ABS, 0, 0, offset); }
   void Answer(std::uint32_t answer) { Add(BPF_RET | BPF_K, 0, 0, answer); }
   void AllowCall(long call) { AllowValue(static_cast<std::uint32_t>(call)); }
-  /// The call, where none of these bits is in that argument.
+  /// Allows the call if none of these bits is in that argument.
   void AllowWithout(long call, int argument, std::uint32_t bits) {
     Add(BPF_JMP | BPF_JEQ | BPF_K, 0, 4, static_cast<std::uint32_t>(call));
     Load(LowHalf(argument));
@@ -138,7 +138,7 @@ class Filter {
     Answer(SECCOMP_RET_ALLOW);
     Answer(SECCOMP_RET_ERRNO | EPERM);
   }
-  /// The call, where that argument is one of these.
+  /// Allows the call if that argument is one of these.
   void AllowWhere(long call, int argument, std::initializer_list<std::uint32_t> values) {
     const int rest = static_cast<int>(2 + 2 * values.size());
     Add(BPF_JMP | BPF_JEQ | BPF_K, 0, rest, static_cast<std::uint32_t>(call));
@@ -157,7 +157,7 @@ class Filter {
   }
 
  private:
-  /// Where what was loaded is this.
+  /// Allows the call if the loaded value is this.
   void AllowValue(std::uint32_t value) {
     Add(BPF_JMP | BPF_JEQ | BPF_K, 0, 1, value);
     Answer(SECCOMP_RET_ALLOW);
@@ -175,7 +175,7 @@ bool ConfineCalls() {
   filter.RefuseOtherArchitectures();
   filter.Load(offsetof(seccomp_data, nr));
   for (const long call : kHarmless) filter.AllowCall(call);
-  // each of these ends the filter where its number fits, so that the number is still loaded
+  // each of these ends the filter if its number fits, so that the number is still loaded
   filter.AllowWithout(SYS_openat, 2, kWrites);
 #ifdef SYS_open
   filter.AllowWithout(SYS_open, 1, kWrites);
@@ -203,7 +203,7 @@ void ConfineToFile(const std::filesystem::path& file) {
   if (kIsSanitized) return;
   if (prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) != 0) return;
   ConfineFiles(file);
-  // without the filter at least no network, where this may be asked for
+  // without the filter at least no network, where the kernel permits it
   if (!ConfineCalls()) unshare(CLONE_NEWUSER | CLONE_NEWNET);
 }
 

@@ -14,13 +14,13 @@
 namespace tandem {
 namespace {
 
-// Of the mesh's area: how much of it may be missing. A tessellated seam that is cracked stays far
-// below, the smallest hole that a person would see far above.
+// Share of the mesh's area that may be missing. A cracked seam of a tessellation stays far below,
+// the smallest hole that a person would see is far above.
 constexpr double kOpenShare = 1e-4;
-// Volume over area^1.5: a sphere has 0.094, a foil of 0.01 mm by 1 m 3.5e-6, a folded sheet
-// nothing.
+// Volume over area^1.5: a sphere has 0.094, a foil of 0.01 mm by 1 m 3.5e-6, a folded sheet 0.
 constexpr double kLeastFullness = 1e-8;
-constexpr double kSeam = 1e-5;  // of the diagonal: the two sides of a crack are this close
+/// Share of the diagonal up to which the two sides of a crack are close.
+constexpr double kSeam = 1e-5;
 
 /// Mass and its first and second moments about the reference point.
 struct Moments {
@@ -28,9 +28,9 @@ struct Moments {
   Vec3 first = Vec3::Zero();
   Mat3 second = Mat3::Zero();
 
-  /// The simplex of these corners, and the reference point too if `order` is 3 (a tetrahedron).
-  /// Over a simplex of n + 1 corners v_i the mean of x is sum(v_i) / (n + 1), and the mean of x x^T
-  /// is (sum(v_i v_i^T) + sum(v_i) sum(v_i)^T) / ((n + 1)(n + 2)).
+  /// Adds the simplex of these corners, and of the reference point too if `order` is 3 (a
+  /// tetrahedron). Over a simplex of n + 1 corners v_i the mean of x is sum(v_i) / (n + 1), and the
+  /// mean of x x^T is (sum(v_i v_i^T) + sum(v_i) sum(v_i)^T) / ((n + 1)(n + 2)).
   void AddSimplex(int order, double amount, const Vec3& a, const Vec3& b, const Vec3& c) {
     const Vec3 sum = a + b + c;
     mass += amount;
@@ -39,15 +39,15 @@ struct Moments {
               (a * a.transpose() + b * b.transpose() + c * c.transpose() + sum * sum.transpose());
   }
   Vec3 centre() const { return first / mass; }
-  /// Mean of x x^T about the centre.
+  /// Returns the mean of x x^T about the centre.
   Mat3 spread() const { return second / mass - centre() * centre().transpose(); }
 };
 
-/// The area that is missing for the surface to have no border.
+/// Finds the area that is missing for the surface to have no border.
 ///
-/// The border is what the triangles' directed edges leave over when opposite ones cancel. It falls
-/// into closed curves; the missing area is the sum of the (vector) areas that they go round. Curves
-/// that run along one another, as the two sides of a crack do, are one.
+/// The border is what remains of the triangles' directed edges when opposite ones cancel. It
+/// consists of closed curves. The missing area is the sum of the (vector) areas that they go round.
+/// Curves that run along one another, as the two sides of a crack do, count as one.
 class Border {
  public:
   explicit Border(const TriangleMesh& mesh, const Vec3& p_MR) {
@@ -65,7 +65,7 @@ class Border {
       const auto to = static_cast<std::uint32_t>(edge);
       if (count != 0 && from != to) edges_.push_back({from, to, count});
     }
-    // hash maps have no order that sums could be repeated in
+    // hash maps have no order in which sums could be repeated
     std::sort(edges_.begin(), edges_.end(), [](const Edge& a, const Edge& b) {
       return a.from != b.from ? a.from < b.from : a.to < b.to;
     });
@@ -105,14 +105,14 @@ class Border {
  private:
   struct Edge {
     std::uint32_t from, to;
-    int count;  // how often it is run from `from` to `to` more than back
+    int count;  // number of runs from `from` to `to` less those back
     Vec3 p_RFrom = Vec3::Zero(), p_RTo = Vec3::Zero();
   };
   std::vector<Edge> edges_;
 };
 
-/// Whether all bodies face the same way, cavities apart: a body that faces the other way must lie
-/// in the box of one that does not.
+/// Tells whether all bodies face the same way, except cavities: a body that faces the other way
+/// must lie in the box of one that does not.
 bool FacesOneWay(const TriangleMesh& mesh, const std::vector<double>& volume_of_triangle,
                  double whole) {
   const MeshDiagnosis diagnosis = Diagnose(mesh);
@@ -135,7 +135,7 @@ bool FacesOneWay(const TriangleMesh& mesh, const std::vector<double>& volume_of_
   return true;
 }
 
-/// Of the corners as they stand, so that no shift rounds a small triangle away.
+/// Returns the area from the original corners, so that no shift rounds a small triangle away.
 double AreaOf(const TriangleMesh& mesh, std::size_t t) {
   const Vec3 side = mesh.corner(t, 1) - mesh.corner(t, 0);
   return 0.5 * side.cross(mesh.corner(t, 2) - mesh.corner(t, 0)).norm();
@@ -150,7 +150,7 @@ bool AllPositive(const Mat3& spread) {
 
 MassProperties ComputeMassProperties(const TriangleMesh& mesh) {
   const Bounds bounds = BoundsOf(mesh);
-  const Vec3 p_MR = bounds.centre();  // near the mesh, so that nothing large cancels
+  const Vec3 p_MR = bounds.centre();  // near the mesh, so that no large terms cancel
   Moments volume;
   Moments surface;
   std::vector<double> volume_of_triangle;

@@ -30,13 +30,14 @@ class Components {
   std::vector<std::uint32_t> parent_;
 };
 
-/// Vertices of the mesh fewer than three times apart: it is a line or a point, and has no edges
-/// that could be open.
+/// Tells whether a triangle has fewer than three different vertices: it is a line or a point, and
+/// has no edges that could be open.
 bool Collapsed(const TriangleMesh::Triangle& t) {
   return t[0] == t[1] || t[1] == t[2] || t[2] == t[0];
 }
 
-/// So thin that its normal is rounding noise of single-precision coordinates.
+/// Tells whether a triangle is so thin that its normal is rounding noise of single-precision
+/// coordinates.
 bool Flat(const TriangleMesh& mesh, std::size_t t) {
   const Vec3& a = mesh.corner(t, 0);
   const Vec3& b = mesh.corner(t, 1);
@@ -90,11 +91,11 @@ void CountEdgesOfVertex(std::span<std::uint64_t> uses, MeshDiagnosis& diagnosis)
   }
 }
 
-/// Puts the edges together by their lesser vertex, of which a few edges begin: sorting all of a
-/// large mesh's edges at once takes several times as long.
+/// Collects the edges by their lesser vertex, at which only a few edges begin: sorting all edges of
+/// a large mesh at once takes several times as long.
 void CountEdges(const TriangleMesh& mesh, MeshDiagnosis& diagnosis) {
   const std::size_t vertices = mesh.vertices.size();
-  // of each vertex: where its uses begin; one place further on while they are counted
+  // by vertex: begin of its uses; one place further on during the count
   std::vector<std::size_t> begin(vertices + 2, 0);
   ForEachEdge(mesh, [&](std::uint32_t lesser, std::uint32_t, bool) {
     ++begin[lesser + 2];

@@ -8,7 +8,7 @@ namespace tandem {
 
 namespace {
 
-/// 1 if a side runs from its lesser to its greater vertex, else -1.
+/// Returns 1 if a side runs from its lesser to its greater vertex, else -1.
 int Direction(const TriangleMesh& mesh, std::uint32_t side) {
   const TriangleMesh::Triangle& t = mesh.triangles[side / 3];
   return t[side % 3] < t[(side % 3 + 1) % 3] ? 1 : -1;

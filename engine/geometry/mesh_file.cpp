@@ -52,7 +52,7 @@ Affine Times(const Affine& a, const Affine& b) {
   return product;
 }
 
-/// What makes a mesh unfit for assimp's own steps, which trust it; empty if nothing does.
+/// Returns what makes a mesh unfit for assimp's own steps, which trust it; empty if nothing does.
 std::string FaultOf(const aiMesh& mesh) {
   if (mesh.mNumFaces > 0 && (mesh.mFaces == nullptr || mesh.mVertices == nullptr)) {
     return "has faces but no vertices";
@@ -104,7 +104,8 @@ void AppendNode(const aiScene& scene, const aiNode& node, const Affine& X_MP, Ra
   }
 }
 
-/// Appends the nodes of that name, and meshes of that name elsewhere; whether there was any.
+/// Appends the nodes of that name, and meshes of that name elsewhere; returns whether there was
+/// any.
 bool AppendPart(const aiScene& scene, const aiNode& node, const std::string& part,
                 const Affine& X_MP, RawMesh& whole) {
   if (node.mName.C_Str() == part) {
@@ -126,7 +127,7 @@ bool AppendPart(const aiScene& scene, const aiNode& node, const std::string& par
   return found;
 }
 
-/// Of the nodes that hold something, and of meshes with a name of their own.
+/// Collects the names of the nodes that hold something, and of meshes with their own name.
 void CollectNames(const aiScene& scene, const aiNode& node, std::vector<std::string>& names) {
   const auto add = [&names](const char* name) {
     if (*name != '\0' && std::ranges::count(names, name) == 0) names.emplace_back(name);
@@ -153,17 +154,17 @@ std::string NoPart(const aiScene& scene, const std::string& part) {
   return words;
 }
 
-// Set when memory was asked for in vain; the reading process has one thread.
+// Set when an allocation failed; the reading process has one thread.
 bool memory_ran_out = false;
 
-/// For std::set_new_handler(): what catches the exception may not tell of it.
+/// For std::set_new_handler(): code that catches the exception may not report it.
 [[noreturn]] void NoteThatMemoryRanOut() {
   memory_ran_out = true;
   throw std::bad_alloc();
 }
 
 ReadAnswer RefusalOf(const Assimp::Importer& importer) {
-  // assimp catches everything itself, and frees what it had before it says so
+  // assimp catches all exceptions, and frees its memory before it reports one
   if (memory_ran_out) return {ReadAnswer::Kind::kOutOfMemory, {}, {}, 0};
   return {ReadAnswer::Kind::kRefused, importer.GetErrorString(), {}, 0};
 }
@@ -181,8 +182,8 @@ ReadAnswer ReadByAssimp(const std::string& file, const std::string& part) {
   Assimp::Importer importer;
   importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
   importer.SetPropertyBool(AI_CONFIG_IMPORT_FBX_PRESERVE_PIVOTS, false);
-  // Triangulating aborts on faces that use vertices the mesh does not have; so it waits until the
-  // faces are seen to be sound. No other step is wanted: joining, validating and finding
+  // Triangulating aborts on faces that use vertices the mesh does not have. So it waits until the
+  // faces are known to be sound. No other step is wanted: joining, validating and finding
   // degenerates each change or refuse good meshes.
   const std::optional<std::string> text = TextInstead(file);
   const aiScene* scene =
@@ -209,9 +210,9 @@ ReadAnswer ReadByAssimp(const std::string& file, const std::string& part) {
   return answer;
 }
 
-// ---- In the program: what came of it, in words or welded. ----
+// ---- In the program: the result, in words or welded. ----
 
-/// As plain text, without line breaks and of a length for a person, wherever it comes from.
+/// Returns plain text, without line breaks and of a length for a person, from any source.
 std::string OneLine(std::string_view words) {
   constexpr std::size_t kLongestWords = 300;
   std::string line;
@@ -244,7 +245,7 @@ std::string SignalName(int signal) {
   return name == nullptr ? "unknown" : name;
 }
 
-/// Everything that can be known of the file before it is read.
+/// Returns all faults of the file that are known before it is read.
 std::optional<Error> FaultOf(const std::filesystem::path& file, const std::string& name) {
   std::error_code error;
   const std::filesystem::file_status status = std::filesystem::status(file, error);
@@ -264,7 +265,8 @@ std::optional<Error> FaultOf(const std::filesystem::path& file, const std::strin
   return std::nullopt;
 }
 
-/// By its ending: what CAD programs keep, of which the mesh library reads IFC's STEP alone.
+/// Tells by the extension whether a file is of CAD programs; the mesh library reads only IFC's STEP
+/// of these.
 bool HoldsCadSurfaces(const std::filesystem::path& file) {
   constexpr std::array<std::string_view, 16> kEndings{
       ".step", ".stp",    ".p21",    ".igs", ".iges", ".brep",    ".sat", ".x_t",
@@ -331,7 +333,7 @@ void DropUnusedPoints(RawMesh& mesh) {
   }
 }
 
-/// Checks what the child sent as if a stranger had, and welds it.
+/// Checks the child's answer as untrusted, and welds it.
 Result<TriangleMesh> Build(RawMesh raw, double scale, const std::string& name,
                            const ImportOptions& options) {
   if (raw.triangles.empty()) {
@@ -431,7 +433,7 @@ void RunImportHelperIfAsked(int argc, char** argv) {
   } catch (const std::bad_alloc&) {
     heard = WriteAnswer(job->answer_fd, {ReadAnswer::Kind::kOutOfMemory, {}, {}, 0});
   }
-  _exit(heard ? 0 : 1);  // what the program would tidy up at its end was never begun
+  _exit(heard ? 0 : 1);  // the program's cleanup has nothing to clean up
 }
 
 }  // namespace tandem

@@ -9,7 +9,7 @@
 
 namespace tandem {
 
-/// A hash of all that a mesh is: its vertices and triangles, in their order.
+/// Returns a hash of a mesh: its vertices and triangles, in their order.
 inline std::uint64_t HashOf(const TriangleMesh& mesh) {
   static_assert(sizeof(Vec3) == 3 * sizeof(double));
   Hash64 hash;

@@ -34,7 +34,7 @@ void MeshSides::FindBodies(const TriangleMesh& mesh) {
 
 void MeshSides::FindSides(const TriangleMesh& mesh) {
   across_.assign(3 * mesh.triangles.size(), kNone);
-  // sides by their lesser vertex, so that those of an edge stand close together
+  // sides by their lesser vertex, so that the sides of an edge stand close together
   HugeVector<std::uint32_t> first(mesh.vertices.size() + 1, 0);
   for (const auto& [a, b, c] : mesh.triangles) {
     if (a != b) ++first[std::min(a, b) + 1];

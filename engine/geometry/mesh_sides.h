@@ -9,31 +9,32 @@
 
 namespace tandem {
 
-/// How the triangles of a mesh hang together along their sides. Side k of triangle t, number
-/// 3 t + k, runs from its corner k to the next.
+/// The connections of a mesh's triangles along their sides. Side k of triangle t, number 3 t + k,
+/// runs from its corner k to the next.
 class MeshSides {
  public:
   static constexpr std::uint32_t kNone = ~0U;
 
-  /// An edge that is not shared by just two triangles that run it in opposite directions: open,
-  /// non-manifold or wound inconsistently.
+  /// An edge that is open, non-manifold or wound inconsistently. Any other edge belongs to two
+  /// triangles that run it in opposite directions.
   struct Wall {
     std::array<std::uint32_t, 2> ends;  // vertices, the lesser first
-    std::uint32_t first = 0;            // of its sides, into wall_sides()
+    std::uint32_t first = 0;            // first of its sides, as an index into wall_sides()
     std::uint32_t count = 0;
   };
 
   explicit MeshSides(const TriangleMesh& mesh);
 
   std::size_t triangles() const noexcept { return across_.size() / 3; }
-  /// The triangle across side k of a triangle; kNone at a wall.
+  /// Returns the triangle across side k of a triangle; kNone at a wall.
   std::uint32_t Across(std::uint32_t triangle, std::uint32_t k) const noexcept {
     return across_[3 * triangle + k];
   }
-  /// In rising order of their ends.
+  /// Returns the walls in rising order of their ends.
   const std::vector<Wall>& walls() const noexcept { return walls_; }
   const std::vector<std::uint32_t>& wall_sides() const noexcept { return wall_sides_; }
-  /// Bodies are what hangs together over shared vertices, in the order of their first triangles.
+  /// Returns the number of bodies: triangles connected over shared vertices, in the order of their
+  /// first triangles.
   std::size_t bodies() const noexcept { return bodies_; }
   std::uint32_t BodyOf(std::size_t triangle) const noexcept { return body_of_[triangle]; }
 

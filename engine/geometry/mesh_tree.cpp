@@ -19,7 +19,7 @@ Vec3 ClosestOn(const Triangle& t, const Vec3& p) {
   return ClosestOnTriangle(t[0], t[1], t[2], p).point;
 }
 
-/// Of two segments; Ericson 5.1.9.
+/// Returns the closest points of two segments; Ericson 5.1.9.
 PointPair ClosestOfSegments(const Vec3& p, const Vec3& p_end, const Vec3& q, const Vec3& q_end) {
   const Vec3 along_p = p_end - p;
   const Vec3 along_q = q_end - q;
@@ -52,12 +52,13 @@ PointPair ClosestOfSegments(const Vec3& p, const Vec3& p_end, const Vec3& q, con
   return {p + s * along_p, q + t * along_q};
 }
 
-/// Where a segment goes through a triangle's plane, if that is within the triangle.
+/// Finds where a segment goes through a triangle's plane; returns whether that is within the
+/// triangle.
 bool Crosses(const Vec3& from, const Vec3& to, const Triangle& t, Vec3& at) {
   const Vec3 n = (t[1] - t[0]).cross(t[2] - t[0]);
   const double above = n.dot(from - t[0]);
   const double below = n.dot(to - t[0]);
-  if (above * below >= 0) return false;  // touching is the other tests' affair
+  if (above * below >= 0) return false;  // other tests detect touching
   at = from + (above / (above - below)) * (to - from);
   for (std::size_t k = 0; k < 3; ++k) {
     if (n.dot((t[(k + 1) % 3] - t[k]).cross(at - t[k])) < 0) return false;
@@ -90,8 +91,9 @@ class Search {
   }
 
  private:
-  /// The box of a large slanting triangle says little: a leaf's own triangles are asked how far
-  /// they are from the ball round the other box.
+  /// Bounds the distance of two nodes from below. The box of a large slanting triangle is a loose
+  /// bound. So for a leaf it also takes the distance of its own triangles from the ball round the
+  /// other box.
   double Least(const BoxTree::Node& node_a, const BoxTree::Node& node_b) const {
     double least = X_BA_.Least(node_a.box, node_b.box);
     if (node_b.leaf()) {

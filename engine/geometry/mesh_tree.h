@@ -10,7 +10,7 @@
 
 namespace tandem {
 
-/// A mesh's triangles in a tree of boxes, for questions of distance. Read-only once built.
+/// A mesh's triangles in a tree of boxes, for queries of distance. Read-only once built.
 struct MeshTree {
   MeshTree() = default;
   explicit MeshTree(const TriangleMesh& mesh);
@@ -19,24 +19,24 @@ struct MeshTree {
   std::vector<std::array<Vec3, 3>> triangles;  // in the tree's order, m
 };
 
-/// How far a search for the closest points is taken.
+/// Bounds of a search for the closest points.
 struct ClosestPointsOptions {
-  double at_most = std::numeric_limits<double>::infinity();  // the distance is known not to be more
-  double tolerance = 0;                                      // m by which it may be overstated
-  std::size_t most_pairs = std::numeric_limits<std::size_t>::max();  // of boxes or triangles
+  double at_most = std::numeric_limits<double>::infinity();  // known upper bound of the distance
+  double tolerance = 0;                                      // allowed excess of the result, m
+  std::size_t most_pairs = std::numeric_limits<std::size_t>::max();  // pairs of boxes or triangles
 };
 
-/// What it found. The distance of the two surfaces lies in [least, distance]; when the search came
-/// to its end, least is within the tolerance of it.
+/// The result of the search. The distance of the two surfaces lies in [least, distance]. When the
+/// search is complete, least is within the tolerance of it.
 struct ClosestPoints {
   double distance = std::numeric_limits<double>::infinity();  // m; infinity: nothing found yet
   double least = 0;
   Vec3 p_BA = Vec3::Zero();  // on A's surface, in B
-  Vec3 p_BB = Vec3::Zero();  // on B's
+  Vec3 p_BB = Vec3::Zero();  // on B's surface
 };
 
-/// The distance of two triangle surfaces, in double precision: 0 where they cross, and no inside or
-/// outside. `X_BA` takes A's frame to B's. Does not allocate.
+/// Returns the distance of two triangle surfaces, in double precision: 0 where they cross. There is
+/// no inside or outside. `X_BA` takes A's frame to B's. Does not allocate.
 ClosestPoints FindClosestPoints(const MeshTree& a, const Pose& X_BA, const MeshTree& b,
                                 const ClosestPointsOptions& options) noexcept;
 

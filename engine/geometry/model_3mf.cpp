@@ -20,11 +20,11 @@ namespace tandem {
 namespace {
 
 constexpr std::size_t kLargestModel = std::size_t{1} << 30U;  // bytes, unpacked
-constexpr int kDeepest = 32;                                  // components in one another
+constexpr int kDeepest = 32;                                  // depth of nested components
 
 using Placing = Eigen::Matrix<double, 3, 4>;
 
-/// An object where something is put: in which model, and how.
+/// A placed object: its model, and its placing.
 struct Instance {
   std::string path;
   std::string id;
@@ -50,7 +50,7 @@ bool IsNumber(const std::optional<std::string>& word, T& number) {
   return TakesNumber(std::string_view(*word).substr(begin), number);
 }
 
-/// Twelve numbers: three rows that the axes become, and the place of the origin.
+/// Reads twelve numbers: three rows that the axes become, and the place of the origin.
 bool TakePlacing(const std::optional<std::string>& text, Placing& X) {
   X = Placing::Identity();
   if (!text) return true;
@@ -66,10 +66,9 @@ bool TakePlacing(const std::optional<std::string>& text, Placing& X) {
 }
 
 /// Returns what is wrong with the extensions that an opened <model> requires; empty: nothing. A
-/// model may hold triangles and require that slices, beams or encrypted parts are read in their
-/// place.
+/// model may hold triangles and require slices, beams or encrypted parts in their place.
 std::string ExtensionFault(const XmlScanner& model) {
-  // what is read, and what bears on looks or on names only
+  // extensions that are supported, and extensions that affect looks or names only
   constexpr std::array<std::string_view, 4> kTaken{"core/2015/02", "production/2015/06",
                                                    "material/2015/02", "trianglesets/2021/07"};
   constexpr std::string_view kBegin = "http://schemas.microsoft.com/3dmanufacturing/";
@@ -84,7 +83,7 @@ std::string ExtensionFault(const XmlScanner& model) {
   return {};
 }
 
-/// The same of a model's text. What is no XML is left to its reader.
+/// Does the same for a model's text. A text that is no XML is left to its reader.
 std::string ExtensionFault(std::string_view text) {
   XmlScanner xml(text);
   for (auto piece = xml.Next(); piece != XmlScanner::Piece::kEnd; piece = xml.Next()) {
@@ -94,7 +93,7 @@ std::string ExtensionFault(std::string_view text) {
   return {};
 }
 
-/// One model's XML; what is wrong with it.
+/// Reads one model's XML, and says what is wrong with it.
 class ModelReader {
  public:
   ModelReader(std::string_view text, std::string path) : xml_(text), path_(std::move(path)) {}
@@ -182,7 +181,7 @@ Placing Product(const Placing& a, const Placing& b) {
   return product;
 }
 
-/// All models that the first one leads to, put together.
+/// Assembles all models that the first one leads to.
 class Assembly {
  public:
   Assembly(const ZipArchive& archive, std::string part)
@@ -191,7 +190,7 @@ class Assembly {
   ReadAnswer Read(const std::string& root) {
     if (const Model* model = ModelAt(root)) {
       unit_ = model->unit;
-      // the map keeps its places while others are read
+      // the map keeps its places while other models are read
       for (const Instance& item : model->build) Add(item, part_.empty(), 0);
     }
     if (fault_.empty() && !part_.empty() && !found_) fault_ = NoPart();
@@ -292,7 +291,7 @@ std::optional<ReadAnswer> ReadSeveralModels(const std::filesystem::path& file,
   const std::string root = archive->Model();
   if (root.empty()) return std::nullopt;
   const Result<std::string> text = archive->Read(root, kLargestModel);
-  // the library takes what it can unpack of a damaged one
+  // the library takes what it can unpack of a damaged model
   if (!text) {
     return ReadAnswer{
         ReadAnswer::Kind::kRefused, "3MF: its model " + root + " " + text.error().what, {}, 0};
@@ -300,7 +299,7 @@ std::optional<ReadAnswer> ReadSeveralModels(const std::filesystem::path& file,
   if (const std::string fault = ExtensionFault(*text); !fault.empty()) {
     return ReadAnswer{ReadAnswer::Kind::kRefused, "3MF: its model " + root + " " + fault, {}, 0};
   }
-  // an attribute that is called so is the extension's, whatever its prefix
+  // an attribute of this name is the extension's, whatever its prefix
   if (text->find(":path") == std::string::npos) return std::nullopt;
   return Assembly(*archive, part).Read(root);
 }

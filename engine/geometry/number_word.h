@@ -10,8 +10,8 @@
 
 namespace tandem {
 
-/// Returns whether a number without sign that its type does not hold is too large for it; otherwise
-/// it is too small.
+/// Tells whether a number without sign that its type cannot hold is too large for it; otherwise it
+/// is too small.
 inline bool IsBeyondTheLargest(std::string_view word) {
   const std::size_t e = std::min(word.find_first_of("eE"), word.size());
   const std::string_view digits = word.substr(0, e);
@@ -25,9 +25,9 @@ inline bool IsBeyondTheLargest(std::string_view word) {
   return exponent > first - point;
 }
 
-/// The number that all of `word` is, with a sign of either kind. A whole number that the type does
-/// not hold is none. A real one beyond the largest is infinite, as meshes are refused for that
-/// later; one below the smallest is 0.
+/// Reads the number that makes up all of `word`, with a sign of either kind. A whole number that
+/// the type cannot hold is none. A real number beyond the largest becomes infinite, for which
+/// meshes are refused later; a number below the smallest becomes 0.
 template <typename T>
 bool TakesNumber(std::string_view word, T& number) {
   if (word.starts_with('+')) word.remove_prefix(1);

@@ -13,17 +13,19 @@ namespace tandem {
 
 namespace {
 
-// Geomview's format: a word that says what a vertex has, three counts, a line for each vertex, a
-// line for each face: how many corners, their numbers, then perhaps a colour. In binary the same as
-// 32-bit numbers, most significant byte first; some programs write them the other way round.
+// Geomview's format: a word for the numbers of a vertex, three counts, a line for each vertex and a
+// line for each face. A face's line has its number of corners, their numbers, then perhaps a
+// colour. Binary files have the same as 32-bit numbers, most significant byte first; some programs
+// write them the other way round.
 
-constexpr std::uint32_t kMostCorners = 100'000;  // of a face
+constexpr std::uint32_t kMostCorners = 100'000;  // corners of a face
 
 ReadAnswer RefusedOff(std::string words) {
   return {ReadAnswer::Kind::kRefused, "OFF: " + std::move(words), {}, 0};
 }
 
-/// [ST][C][N][4][n]OFF: numbers of a vertex beside its place; -1: another format.
+/// Reads [ST][C][N][4][n]OFF: returns the numbers of a vertex besides its position; -1: another
+/// format.
 int ExtrasOf(std::string_view word) {
   int extras = 0;
   for (const auto& [letters, count] : {std::pair{"ST", 2}, std::pair{"C", 4}, std::pair{"N", 3}}) {
@@ -34,19 +36,19 @@ int ExtrasOf(std::string_view word) {
   return word == "OFF" ? extras : -1;
 }
 
-/// Words of a text without comments, line by line.
+/// Splits a text without comments into words, line by line.
 class OffText {
  public:
   explicit OffText(std::string_view text) : rest_(text) {}
 
-  /// The next word, on whatever line; empty: none is left.
+  /// Returns the next word, on any line; empty: none is left.
   std::string_view Word() {
     while (true) {
       const std::string_view word = WordOfLine();
       if (!word.empty() || !NextLine()) return word;
     }
   }
-  /// The next word on this line; empty: the line has no more.
+  /// Returns the next word on this line; empty: the line has no more.
   std::string_view WordOfLine() {
     const std::size_t begin = std::min(rest_.find_first_not_of(" \t\r\f\v"), rest_.size());
     rest_.remove_prefix(begin);
@@ -66,7 +68,7 @@ class OffText {
   std::string_view rest_;
 };
 
-/// A face's numbers on this line, and what may stand behind them.
+/// Takes a face's numbers on this line, and skips what may stand behind them.
 std::string TakeFace(OffText& text, std::uint32_t points, std::vector<std::uint32_t>& corners) {
   std::uint32_t count = 0;
   if (!TakesNumber(text.Word(), count)) return "has fewer faces than it says";
@@ -89,8 +91,8 @@ ReadAnswer ReadText(OffText text, std::size_t bytes) {
     if (!TakesNumber(text.Word(), count))
       return RefusedOff("does not say how many vertices and faces it has");
   }
-  text.NextLine();  // edges, which some leave out
-  // a vertex and a face take bytes
+  text.NextLine();  // edges, which some programs leave out
+  // each vertex and face takes at least a byte
   if (counts[0] > bytes || counts[1] > bytes) {
     return RefusedOff("is shorter than the vertices and faces that it says");
   }
@@ -115,7 +117,7 @@ ReadAnswer ReadText(OffText text, std::size_t bytes) {
   return answer;
 }
 
-/// 32-bit numbers in one of the two orders of bytes.
+/// Reads 32-bit numbers in one of the two orders of bytes.
 class OffNumbers {
  public:
   OffNumbers(std::string_view bytes, bool swapped) : bytes_(bytes), swapped_(swapped) {}
@@ -143,7 +145,7 @@ class OffNumbers {
   bool sound_ = true;
 };
 
-/// Nothing: these are not all bytes of a file in that order.
+/// Reads a file in that order of bytes; nothing: the bytes do not fit one.
 std::optional<ReadAnswer> ReadBinary(OffNumbers numbers, std::size_t extras) {
   const std::uint32_t points = numbers.Whole();
   const std::uint32_t faces = numbers.Whole();

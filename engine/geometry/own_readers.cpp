@@ -22,7 +22,7 @@ ReadAnswer RefusedFile(std::string words) {
   return {ReadAnswer::Kind::kRefused, std::move(words), {}, 0};
 }
 
-/// The beginning of a file.
+/// Returns the beginning of a file.
 std::string HeadOf(const std::filesystem::path& file, std::size_t most) {
   const Result<RegularFile> opened = RegularFile::Open(file);
   if (!opened) return {};
@@ -37,7 +37,7 @@ std::uint32_t CountOf(std::string_view bytes) {
   return count;
 }
 
-/// Text has neither zeros nor bytes of control.
+/// Tells whether the text has neither zeros nor control bytes.
 bool IsText(std::string_view head) {
   return std::ranges::none_of(head, [](char c) {
     return static_cast<unsigned char>(c) < 0x20 && c != '\n' && c != '\r' && c != '\t' &&
@@ -45,7 +45,7 @@ bool IsText(std::string_view head) {
   });
 }
 
-/// Whether the mesh library takes it for text, or refuses it, though it is binary.
+/// Tells whether the mesh library takes a binary STL for text, or refuses it.
 bool IsMisreadStl(const std::filesystem::path& file, std::uintmax_t size) {
   const std::string head = HeadOf(file, 1024);
   const std::uint32_t count = CountOf(head);
@@ -53,7 +53,7 @@ bool IsMisreadStl(const std::filesystem::path& file, std::uintmax_t size) {
   if (count == 0 || whole > size) return false;
   const bool solid = head.find("solid") < head.find_first_not_of(" \t\r\n") + 1;
   if (!solid) return whole != size;
-  // words that begin so, followed by facets, are text, whatever the number at byte 80 would be
+  // words that begin so, followed by facets, are text, whatever the number at byte 80
   return !IsText(head);
 }
 
@@ -62,7 +62,7 @@ std::string WithoutMark(std::string text) {
   return text;
 }
 
-/// From UTF-16 with its mark; what is none becomes '?'.
+/// Converts from UTF-16 with its mark; invalid units become '?'.
 std::string FromUtf16(std::string_view bytes) {
   const bool big = bytes.starts_with("\xFE\xFF");
   const auto unit = [&](std::size_t at) {
@@ -103,14 +103,14 @@ std::string FromUtf16(std::string_view bytes) {
   return text;
 }
 
-/// A line of XML that says another encoding than the text now has.
+/// Removes a line of XML that declares another encoding than the text has here.
 std::string WithoutXmlHead(std::string text) {
   if (!text.starts_with("<?xml")) return text;
   const std::size_t end = text.find("?>");
   return end == std::string::npos ? text : text.substr(end + 2);
 }
 
-/// A backslash before the line's end goes on with the next line.
+/// Joins lines that end with a backslash with the next line.
 std::string WithLinesJoined(const std::string& text) {
   std::string joined;
   joined.reserve(text.size());
@@ -148,7 +148,7 @@ std::optional<ReadAnswer> ReadBinaryStl(std::string_view bytes) {
   answer.mesh.points.reserve(3 * std::size_t{count});
   answer.mesh.triangles.reserve(count);
   for (std::uint32_t t = 0; t < count; ++t) {
-    // a normal, three corners, two bytes of whatever
+    // a normal, three corners, two unused bytes
     const char* corner = bytes.data() + kStlHead + std::size_t{kStlTriangle} * t + 12;
     for (int k = 0; k < 3; ++k, corner += 12) {
       FloatPoint point{};

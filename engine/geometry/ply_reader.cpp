@@ -19,9 +19,9 @@ namespace tandem {
 
 namespace {
 
-// The Stanford format: a head of lines that say which elements there are, how many, and of what
-// numbers each is made; then the numbers, as text or binary. Vertices have x, y and z, faces a list
-// of their corners; whatever else there is has no place in a surface.
+// The Stanford format: a head of lines that declare the elements, their number, and the numbers of
+// each. Then the numbers follow, as text or binary. Vertices have x, y and z, faces a list of their
+// corners. Other elements are ignored.
 
 ReadAnswer RefusedPly(std::string words) {
   return {ReadAnswer::Kind::kRefused, "PLY: " + std::move(words), {}, 0};
@@ -65,7 +65,7 @@ std::optional<NumberKind> KindNamed(std::string_view name) {
 struct Property {
   std::string name;
   NumberKind kind = NumberKind::kFloat;
-  std::optional<NumberKind> count;  // of a list
+  std::optional<NumberKind> count;  // type of a list's count
 };
 
 struct Element {
@@ -76,16 +76,16 @@ struct Element {
 
 struct Head {
   bool text = false;
-  bool swapped = false;  // against this machine
+  bool swapped = false;  // byte order differs from this machine's
   std::vector<Element> elements;
   std::string_view body;
 };
 
-/// Nothing: not a head that this reader knows.
+/// Reads a head; nothing: this reader does not know it.
 std::optional<Head> ReadHead(std::string_view bytes) {
   Head head;
   bool has_format = false;
-  // data may begin with what looks like a line's end: all lines end as the first one does
+  // data may begin with bytes that look like a line's end: all lines end as the first one does
   const std::size_t first = bytes.find('\n');
   if (first == std::string_view::npos || !bytes.starts_with("ply")) return std::nullopt;
   std::string_view rest = bytes;
@@ -125,7 +125,7 @@ std::optional<Head> ReadHead(std::string_view bytes) {
   return has_format ? std::optional(std::move(head)) : std::nullopt;
 }
 
-/// Takes numbers one by one, whatever they are written as.
+/// Takes numbers one by one, in any notation.
 class PlyNumbers {
  public:
   explicit PlyNumbers(const Head& head)
@@ -153,7 +153,7 @@ class PlyNumbers {
     }
     return 0;
   }
-  /// A count or the number of a vertex; what is none is no sound file's.
+  /// Takes a count or the number of a vertex; any other value makes the file unsound.
   std::uint32_t TakeWhole(NumberKind kind) {
     const double number = Take(kind);
     if (number >= 0 && number < 4294967295.0) return static_cast<std::uint32_t>(number);
@@ -231,13 +231,13 @@ void TakeElement(const Element& element, PlyNumbers& numbers, std::vector<FloatP
 }  // namespace
 
 std::optional<ReadAnswer> ReadPly(std::string_view bytes) {
-  // the library looks for the head's end for ever
+  // the library would search for the head's end for ever
   if (bytes.find("end_header") == std::string_view::npos) {
     return RefusedPly("its head has no end: it is damaged or cut short");
   }
   const std::optional<Head> head = ReadHead(bytes);
   if (!head) return std::nullopt;
-  // strips of triangles and other ways to tell a surface are the library's
+  // strips of triangles and other forms of surfaces are left to the library
   const auto has = [&](std::string_view name) {
     return std::ranges::count(head->elements, name, &Element::name) == 1;
   };

@@ -16,27 +16,27 @@ namespace tandem {
 
 namespace {
 
-/// Of a triangle: twice its area along its normal, and that vector's length.
+/// A triangle: twice its area along its normal, and the length of that vector.
 struct Facet {
   Vec3 area;
   double norm;
-  std::uint32_t polygon;   // numbered in its body
-  std::uint32_t tried_by;  // the last polygon that met it
+  std::uint32_t polygon;   // number in its body
+  std::uint32_t tried_by;  // last polygon that met it
 };
 
-/// What growing polygons know of the whole mesh. Bodies do not share triangles or vertices, so they
-/// can be grown at the same time.
+/// Data of the whole mesh for growing polygons. Bodies share neither triangles nor vertices, so
+/// they can be grown at the same time.
 struct Ground {
   const TriangleMesh& mesh;
   const MeshSides& sides;
   double tolerance;
   HugeVector<std::uint32_t> place_of;     // per triangle: its number in its body
   HugeVector<std::uint32_t> holds;        // per vertex: the last polygon that has it
-  std::vector<std::uint32_t> polygon_of;  // numbered in its body
+  std::vector<std::uint32_t> polygon_of;  // number in its body
 };
 
-/// Numbers by falling size, the lesser number first among equals: by digits of the size's bits,
-/// which for numbers of one sign stand in the same order.
+/// Sorts numbers by falling size, the lesser number first among equals, by digits of the size's
+/// bits. For numbers of one sign these have the same order.
 class BySize {
  public:
   void Sort(const HugeVector<Facet>& facets, HugeVector<std::uint32_t>& triangles) {
@@ -82,7 +82,7 @@ class Grower {
  public:
   explicit Grower(Ground& ground) : ground_(ground), tolerance_(ground.tolerance) {}
 
-  /// Of the body's triangles, in rising order. How many polygons it has.
+  /// Grows the polygons of the body's triangles, in rising order. Returns their number.
   std::uint32_t Grow(std::span<const std::uint32_t> triangles) {
     polygons_ = 0;
     triangles_ = triangles;
@@ -114,7 +114,7 @@ class Grower {
   struct Candidate {
     double turn;  // 1 - cos of the angle to the polygon's normal when it was met
     std::uint32_t triangle;
-    bool operator<(const Candidate& o) const {  // the queue gives the greatest first
+    bool operator<(const Candidate& o) const {  // the queue returns the greatest first
       return turn != o.turn ? turn > o.turn : triangle > o.triangle;
     }
   };
@@ -160,7 +160,8 @@ class Grower {
     const double norm = area.norm();
     return norm > 0 ? Vec3(area / norm) : Vec3::Zero();
   }
-  /// Centre times area, so that the mean plane goes through the centre of the polygon's area.
+  /// Returns centre times area, so that the mean plane goes through the centre of the polygon's
+  /// area.
   static Vec3 Moment(const Facet& facet, const Corners& c) {
     return facet.norm / 3.0 * (*c[0] + *c[1] + *c[2]);
   }
@@ -181,8 +182,8 @@ class Grower {
     Join(triangle, area, moment, n);
   }
 
-  /// Whether all vertices so far lie within tolerance of the new plane. What was last found by
-  /// looking at them all tells, while the plane has hardly moved.
+  /// Tells whether all vertices so far lie within tolerance of the new plane. While the plane has
+  /// hardly moved, the result of the last full check decides.
   bool StillFlat(const Vec3& n, const Vec3& centre) {
     const double turn = (n - flat_n_).norm();
     const double shift = std::abs((centre - flat_centre_).dot(n));
@@ -194,7 +195,7 @@ class Grower {
       const Vec3 from_centre = vertices_[i] - centre;
       const double here = std::abs(from_centre.dot(n));
       if (here > tolerance_) {
-        // what is out now will likely be out at the next try
+        // a vertex that is out will likely be out at the next try
         std::swap(vertices_[i], vertices_[i / 2]);
         return false;
       }
@@ -208,7 +209,7 @@ class Grower {
     return true;
   }
 
-  /// Whether all triangles so far face with the new normal.
+  /// Tells whether all triangles so far face with the new normal.
   bool StillFacing(const Vec3& n) {
     if (least_cosine_ - (n - facing_n_).norm() > 0) return true;
     double least = 1;
@@ -257,7 +258,7 @@ class Grower {
 
   Ground& ground_;
   double tolerance_;
-  std::span<const std::uint32_t> triangles_;  // of the body, in the mesh
+  std::span<const std::uint32_t> triangles_;  // triangles of the body, in the mesh
   bool together_ = false;
   HugeVector<Facet> facets_;
   HugeVector<std::uint32_t> seeds_;
@@ -271,8 +272,8 @@ class Grower {
   std::vector<Vec3> vertices_;
   std::vector<std::uint32_t> members_;
   std::vector<Candidate> queue_;  // a heap
-  // found by looking at all of it, and bounds since: of a plane with normal flat_n_ through
-  // flat_centre_, and of a normal facing_n_
+  // results of the last full check, and bounds since: for a plane with normal flat_n_ through
+  // flat_centre_, and for a normal facing_n_
   Vec3 flat_n_ = Vec3::Zero();
   Vec3 flat_centre_ = Vec3::Zero();
   double height_ = 0;

@@ -8,8 +8,9 @@
 
 namespace tandem {
 
-/// The quasi-planar polygons of FindFeatures() (paper §4.1), without what stands between them: the
-/// polygon of each triangle, and how many there are. The same for any number of threads.
+/// Finds the quasi-planar polygons of FindFeatures() (paper §4.1), without the edges between them:
+/// the polygon of each triangle. Returns the number of polygons. The result is the same for any
+/// number of threads.
 std::uint32_t GrowPolygons(const TriangleMesh& mesh, const MeshSides& sides, double tolerance,
                            std::vector<std::uint32_t>& polygon_of);
 

@@ -22,10 +22,10 @@ Vec3 Place(const FloatPoint& p) {
   return {double{p[0]}, double{p[1]}, double{p[2]}};
 }
 
-/// The corners as seen against the polygon's mean normal, counter-clockwise.
+/// Returns the corners as seen against the polygon's mean normal, counter-clockwise.
 std::vector<FlatPoint> Flattened(std::span<const FloatPoint> points,
                                  std::span<const std::uint32_t> corners) {
-  Vec3 normal = Vec3::Zero();  // Newell's
+  Vec3 normal = Vec3::Zero();  // by Newell's method
   const Vec3 origin = Place(points[corners[0]]);
   for (std::size_t i = 0; i < corners.size(); ++i) {
     const Vec3 a = Place(points[corners[i]]) - origin;
@@ -81,7 +81,8 @@ void SplitPolygon(std::span<const FloatPoint> points, std::span<const std::uint3
   const auto add = [&](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
     triangles.push_back({corners[a], corners[b], corners[c]});
   };
-  // one that winds round twice is convex at each corner too, and is cut somehow either way
+  // a polygon that winds round twice is convex at each corner too, and is cut in some way in either
+  // case
   if (corners.size() == 3 || IsConvex(flat)) {
     for (std::uint32_t i = 2; i < corners.size(); ++i) add(0, i - 1, i);
     return;
@@ -91,7 +92,7 @@ void SplitPolygon(std::span<const FloatPoint> points, std::span<const std::uint3
   std::size_t at = 0;
   std::size_t refused = 0;
   while (left.size() > 3) {
-    // where no corner is an ear, the polygon crosses itself or is flat: then any will do
+    // where no corner is an ear, the polygon crosses itself or is flat: then any corner will do
     const bool is_ear = IsEar(flat, left, at) || refused >= left.size();
     const std::size_t n = left.size();
     if (is_ear) {

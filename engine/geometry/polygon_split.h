@@ -9,9 +9,9 @@
 
 namespace tandem {
 
-/// Appends the triangles of a polygon, whose corners are points by their numbers, all of which
-/// exist. It may be concave, and need not be quite flat; one that crosses itself is cut somehow,
-/// and nothing of it is left out. Fewer than three corners are no surface.
+/// Appends the triangles of a polygon. Its corners are numbers of points that all exist. It may be
+/// concave, and need not be quite flat. A polygon that crosses itself is cut in some way, and
+/// nothing of it is left out. Fewer than three corners are no surface.
 void SplitPolygon(std::span<const FloatPoint> points, std::span<const std::uint32_t> corners,
                   std::vector<TriangleMesh::Triangle>& triangles);
 

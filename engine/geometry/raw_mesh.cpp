@@ -63,7 +63,7 @@ std::optional<ReadAnswer> ParseAnswer(std::string_view bytes) {
   if (bytes.size() < sizeof header) return std::nullopt;
   std::memcpy(&header, bytes.data(), sizeof header);
   bytes.remove_prefix(sizeof header);
-  // counts beyond the bytes at hand are refused before they are multiplied
+  // refuses counts beyond the bytes at hand before it multiplies them
   const std::uint64_t size = bytes.size();
   if (header.magic != kMagic || header.kind > 2 || header.words > size || header.points > size ||
       header.triangles > size ||

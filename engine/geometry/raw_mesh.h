@@ -11,26 +11,26 @@
 
 namespace tandem {
 
-/// Triangles as a file holds them: not welded, file units, nothing yet believed of them.
+/// Triangles as a file holds them: not welded, in file units, not yet checked.
 struct RawMesh {
   std::vector<FloatPoint> points;
   std::vector<TriangleMesh::Triangle> triangles;
 };
 
-/// What the reading process has to say.
+/// The answer of the reading process.
 struct ReadAnswer {
   enum class Kind : std::uint32_t { kMesh, kRefused, kOutOfMemory };
   Kind kind = Kind::kRefused;
-  std::string words;  // of a refusal
+  std::string words;  // text of a refusal
   RawMesh mesh;
   double metres_per_unit = 0;  // as the file declares; 0: it does not
 };
 
-/// Writes an answer into a pipe, for ParseAnswer() in a process of the same program. False when
-/// nobody reads it any more.
+/// Writes an answer into a pipe, for ParseAnswer() in a process of the same program. Returns false
+/// when the reader has gone.
 bool WriteAnswer(int fd, const ReadAnswer& answer);
 
-/// The answer that `bytes` are, or nothing if they are cut short or are something else.
+/// Returns the answer that `bytes` are, or nothing if they are cut short or are something else.
 std::optional<ReadAnswer> ParseAnswer(std::string_view bytes);
 
 }  // namespace tandem

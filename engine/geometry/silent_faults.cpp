@@ -54,7 +54,8 @@ bool HasTooManyDigits(std::string_view text) {
   return false;
 }
 
-/// By its beginning: numbers of a binary STL have zeros there, its count has.
+/// Tells by its beginning whether a file is binary: a binary STL has zeros there in its numbers or
+/// its count.
 bool IsBinary(const std::filesystem::path& file) {
   const Result<RegularFile> opened = RegularFile::Open(file);
   std::array<char, 1024> head{};
@@ -64,7 +65,7 @@ bool IsBinary(const std::filesystem::path& file) {
 }
 
 /// Returns what is wrong with the lines of numbers of an OBJ or a text STL file. Names and remarks
-/// may have as many digits as they like.
+/// may have any number of digits.
 std::string LinesFault(std::string_view text, bool obj) {
   while (!text.empty()) {
     const std::size_t end = std::min(text.find_first_of("\r\n"), text.size());
@@ -78,7 +79,7 @@ std::string LinesFault(std::string_view text, bool obj) {
   return {};
 }
 
-/// The arrays of a COLLADA file, which accessors take as long as these say that they are.
+/// Checks the arrays of a COLLADA file, whose declared lengths accessors trust.
 class ColladaArrays {
  public:
   explicit ColladaArrays(std::string_view text) : xml_(text) {}
@@ -147,16 +148,16 @@ class ColladaArrays {
   bool in_array_ = false;
 };
 
-/// The JSON of a glTF file, text or binary.
+/// Returns the JSON of a glTF file, text or binary.
 std::string GltfText(const std::string& bytes) {
-  constexpr std::size_t kGlbHead = 20;  // of the file, and of its first chunk
+  constexpr std::size_t kGlbHead = 20;  // bytes of the head of the file, and of its first chunk
   if (!bytes.starts_with("glTF") || bytes.size() < kGlbHead) return bytes;
   std::uint32_t length = 0;
   std::memcpy(&length, bytes.data() + 12, sizeof length);
   return bytes.substr(kGlbHead, length);
 }
 
-/// How many triangles the primitive has by its accessors' words.
+/// Returns the number of the primitive's triangles by its accessors.
 std::size_t TrianglesOf(const JsonNode& primitive, const std::vector<JsonNode>& accessors) {
   constexpr int kTriangles = 4;
   const int mode = primitive.Has("mode") ? primitive["mode"].WholeNumber(0, 6) : kTriangles;
@@ -170,18 +171,19 @@ std::size_t TrianglesOf(const JsonNode& primitive, const std::vector<JsonNode>& 
   return count < 3 ? 0 : count - 2;
 }
 
-/// Returns whether the library reads the extension, or it bears only on what surfaces look like.
+/// Tells whether the library reads the extension, or it affects only what surfaces look like.
 bool IsReadOrOfLooks(std::string_view extension) {
   constexpr std::array<std::string_view, 4> kLooks{"KHR_materials_", "KHR_texture_", "EXT_texture_",
                                                    "MSFT_texture_"};
-  // the library refuses in words what is packed so, where it was built without that
+  // the library refuses compressed data in words if it was built without support
   return extension == "KHR_draco_mesh_compression" || extension == "KHR_lights_punctual" ||
          std::ranges::any_of(kLooks, [&](std::string_view begin) {
            return extension.starts_with(begin);
          });
 }
 
-/// The library reads floats of places whatever they are said to be.
+/// Tells whether a primitive's positions are not VEC3 floats. The library reads them as such in any
+/// case.
 bool HasOtherPlaces(const JsonNode& primitive, const std::vector<JsonNode>& accessors) {
   constexpr std::uint64_t kFloat = 5126;
   if (!primitive["attributes"].Has("POSITION")) return false;

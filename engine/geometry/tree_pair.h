@@ -9,7 +9,7 @@
 namespace tandem {
 
 /// Calls `visit(leaf)` for the leaves whose boxes lie within the square root of `squared` of p, the
-/// nearer ones first; `visit` answers with the square that holds from then on.
+/// nearer ones first. `visit` returns the new `squared`.
 template <typename Visit>
 void VisitNearLeaves(const BoxTree& tree, const Vec3& p, double squared, const Visit& visit) {
   if (tree.nodes.empty()) return;
@@ -36,8 +36,8 @@ void VisitNearLeaves(const BoxTree& tree, const Vec3& p, double squared, const V
   }
 }
 
-/// A lower bound of the distance between points of two boxes, the first of which has been turned
-/// and moved: X_BA as a matrix, its absolute values and a shift.
+/// Bounds the distance between points of two boxes from below. The first box is turned and moved by
+/// X_BA, kept as a matrix, its absolute values and a shift.
 struct TurnedFrame {
   explicit TurnedFrame(const Pose& X_BA)
       : R(X_BA.q.toRotationMatrix()), R_abs(R.cwiseAbs()), p(X_BA.p) {}
@@ -56,10 +56,10 @@ struct TurnedFrame {
   Vec3 p;
 };
 
-/// Calls `visit(leaf_a, leaf_b)` for pairs of leaves, the nearer ones first where that is easy to
-/// say. `least(node_a, node_b)` bounds a pair's distance from below; left out is what lies farther
-/// apart than `within()`, which is asked again and again; below 0 it ends the search. Returns a
-/// lower bound of the distances left out (infinity: none).
+/// Calls `visit(leaf_a, leaf_b)` for pairs of leaves, roughly the nearer ones first. `least(node_a,
+/// node_b)` bounds a pair's distance from below. Pairs farther apart than `within()` are left out;
+/// it is called before each pair, and a value below 0 ends the search. Returns a lower bound of the
+/// distances left out (infinity: none).
 template <typename Least, typename Within, typename Visit>
 double VisitNearPairs(const BoxTree& a, const BoxTree& b, const Least& least, const Within& within,
                       const Visit& visit) {

@@ -8,8 +8,8 @@
 
 namespace tandem {
 
-/// A welded triangle mesh: vertices are shared wherever their positions are the same, so that
-/// connectivity tells the bodies. May be open, and may hold several bodies.
+/// A welded triangle mesh: vertices with the same position are shared, so that connectivity defines
+/// the bodies. It may be open, and may hold several bodies.
 struct TriangleMesh {
   using Triangle = std::array<std::uint32_t, 3>;  // counter-clockwise seen from outside
 
@@ -21,13 +21,13 @@ struct TriangleMesh {
   }
 };
 
-/// The smallest box round the vertices that triangles use.
+/// Returns the smallest box round the vertices that triangles use.
 Bounds BoundsOf(const TriangleMesh& mesh);
 
-/// The sum of its triangles' areas, m^2.
+/// Returns the sum of its triangles' areas, m^2.
 double SurfaceArea(const TriangleMesh& mesh);
 
-/// The mesh with its vertices taken from M to W.
+/// Returns the mesh with its vertices taken from M to W.
 TriangleMesh Transformed(const TriangleMesh& mesh, const Pose& X_WM);
 
 /// Appends `part` to `whole`, keeping their vertices apart.

@@ -23,8 +23,8 @@ double Cross(const Vec2& a, const Vec2& b) {
   return a.x() * b.y() - a.y() * b.x();
 }
 
-// Whether the segment runs through the polygon's inside, at least `tolerance` from its edges and
-// for at least `tolerance`.
+// Tells whether the segment runs through the polygon's inside, at least `tolerance` from its edges
+// and for at least `tolerance`.
 bool Crosses(const Segment& segment, const Polygon& polygon, double tolerance) {
   double begin = 0;
   double end = 1;
@@ -42,7 +42,7 @@ bool Crosses(const Segment& segment, const Polygon& polygon, double tolerance) {
   return (end - begin) * (segment.to - segment.from).norm() > tolerance;
 }
 
-// Cuts the polygon along the segment's line: what lies left of it, and right.
+// Cuts the polygon along the segment's line, into the part left of it and the part right of it.
 std::array<Polygon, 2> Cut(const Polygon& polygon, const Segment& segment) {
   const Vec2 along = (segment.to - segment.from).normalized();
   std::array<Polygon, 2> halves;
@@ -62,7 +62,7 @@ std::array<Polygon, 2> Cut(const Polygon& polygon, const Segment& segment) {
   return halves;
 }
 
-// One triangle with a plane of its own, and what other triangles leave in that plane.
+// One triangle with its own plane, and the traces of other triangles in that plane.
 class CutTriangle {
  public:
   CutTriangle(const Vec3& a, const Vec3& b, const Vec3& c, double tolerance)
@@ -81,8 +81,9 @@ class CutTriangle {
   const Vec3& nhat() const { return nhat_; }
   double area() const { return 0.5 * (b_ - a_).cross(c_ - a_).norm(); }
 
-  // Whether the other triangle has nothing in common with this one but a corner of both, or lies
-  // beside it in its plane. `shared`: corner of the other that is one of this one's; 3: none.
+  // Tells whether the other triangle has at most one corner of both in common with this one, or
+  // lies beside it in its plane. `shared`: corner of the other that is also one of this one's; 3:
+  // none.
   bool IsApartFrom(const CutTriangle& other, std::size_t shared_here, std::size_t shared) const {
     return LiesBeside(other, shared) || other.LiesBeside(*this, shared_here);
   }
@@ -110,7 +111,7 @@ class CutTriangle {
     if (count == 2 && !has_edge_in_plane) AddSegment(ends[0], ends[1]);
   }
 
-  // What the union is in front of a place and behind it.
+  // The sides of a place on which the union is.
   struct Sides {
     bool solid_in_front = false;
     bool solid_behind = false;
@@ -119,7 +120,8 @@ class CutTriangle {
     return SidesAt((a_ + b_ + c_) / 3, solid);
   }
 
-  // The pieces that the segments cut it into, bounding the union or not; `known`: of all of them.
+  // Adds the pieces that the segments cut it into, if they bound the union. `known`: the sides of
+  // all of them.
   void AddBoundary(const std::function<bool(const Vec3&)>& solid, const std::optional<Sides>& known,
                    bool sheets, std::uint32_t triangle, std::vector<Facet>& facets) const {
     std::vector<Polygon> pieces{{InPlane(a_), InPlane(b_), InPlane(c_)}};
@@ -153,8 +155,8 @@ class CutTriangle {
 
  private:
   std::array<Vec3, 3> corners() const { return {a_, b_, c_}; }
-  // Whether the other's corners, without the shared one, are all on one side of this one's plane,
-  // or all beyond one of its edges; beyond or at it where they are in the plane.
+  // Tells whether the other's corners, without the shared one, are all on one side of this one's
+  // plane, or all beyond one of its edges. In the plane they may also be at the edge.
   bool LiesBeside(const CutTriangle& other, std::size_t shared) const {
     const std::array<Vec3, 3> theirs = other.corners();
     double least = std::numeric_limits<double>::infinity();
@@ -196,7 +198,7 @@ class CutTriangle {
   std::vector<Segment> segments_;
 };
 
-// Corners that two triangles have in common.
+// The corners that two triangles have in common.
 struct SharedCorners {
   std::size_t count = 0;
   std::size_t here = 3, there = 3;  // the last of them, in either
@@ -244,7 +246,7 @@ class Pieces {
     tree_ = BuildBoxTree(boxes_, 4);
   }
 
-  /// `sides`, or null: as UnionBoundaryAndSheets.
+  /// Finds the pieces. `sides`, or null: as UnionBoundaryAndSheets.
   std::vector<Facet> Find(const MeshSides* sides) const {
     std::vector<std::optional<CutTriangle::Sides>> known(boxes_.size());
     if (sides != nullptr) known = AskPatches(*sides);
@@ -271,8 +273,8 @@ class Pieces {
     return {mesh_.corner(t, 0), mesh_.corner(t, 1), mesh_.corner(t, 2), tolerance_};
   }
 
-  /// Calls `visit(other, shared)` for triangles whose boxes overlap that of a triangle, but those
-  /// that share an edge with it, until it answers with false.
+  /// Calls `visit(other, shared)` for triangles whose boxes overlap that of a triangle, except
+  /// those that share an edge with it, until it returns false.
   template <typename Visit>
   void VisitMet(std::size_t t, const Visit& visit) const {
     std::vector<std::uint32_t> open{0};
@@ -295,7 +297,8 @@ class Pieces {
     }
   }
 
-  /// Whether a triangle meets no others but at corners and along edges that it shares with them.
+  /// Tells whether a triangle meets others only at corners and along edges that it shares with
+  /// them.
   bool IsAlone(std::size_t t) const {
     const CutTriangle here = TriangleAt(t);
     if (here.flat()) return false;
@@ -308,10 +311,10 @@ class Pieces {
     return alone;
   }
 
-  /// What is on the sides of triangles that are alone. Those that hang together are asked for at
-  /// the largest of them.
+  /// Finds the sides of triangles that are alone. One call for the largest decides for all that are
+  /// connected.
   std::vector<std::optional<CutTriangle::Sides>> AskPatches(const MeshSides& sides) const {
-    // what is folded back onto itself encloses nothing
+    // a patch that is folded back onto itself encloses nothing
     constexpr double kFolded = -0.99;  // cosine
     const std::size_t count = boxes_.size();
     std::vector<std::uint8_t> alone(count);
@@ -392,8 +395,8 @@ TriangleMesh WithBodiesTurnedOut(const TriangleMesh& mesh) {
     bodies[root].area_vector += area_vector;
     bodies[root].triangles.push_back(t);
   }
-  // a cavity lies in some other body, a body turned inside out does not: asked of three of its
-  // corners
+  // a cavity lies in some other body, a body turned inside out does not: three of its corners
+  // decide
   const WindingNumber all(mesh);
   const auto in_another = [&](const Body& body) {
     int votes = 0;

@@ -24,7 +24,7 @@ std::uint64_t Mix(std::uint64_t x) {
 std::uint64_t HashOf(const FloatPoint& p) {
   std::uint64_t hash = 0;
   for (const float x : p) {
-    // adding 0 makes -0 the same bits as 0
+    // adding 0 gives -0 the bits of 0
     hash = Mix(hash + 0x9e3779b97f4a7c15ULL + std::bit_cast<std::uint32_t>(x + 0.0F));
   }
   return hash;
@@ -51,13 +51,13 @@ double SquaredDistance(const FloatPoint& a, const FloatPoint& b) {
   return sum;
 }
 
-/// The vertices found so far, by the cell of a grid as wide as the tolerance.
+/// Keeps the vertices found so far, by the cell of a grid as wide as the tolerance.
 class VertexGrid {
  public:
   VertexGrid(std::span<const FloatPoint> points, double tolerance)
       : points_(points), tolerance_(tolerance) {}
 
-  /// The least vertex within the tolerance of `p`, or kNoVertex.
+  /// Returns the least vertex within the tolerance of `p`, or kNoVertex.
   std::uint32_t Find(const FloatPoint& p, const std::vector<std::uint32_t>& first_point) const {
     std::uint32_t found = kNoVertex;
     const Cell home = CellOf(p);
@@ -119,7 +119,7 @@ Weld WeldNear(std::span<const FloatPoint> points, double tolerance) {
   for (const FloatPoint& p : points) {
     for (const float x : p) largest = std::max(largest, std::abs(double{x}));
   }
-  // a grid finer than the numbers themselves tells nothing apart that equality does not
+  // a grid finer than the numbers themselves separates no more than equality does
   if (!(tolerance > 1e-15 * largest)) return equal;
 
   Weld weld;

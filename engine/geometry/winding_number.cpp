@@ -7,7 +7,7 @@ namespace tandem {
 namespace {
 
 constexpr double kPi = 3.14159265358979323846;
-// A node is a dipole beyond so many radii.
+// A node is a dipole beyond this many radii.
 constexpr double kFar = 2.5;
 
 }  // namespace
@@ -34,7 +34,7 @@ WindingNumber::WindingNumber(const TriangleMesh& mesh) {
   for (const std::uint32_t t : tree_.order) {
     triangles_.push_back({mesh.corner(t, 0), mesh.corner(t, 1), mesh.corner(t, 2)});
   }
-  // children come after their parents, so backwards each node finds its children done
+  // children come after their parents, so a backward loop finds each node's children done
   dipoles_.resize(tree_.nodes.size());
   std::vector<double> areas(tree_.nodes.size(), 0.0);
   for (std::size_t i = tree_.nodes.size(); i-- > 0;) {

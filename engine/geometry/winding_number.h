@@ -9,11 +9,11 @@ namespace tandem {
 
 /// The generalized winding number of a triangle mesh: how often its surface goes round a point. In
 /// a closed, outward body it is 1, where two bodies overlap 2, in a cavity 0, outside 0. Cracks and
-/// holes blur it by the solid angle they fill and no more, and no ray can hit an unlucky edge: so
-/// it is preferred here to the parity of rays.
+/// holes change it only by the solid angle that they fill, and no ray can hit an unlucky edge. This
+/// is its advantage over the parity of rays.
 ///
-/// Clusters of triangles that are far away count as one dipole (Barill et al., "Fast winding
-/// numbers", 2018, first order): the error is about 0.01, against a threshold of one half.
+/// Distant clusters of triangles count as one dipole (Barill et al., "Fast winding numbers", 2018,
+/// first order). The error is about 0.01, against a threshold of one half.
 class WindingNumber {
  public:
   explicit WindingNumber(const TriangleMesh& mesh);
@@ -35,7 +35,8 @@ class WindingNumber {
   std::vector<Corners> triangles_;  // in the tree's order
 };
 
-/// Solid angle of a triangle seen from p over 4 pi; positive seen from behind (Van Oosterom).
+/// Returns the solid angle of a triangle seen from p over 4 pi; positive seen from behind (Van
+/// Oosterom).
 double WindingOf(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& p);
 
 }  // namespace tandem

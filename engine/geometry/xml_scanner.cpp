@@ -70,7 +70,7 @@ XmlScanner::Piece XmlScanner::Next() {
     } else if (rest_.starts_with("<?")) {
       if (!SkipUpTo("?>")) return Piece::kFault;
     } else if (rest_.starts_with("<!")) {
-      return Piece::kFault;  // declarations of one's own, which models do not have
+      return Piece::kFault;  // declarations, which models do not have
     } else {
       return ReadTag();
     }
@@ -79,7 +79,7 @@ XmlScanner::Piece XmlScanner::Next() {
 }
 
 XmlScanner::Piece XmlScanner::ReadTag() {
-  // a value in quotes may have a bracket in it
+  // a value in quotes may contain a bracket
   char quote = '\0';
   std::size_t end = 1;
   for (; end < rest_.size(); ++end) {

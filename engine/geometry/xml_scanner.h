@@ -8,10 +8,10 @@
 
 namespace tandem {
 
-/// Goes through XML, piece by piece, and keeps nothing: neither depth nor size bears on its memory.
-/// Knows no entities but the five of XML and those by number, so that nothing grows. It is for
-/// files whose content is checked by what they mean; whether elements close in order is not looked
-/// at.
+/// Goes through XML, piece by piece, and keeps nothing, so that its memory depends neither on depth
+/// nor on size. It knows only the five entities of XML and numeric ones, so that no text grows. It
+/// is for files whose content is checked by its meaning; it does not check that elements close in
+/// order.
 class XmlScanner {
  public:
   enum class Piece { kOpen, kClose, kText, kEnd, kFault };
@@ -20,15 +20,15 @@ class XmlScanner {
   explicit XmlScanner(std::string_view text);
 
   Piece Next();
-  /// Of an element that was opened or closed, without its prefix.
+  /// Returns the name of an element that was opened or closed, without its prefix.
   std::string_view name() const noexcept { return name_; }
-  /// Of an element that was opened: its attribute of that name, without a prefix.
+  /// Returns the attribute of that name, without a prefix, of an element that was opened.
   std::optional<std::string> Attribute(std::string_view name) const;
-  /// The same of an attribute by its name as it stands there, with its prefix.
+  /// Returns the attribute of that name as written, with its prefix.
   std::optional<std::string> AttributeAsWritten(std::string_view name) const;
-  /// Of a text, as it stands there.
+  /// Returns a text, as written.
   std::string_view text() const noexcept { return text_; }
-  /// Whether the element that was opened has nothing in it: `<a/>`. No kClose follows.
+  /// Tells whether the element that was opened is empty: `<a/>`. No kClose follows.
   bool empty() const noexcept { return empty_; }
 
  private:

@@ -15,7 +15,7 @@ constexpr std::size_t kLongestTail =
     66'000;  // the directory's end and the longest remark behind it
 constexpr std::size_t kMostDirectory = 16 << 20;
 
-/// Little-endian; 0 beyond the end.
+/// Reads a little-endian number; 0 beyond the end.
 std::uint32_t NumberAt(std::string_view bytes, std::size_t at, std::size_t size) {
   if (at + size > bytes.size()) return 0;
   std::uint32_t number = 0;
@@ -25,7 +25,7 @@ std::uint32_t NumberAt(std::string_view bytes, std::size_t at, std::size_t size)
   return number;
 }
 
-/// The beginning of what was deflated.
+/// Returns the beginning of deflated data.
 std::string Inflated(std::string packed, std::size_t most) {
   z_stream stream{};
   if (inflateInit2(&stream, -MAX_WBITS) != Z_OK) return {};
@@ -117,7 +117,7 @@ Result<std::string> ZipArchive::Read(std::string_view name, std::size_t most) co
   const std::string local = Bytes(entry->header, kLocal);
   const std::uint64_t begin =
       std::uint64_t{entry->header} + kLocal + NumberAt(local, 26, 2) + NumberAt(local, 28, 2);
-  // the beginning of what is packed unpacks to more than as many bytes, or is all
+  // the beginning of the packed data unpacks to more than `most` bytes, or is all of it
   std::string content =
       entry->method == 0
           ? Bytes(begin, std::min<std::size_t>(entry->packed, most))

@@ -12,19 +12,19 @@
 
 namespace tandem {
 
-/// The files in a ZIP archive, as 3MF files are. Reads what strangers wrote: called in the reading
-/// process.
+/// The files in a ZIP archive, such as a 3MF file. The file may come from an untrusted source:
+/// called in the reading process.
 class ZipArchive {
  public:
-  /// Nothing: it is no such archive, or its directory is damaged.
+  /// Opens an archive; nothing: it is no such archive, or its directory is damaged.
   static std::optional<ZipArchive> Open(const std::filesystem::path& file);
 
-  /// The name of the model that the archive says it begins with; of 3D/3dmodel.model, or of the
-  /// first file that ends in `.model`, where it does not say so; empty: there is none.
+  /// Returns the name of the archive's declared first model. If it declares none, returns
+  /// 3D/3dmodel.model, or the first file that ends in `.model`; empty: there is none.
   std::string Model() const;
-  /// The beginning of a file in it, of at most `most` bytes. An error's words go on behind the
-  /// name: there is none of that name, it is packed in a way that is not known, or all of it was
-  /// read and is not what was packed.
+  /// Returns the beginning of a file in it, of at most `most` bytes. An error's words continue the
+  /// name: there is no such file, its compression is unknown, or all of it was read and differs
+  /// from what was packed.
   Result<std::string> Read(std::string_view name, std::size_t most) const;
 
  private:
@@ -37,7 +37,7 @@ class ZipArchive {
     std::uint32_t header = 0;  // its place in the archive
   };
   explicit ZipArchive(RegularFile file) : file_(std::move(file)) {}
-  /// By the package's relations; empty: they do not say.
+  /// Returns the start by the package's relations; empty: they do not declare one.
   std::string StartOfRelations() const;
   std::string Bytes(std::uint64_t from, std::size_t size) const;
 
