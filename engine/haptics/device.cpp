@@ -6,7 +6,7 @@
 namespace tandem {
 namespace {
 
-// in all directions alike, so that the coupling's axes stay
+// scales all directions alike, so that the coupling's axes stay
 Mat3 Held(const Mat3& gain, double most) {
   const double largest = gain.diagonal().maxCoeff();
   return largest > most ? Mat3((most / largest) * gain) : gain;

@@ -12,8 +12,8 @@ MotorGuard::Options GuardOptions(const Device& driver, const DeviceLoop::Options
   MotorGuard::Options guard;
   guard.limits = SoundLimits(can.peak, options.users);
   guard.continuous = can.continuous;
-  // what has no motors is told the force all the same: a handle that a rate moves gives way to it, and
-  // would run ahead of the part where a user's low limit cut it off
+  // a device without motors gets the force too: a handle moved by a rate yields to it, and would
+  // run ahead of the part if a user's low limit cut it off
   if (can.freedoms_out == 0) {
     guard.limits = guard.continuous =
         SoundLimits({std::max(options.users.force, kUsersDefault.force),
@@ -33,8 +33,8 @@ void WaitForBell(void* of, std::uint32_t seen, std::int64_t until_ns) {
 
 std::int64_t DeviceLoop::PeriodOf(double rate_hz) noexcept {
   if (!(rate_hz > 0)) return kPeriodNs;
-  // whole periods of the frames, so that a tick's deadline is one of theirs; a little less than a
-  // whole number is one
+  // whole periods of the frames, so that a tick's deadline is also a frame's; slightly less than a
+  // whole number counts as one
   const double periods = std::ceil(1e9 / rate_hz / static_cast<double>(kPeriodNs) - 0.01);
   const auto most = static_cast<double>(MotorGuard::kMostPeriodNs / kPeriodNs);
   return static_cast<std::int64_t>(std::clamp(periods, 1.0, most)) * kPeriodNs;
@@ -92,7 +92,7 @@ bool DeviceLoop::TakeOrder() noexcept {
   if (!memory_->order.Read(order)) return false;
   answers_ = order.tick;
   order_.input_ns = order.tick == 0 ? -1 : order.input_ns;
-  // what claims to answer what has not been asked yet is not fresh for ever
+  // an order that claims to answer a future tick must not stay fresh for ever
   if (order.input_ns > tick_.input_ns) order_.input_ns = -1;
   for (int i = 0; i < 3; ++i) {
     order_.F_D_W.tau[i] = order.F_D_W[static_cast<std::size_t>(i)];
@@ -110,17 +110,17 @@ bool DeviceLoop::TakeOrder() noexcept {
 
 void DeviceLoop::Tick(const Circumstances& now) noexcept {
   ++tick_.tick;
-  // before the read: a driver that takes long to answer gives an old handle
+  // read before the handle: a driver that answers slowly gives an old handle
   tick_.input_ns = clock_->NowNs();
   const Anchor handle = driver_->Read();
   std::uint32_t seen = memory_->order_bell.rings();
   Say(handle);
 
-  const bool first = answers_ == 0;  // it answers a tick that nobody waited in
+  const bool first = answers_ == 0;  // it answers a tick for which no wait was made
   bool answered = TakeOrder();
-  // the bell may ring for an answer to an earlier tick: it is waited on for ours
+  // the bell may ring for an answer to an earlier tick: waits on for this one
   while (!answered) {
-    // nobody waits for what is too old to be used, or for a controller that has not begun
+    // does not wait for an order that is too old to be used, or for a controller that has not begun
     const std::int64_t until_ns =
         std::min(now.deadline_ns + kWaitNs, MotorGuard::ExpiryOf(order_.input_ns));
     if (clock_->NowNs() >= until_ns) break;
@@ -133,8 +133,8 @@ void DeviceLoop::Tick(const Circumstances& now) noexcept {
   input.now_ns = clock_->NowNs();
   input.p_WD = handle.X_WA.p;
   input.V_WD = handle.V_WA;
-  // trouble takes no force from what has no motors: nobody would be safer, and the handle would run
-  // ahead of the part until a person resumes
+  // trouble takes no force from a device without motors: that would make no person safer, and the
+  // handle would run ahead of the part until a person resumes
   input.failed = tick_.failed && has_motors_;
   input.stop_button = driver_->stop_button();
   input.ending = now.ending;

@@ -13,19 +13,20 @@ namespace tandem {
 /// Waits for the controller's answer: until the order's bell has rung since `seen`, or `until_ns`.
 using AnswerWait = void (*)(void* of, std::uint32_t seen, std::int64_t until_ns);
 
-/// What a person is told of a rate that `who` claims and that its loop does not follow; empty: it
-/// does, or is faster.
+/// Returns a text for a person on a rate that `who` claims and that its loop does not follow; empty
+/// if it does, or if the device is faster.
 std::string WhatRateBecame(const std::string& who, double rate_hz);
 
-/// The work of a device process: one tick reads the handle, tells the controller, waits a bounded
-/// while for its answer, and writes to the motor what the guard lets through. So the force that is
-/// computed from a tick's input is written in the same tick, and whatever becomes of the
-/// controller, the motor is served on time.
+/// The work of a device process. A tick reads the handle, informs the controller, waits a bounded
+/// time for its answer, and writes to the motor what the guard passes. So the force that is
+/// computed from a tick's input is written in the same tick. Whatever happens to the controller,
+/// the motor gets its force on time.
 class DeviceLoop {
  public:
-  static constexpr std::int64_t kPeriodNs = 1'000'000;  // of a device as fast as that, or faster
-  static constexpr std::int64_t kWaitNs = 900'000;   // for the answer, from the deadline on
-  static constexpr std::int64_t kSpinNs = 40'000;    // of that, without sleeping
+  /// Period of a device that is as fast as that, or faster.
+  static constexpr std::int64_t kPeriodNs = 1'000'000;
+  static constexpr std::int64_t kWaitNs = 900'000;   // wait for the answer, from the deadline on
+  static constexpr std::int64_t kSpinNs = 40'000;    // part of the wait without sleeping
   static constexpr std::uint64_t kTellEvery = 1024;  // ticks
 
   struct Options {
@@ -33,39 +34,39 @@ class DeviceLoop {
     bool passivity_control = false;
   };
 
-  /// `driver`, `memory` and `clock` outlive the loop.
+  /// `driver`, `memory` and `clock` must outlive the loop.
   DeviceLoop(Device& driver, DeviceMemory& memory, LoopClock& clock, const Options& options);
 
   struct Circumstances {
-    std::int64_t deadline_ns = 0;  // of this tick
-    bool ending = false;           // the process is to end
+    std::int64_t deadline_ns = 0;  // deadline of this tick
+    bool ending = false;           // the process is about to end
     bool slept = false;            // the machine slept
   };
   void Tick(const Circumstances& circumstances) noexcept;
 
-  /// For tests: waits in virtual time.
+  /// Replaces the wait, for tests in virtual time.
   void SetWait(AnswerWait wait, void* of) noexcept {
     wait_ = wait;
     wait_of_ = of;
   }
 
-  /// The period of a device with a loop of its own of `rate_hz`: as long, in whole milliseconds, at
-  /// most four, for an order is too old after five.
+  /// Returns the loop's period for a device with its own loop of `rate_hz`: as long, in whole
+  /// milliseconds, and at most four, because an order is too old after five.
   static std::int64_t PeriodOf(double rate_hz) noexcept;
   std::int64_t period_ns() const noexcept { return period_ns_; }
 
   const MotorGuard& guard() const noexcept { return guard_; }
-  /// Whether the motor has none.
+  /// Tells whether the motor has no force.
   bool at_rest() const noexcept { return given_.f.isZero() && given_.tau.isZero(); }
   DeviceTimes times() const noexcept;
-  /// Tells the controller the times so far.
+  /// Writes the times so far for the controller.
   void Tell() noexcept { memory_->times.Write(times()); }
 
  private:
   void Say(const Anchor& handle) noexcept;
-  /// Takes the newest order; whether it answers this tick.
+  /// Takes the newest order; returns whether it answers this tick.
   bool TakeOrder() noexcept;
-  /// Counts what a tick's order was; `first`: that is the first of all.
+  /// Counts a tick's order. `first`: it is the first of all.
   void Count(bool answered, bool first) noexcept;
 
   Device* driver_;
@@ -78,14 +79,14 @@ class DeviceLoop {
   void* wait_of_ = nullptr;
   DeviceTick tick_;
   MotorOrder order_;
-  std::uint64_t answers_ = 0;  // the tick that the newest order answers
+  std::uint64_t answers_ = 0;  // tick that the newest order answers
   bool started_ = false;
   Wrench given_;
   Histogram read_to_write_;
   std::uint64_t answered_ = 0;
   std::uint64_t unanswered_ = 0;
   std::uint64_t late_ = 0;
-  std::uint64_t counted_ = 0;  // the tick that the newest counted order answers
+  std::uint64_t counted_ = 0;  // tick that the newest counted order answers
   std::uint64_t missed_ = 0;
   std::int64_t last_deadline_ns_ = 0;
 };

@@ -12,7 +12,7 @@ Pose AsPose(const std::array<double, 7>& n) noexcept {
 }
 
 std::array<double, 16> AsNumbers(const DeviceCapabilities& of) noexcept {
-  // the bounds are told by their least and largest corner
+  // the bounds are stored by their least and greatest corner
   const Vec3& a = of.workspace.min;
   const Vec3& b = of.workspace.max;
   const double freedoms = of.freedoms_in + 10.0 * of.freedoms_out + (of.asks_us ? 100.0 : 0.0) +

@@ -9,7 +9,7 @@ namespace tandem {
 
 namespace {
 
-/// As much of it as is not longer than `most`.
+/// Returns `v`, shortened to `most`.
 Vec3 Shortened(const Vec3& v, double most) noexcept {
   const double length = v.norm();
   return length > most ? Vec3(v * (most / length)) : v;
@@ -23,7 +23,8 @@ void GoalDevice::See(const PartInHand& part) noexcept {
   TakeOrder(order);
   const int attached = part_.attached ? part_.wanted : -1;
   if (attached >= 0 && attached != attached_) {
-    // of one order the first part alone: what comes later, put into the hand by another, is taken
+    // keeps_way of an order holds for its first part only: a part that another program puts into
+    // the hand later counts as newly taken
     const bool to_go_back = order.keeps_way && order.grasp_seq != attached_seq_ &&
                             order.body == attached && way_.body() == attached;
     if (!to_go_back) way_.Begin(attached, part_.radius, part_.state.X_WB);
@@ -36,7 +37,7 @@ void GoalDevice::See(const PartInHand& part) noexcept {
   } else if (part_.wanted >= 0 && part_.wanted == order.body) {
     Grasp(order);
   } else if (part_.wanted >= 0) {
-    // taken by another than a host: as it stands
+    // taken by another program than a host: as it stands
     handle_ = {part_.state.X_WB, {}};
     asked_ = handle_.X_WA;
   }
@@ -100,7 +101,7 @@ Anchor GoalDevice::Read() noexcept {
 }
 
 void GoalDevice::Calm(const GoalLimits& limits) noexcept {
-  // no arm holds this handle: what the coupling's damper lacks, its velocity adds
+  // no arm holds this handle: its velocity adds what the coupling's damper lacks
   const double k = part_.gains.stiffness;
   const double damping = part_.gains.damping;
   if (!(k > 0) || !(damping > 0)) return;
@@ -119,7 +120,7 @@ Pose GoalDevice::Next(const GoalOrder& order) noexcept {
   const Pose& now = handle_.X_WA;
   if (way_.state() == WayBack::State::kUnderWay || way_.state() == WayBack::State::kArrived ||
       way_.state() == WayBack::State::kStuck || way_.state() == WayBack::State::kCut) {
-    // the hand stays where the way has brought it until the user says something new
+    // the hand stays where the way has brought it until the user gives a new order
     asked_ = way_.goal() * part_.X_BG;
     return asked_;
   }
@@ -149,7 +150,7 @@ Pose GoalDevice::WithinLead(const Pose& handle, const GoalLimits& limits) noexce
   if (!(k > 0)) return handle;
   const double most = limits.force / k;
   const double k_turn = part_.gains.rotation_stiffness.trace() / 3.0;
-  // the moment of that force at the radius of gyration
+  // moment of that force at the radius of gyration
   const double most_turn =
       k_turn > 0 ? std::min(kMostLeadAngle, most * std::sqrt(k / k_turn)) : kMostLeadAngle;
   const Vec3 lead = handle.p - part.p;

@@ -21,9 +21,9 @@ constexpr double kMostHandMass = 1e4;        // kg
 constexpr double kLeastInertia = 1e-12;      // kg m^2
 constexpr double kMostInertia = 1e4;         // kg m^2
 constexpr double kMostHandGain = 1e7;        // N/m, N s/m; of turns N m/rad, N m s/rad
-constexpr std::size_t kMostPushes = 10'000;  // each is looked at in each frame
+constexpr std::size_t kMostPushes = 10'000;  // each is evaluated in each frame
 
-// How far along a segment a minimum-jerk movement is, and how fast, at u in [0, 1] of its time.
+// Progress and rate of a minimum-jerk movement along a segment, at u in [0, 1] of its time.
 struct Progress {
   double share = 0;
   double rate = 0;  // per unit of u
@@ -139,7 +139,7 @@ Twist HandScript::IntendedTwistAt(double t) const noexcept {
   const double rate = MinimumJerk((t - from.t) / span).rate / span;
   Twist twist;
   twist.v = rate * (next->p_W - from.p_W);
-  // the turn is about one axis fixed in W, so its rotation vector grows along itself
+  // the rotation is about one axis fixed in W, so its rotation vector grows along itself
   twist.w = rate * RotationVector(next->q_W * from.q_W.conjugate());
   return twist;
 }

@@ -4,13 +4,13 @@
 
 namespace tandem {
 
-/// A user's input without force feedback, as of a SpaceMouse or a mouse (paper §6, §6.2): the
-/// handle is exactly where the script wants it, whatever pushes back. Such a user is otherwise like
-/// any: holds bodies, is felt by others, and its parts stay out of others. Its clock counts frames
-/// from Start().
+/// A user's input without force feedback, as from a SpaceMouse or a mouse (paper §6, §6.2). The
+/// handle is exactly at the script's target, whatever pushes back. Otherwise the user is like any
+/// other: holds bodies, is felt by others, and its parts stay out of others. Its clock counts
+/// frames from Start().
 class PassiveDevice : public Device {
  public:
-  /// `X_WB0`: first pose of the body it will hold. A script without waypoints stays there.
+  /// `X_WB0`: first pose of the body that it will hold. A script without waypoints stays there.
   PassiveDevice(HandScript script, const Pose& X_WB0);
 
   void Start() noexcept override { started_ = true; }

@@ -5,7 +5,7 @@
 namespace tandem {
 namespace {
 
-// what a ramp-in ends without a person's word
+// returns whether a ramp-in ends the state without a person's consent
 bool EndsByItself(SafetyState state) {
   return state == SafetyState::kOff || state == SafetyState::kExpired ||
          state == SafetyState::kOverrun || state == SafetyState::kSuspended;
@@ -17,7 +17,7 @@ ProcessDevice::ProcessDevice(DeviceMemory& memory) noexcept
     : memory_(&memory), capabilities_(AsCapabilities(memory.capabilities)),
       every_(static_cast<int>(std::clamp<std::int64_t>(memory.period_ns / kFrameNs, 1, 4))) {
   silent_ = kSilent * every_;
-  // the guard of the process knows the user's setting: ours is not to ask for more
+  // the guard of the process knows the user's setting: this device must not ask for more
   capabilities_.peak = {memory.limits[0], memory.limits[1]};
   handle_.X_WA = AsPose(memory.home);
 }
@@ -31,7 +31,8 @@ Anchor ProcessDevice::Read() noexcept {
   const std::uint64_t before = tick_.tick;
   const std::uint32_t rung = memory_->tick_bell.rings();
   bool fresh = memory_->tick.Read(tick_) && tick_.tick != before;
-  // a slow device has a tick in every second frame, say: the others go by the one before
+  // a slow device has a tick only in every second frame, for example: the other frames use the last
+  // one
   since_ = std::min(since_ + 1, every_);
   const bool due = since_ == every_;
   if (!fresh && due && silent_ < kSilent * every_) {

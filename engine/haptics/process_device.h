@@ -6,22 +6,22 @@
 
 namespace tandem {
 
-/// The controller's end of a device that a process of its own has in hand. Read() gives the newest
-/// tick, for which it waits a bounded while where the device's tick is due at the same time as
-/// ours; Render() publishes the order that answers it. Nothing here depends on the other process: a
-/// device that is silent leaves the handle where it was, at rest.
+/// The controller's end of a device that is in another process. Read() returns the newest tick. It
+/// waits a bounded time for it if the device's tick is due at the same time as the frame. Render()
+/// publishes the order that answers it. Nothing here depends on the other process: a silent device
+/// leaves the handle where it was, at rest.
 ///
-/// After a force was taken away by lateness, overrun or sleep, it asks for a ramp-in as soon as it
-/// has been in time for a while. After a fault a person has to: Resume().
+/// After lateness, overrun or sleep has taken the force away, it asks for a ramp-in when it has
+/// been in time for a while. After a fault a person must do so by Resume().
 class ProcessDevice : public Device {
  public:
-  static constexpr std::int64_t kWaitNs = 200'000;  // for a tick that is due now
-  static constexpr std::int64_t kSpinNs = 60'000;   // of that, without sleeping
+  static constexpr std::int64_t kWaitNs = 200'000;  // wait for a tick that is due
+  static constexpr std::int64_t kSpinNs = 60'000;   // part of the wait without sleeping
   static constexpr std::int64_t kFrameNs = 1'000'000;
-  static constexpr int kSilent = 5;                 // ticks that did not come: nobody waits then
-  static constexpr int kCalmFrames = 100;           // in time, before a ramp-in is asked for
+  static constexpr int kSilent = 5;                 // missed ticks after which it does not wait
+  static constexpr int kCalmFrames = 100;           // frames in time before it asks for a ramp-in
 
-  /// `memory`: ready, and outlives the device.
+  /// `memory` must be ready and outlive the device.
   explicit ProcessDevice(DeviceMemory& memory) noexcept;
 
   void Start() noexcept override;
@@ -36,7 +36,7 @@ class ProcessDevice : public Device {
     const bool silent = silent_ >= kSilent;
     return {silent ? SafetyState::kSilent : static_cast<SafetyState>(tick_.state), tick_.counts};
   }
-  /// Frames since the device last said something.
+  /// Returns the frames since the last report of the device.
   int silent_frames() const noexcept { return silent_; }
 
  private:
@@ -46,7 +46,7 @@ class ProcessDevice : public Device {
   DeviceOrder order_;
   Anchor handle_;
   int every_;  // frames from a tick of the device to its next
-  int since_ = 0;  // the last tick, frames
+  int since_ = 0;  // frames since the last tick
   int silent_ = kSilent;
   int calm_ = 0;
 };

@@ -7,14 +7,15 @@
 
 namespace tandem {
 
-/// Where a script wants the handle at time t (s, from 0), of a body that first stands at X_WB0.
+/// Returns the script's target of the handle at time t (s, from 0), for a body that first stands at
+/// X_WB0.
 Anchor IntendedHandle(const HandScript& script, const Pose& X_WB0, double t) noexcept;
 
 /// A hand that follows a script through its impedance, so that sessions run without hardware and
 /// the hand gives way as a real one does. Its clock counts frames from Start().
 class ScriptedDevice : public Device {
  public:
-  /// `X_WB0`: first pose of the body it will hold. A script without waypoints holds it there.
+  /// `X_WB0`: first pose of the body that it will hold. A script without waypoints holds it there.
   ScriptedDevice(HandScript script, const Pose& X_WB0);
 
   void Start() noexcept override { started_ = true; }
@@ -27,7 +28,7 @@ class ScriptedDevice : public Device {
  private:
   HandScript script_;
   Pose X_WB0_;
-  RigidState state_;  // of the handle
+  RigidState state_;  // state of the handle
   double time_ = 0;
   bool started_ = false;
 };

@@ -39,7 +39,7 @@ void WayBack::Drop() noexcept {
   end_ = top().first;
   --stretch_end_;
   --stretch_count_;
-  // what lies before is wholly forgotten where the way that is dropped had been cut, or began there
+  // the earlier stretches are wholly forgotten if the dropped way was cut, or began there
   if (end_ <= oldest_) {
     stretch_count_ = 0;
     end_ = oldest_;
@@ -56,7 +56,7 @@ void WayBack::SetOut(const Pose& X_WB) noexcept {
 
 void WayBack::Advance(const Pose& X_WB) noexcept {
   if (state_ != State::kUnderWay) return;
-  // so many frames at the least, for what is left of the way ahead may be shorter than a step
+  // waits that many frames at least, because the rest of the way may be shorter than a step
   if (++waited_ > kStuckFrames) state_ = State::kStuck;
   double left = kSpeed * kFrame;
   while (left > 0 && Travel(goal_, X_WB) < kLead) {
@@ -76,7 +76,7 @@ void WayBack::Advance(const Pose& X_WB) noexcept {
   }
   const bool at_beginning = end_ - 1 == first() && Travel(goal_, pose(end_ - 1)) < 1e-9;
   if (!at_beginning) return;
-  // what friction or weight keeps from settling is there too, after a while
+  // a part that friction or weight keeps from settling arrives after a while too
   const double left_m = Travel(goal_, X_WB);
   if (left_m < kSettled || (waited_ > kSettleFrames && left_m < kThere)) {
     state_ = cut() ? State::kCut : State::kArrived;

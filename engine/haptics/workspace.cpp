@@ -76,7 +76,7 @@ Anchor Workspace::Read() noexcept {
 
   const Quat& q_WV = order_.q_WV;
   if (order_.recentre > 0) {
-    // a little outwards with each bit of its way, so that the hand has to come in by as much
+    // a little outwards with each bit of its way, so that the hand must come in by as much
     const double way = (handle.X_WA.p - last_p_VD_).norm();
     const Vec3 out = (handle.X_WA.p - middle_) / radius_;
     const double share = std::min(1.0, out.norm());
@@ -98,7 +98,7 @@ void Workspace::Render(const Wrench& F_D_W) noexcept {
     device_->Render({});
     return;
   }
-  // a hand that lets the clutch go in contact is not hit by all of its force at once
+  // a hand that releases the clutch in contact does not get all of the force at once
   led_frames_ = std::min(led_frames_ + 1, kRampFrames);
   const double share = static_cast<double>(led_frames_) / kRampFrames;
   const Quat q_VW = order_.q_WV.conjugate();

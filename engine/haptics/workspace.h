@@ -9,22 +9,23 @@
 
 namespace tandem {
 
-/// How a user wants a small device to reach a large scene.
+/// A user's settings for reaching a large scene with a small device.
 struct WorkspaceOrder {
-  double scale = 1;              // metres in W a metre of the device; at first: Rescale()
-  Quat q_WV = Quat::Identity();  // the view: a device's axes are those of the user's picture
-  bool clutch = false;  // held, here or at the device: the handle moves, what it holds stays
-  std::uint32_t placements = 0;  // each puts the mapped handle to p_WD, which nobody holds yet
+  double scale = 1;  // initial metres in W per metre of the device; later set by Rescale()
+  Quat q_WV = Quat::Identity();  // view: a device's axes are those of the user's picture
+  bool clutch = false;  // held, here or at the device: the handle moves, and the part in hand stays
+  std::uint32_t placements = 0;  // each puts the mapped, empty handle to p_WD
   Vec3 p_WD = Vec3::Zero();      // m
   double recentre = 0;           // share of its own way by which a hand is led back, 0–0.3
 };
 
-/// What of an order is to be another; nothing: stays.
+/// Changes to an order; a field without value stays.
 struct WorkspaceChange {
   std::optional<Quat> q_WV{};
   std::optional<bool> clutch{};
   std::optional<double> recentre{};
-  std::optional<Vec3> p_WD{};  // where the empty hand is to take a part; while it has one: nothing
+  /// Place where the empty hand takes a part; ignored while it holds one.
+  std::optional<Vec3> p_WD{};
 
   void ApplyTo(WorkspaceOrder& order) const {
     if (q_WV) order.q_WV = *q_WV;
@@ -36,13 +37,18 @@ struct WorkspaceChange {
   }
 };
 
-/// A device whose handle is mapped into the scene: scaled, turned by the view, and let go of by a
-/// clutch, so that a hand goes on from where it is comfortable (indexing). A change of any of them
-/// leaves the mapped handle where it is. With `recentre` the mapped handle goes a little farther
-/// outwards with each bit of the hand's way, the more so the farther that is from the middle of the
-/// device: the hand comes back to the middle without noticing. A hand at rest is left alone.
-/// Before Start() it is as with the clutch: a handle that somebody moves while scenes load and
-/// partners are waited for moves nothing, and what is taken then does not jump after it.
+/// A device whose handle is mapped into the scene. It is scaled, turned by the view, and released
+/// by a clutch, so that a hand continues from a comfortable place (indexing). A change of any of
+/// these leaves the mapped handle where it is. With `recentre` the mapped handle goes a little
+/// farther outwards with each bit of the hand's way, the more so the farther the hand is from the
+/// middle of the device. So the hand comes back to the middle without noticing. A hand at rest is
+/// left alone. Before Start() the clutch counts as held: a handle that moves while scenes load and
+/// partners are awaited moves nothing, and a part taken at that time does not jump after it.
+///
+/// A newton on the part is a newton in the hand. So a spring of the scene feels `scale` times as
+/// stiff, and the gains that the device bears are smaller by that factor. The simulation follows
+/// the scaled handle: scale enters the limit on travel (paper §5), and a hand beyond that feels the
+/// virtual coupling.
 ///
 /// A newton on the part is a newton in the hand. So a spring of the scene is felt `scale` times as
 /// stiff, and the gains that the device bears are that much smaller. The scaled handle is what the
@@ -53,12 +59,13 @@ class Workspace : public Device {
   static constexpr double kLeastScale = 0.01;
   static constexpr double kMostScale = 100;
   static constexpr double kMostRecentre = 0.3;
-  static constexpr int kRampFrames = 100;  // of the force, once the clutch is let go of
+  /// Frames of the force's ramp, after the clutch is released.
+  static constexpr int kRampFrames = 100;
 
-  /// `device` outlives this. The handle is first mapped onto itself.
+  /// `device` must outlive this object. The handle is first mapped onto itself.
   explicit Workspace(Device& device, const WorkspaceOrder& order = {}) noexcept;
 
-  /// The newest order; written by one other thread.
+  /// Returns the buffer of the newest order, which one other thread writes.
   TripleBuffer<WorkspaceOrder>& orders() noexcept { return orders_; }
 
   void Start() noexcept override {
@@ -80,7 +87,7 @@ class Workspace : public Device {
  private:
   void Take(const WorkspaceOrder& order) noexcept;
   static double SoundScale(double scale) noexcept;
-  /// Goes on from where the mapped handle is.
+  /// Continues from where the mapped handle is.
   void Index(const Anchor& handle) noexcept;
 
   Device* device_;
@@ -91,10 +98,10 @@ class Workspace : public Device {
   bool holds_ = false;
   bool placed_ = false;
   bool started_ = false;
-  int led_frames_ = kRampFrames;  // since the clutch was let go of
-  Vec3 middle_ = Vec3::Zero();    // of the device's workspace
-  double radius_ = 0.1;           // m, of it
-  // where indexing last began: the device's handle, and the mapped one
+  int led_frames_ = kRampFrames;  // frames since the clutch was released
+  Vec3 middle_ = Vec3::Zero();    // middle of the device's workspace
+  double radius_ = 0.1;           // radius of the workspace, m
+  // at the last begin of indexing: the device's handle, and the mapped handle
   Pose X_VD0_;
   Pose X_WD0_;
   Anchor mapped_;
