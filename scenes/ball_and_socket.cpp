@@ -3,8 +3,8 @@
 #include "scenes/generated_scene.h"
 #include "scenes/shapes.h"
 
-// A ball of 25 mm across and a half cup that fits it without clearance: a joint held together by
-// its users' hands and by nothing else. 2,048 triangles and 1,024 + 1,024 + 128.
+// A ball 25 mm across and a half cup that fits it without clearance: a joint that only its users'
+// hands hold together. It has 2,048 triangles and 1,024 + 1,024 + 128.
 namespace tandem {
 namespace {
 

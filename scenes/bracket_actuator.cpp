@@ -20,9 +20,9 @@
 //    actuator a quarter turn about its own axis, so that they lie along it, and then to slide it
 //    up.
 //
-// The hand means to go up before the ears have come round (through the web, which the ears slide
-// along meanwhile), and then up and to one side (through the slot's wall, which the barrel slides
-// along). Nothing there can trap the part: all that touches is frictionless, and while it touches
+// The hand's intent is to go up before the ears have come round (through the web, along which the
+// ears slide meanwhile). Then it is up and to one side (through the slot's wall, along which the
+// barrel slides). Nothing there can trap the part: all contact is frictionless, and during contact
 // the hand's next aim is always farther along the free way. Flat faces that guide lie half way
 // between the planes of a 1 mm grid, so that rounding never moves one to another voxel.
 namespace tandem {
@@ -33,7 +33,7 @@ constexpr double kLength = 699;
 constexpr double kWidth = 219;
 constexpr double kBaseBottom = 0.5;
 constexpr double kBaseTop = 12.5;
-constexpr double kSeam = 0.3;  // between bodies that touch
+constexpr double kSeam = 0.3;  // gap between bodies that touch
 constexpr double kWebBottom = 138.5;
 constexpr double kWebTop = 150.5;
 constexpr double kWebHalfX = 112.5;
@@ -72,7 +72,7 @@ TriangleMesh Bracket() {
   const double y = 0.5 * kWidth;
   bracket.Add(Box({-x, -y, kBaseBottom}, {x, y, kBaseTop}));
 
-  // the web, and what it stands on
+  // the web, and its supports
   const Outline web = {{{kWebHalfX, kWebHalfY}, 0},
                        {{-kWebHalfX, kWebHalfY}, 0},
                        {{-kWebHalfX, -kWebHalfY}, 0},

@@ -7,8 +7,8 @@
 
 namespace tandem {
 
-/// How far a moving mesh stands from a fixed one, by samples of its surface. Any unit of length;
-/// all in one frame, in which the moving mesh stands at first.
+/// Measures the distance of a moving mesh from a fixed one, by samples of its surface. Any unit of
+/// length; all in one frame, in which the moving mesh has its first pose.
 class Clearance {
  public:
   /// Samples are at most `spacing` apart. Of the fixed mesh only triangles that come near `where`
@@ -16,8 +16,8 @@ class Clearance {
   Clearance(const TriangleMesh& fixed, const Bounds& where, const TriangleMesh& moving,
             double spacing);
 
-  /// The least distance from a sample to a triangle with the moving mesh at X, or `cut_off` if none
-  /// is nearer. Between samples it can be less, by no more than half the spacing.
+  /// Returns the least distance from a sample to a triangle with the moving mesh at X, or `cut_off`
+  /// if none is nearer. Between samples the distance can be less by at most half the spacing.
   double At(const Pose& X, double cut_off) const;
 
  private:

@@ -27,7 +27,8 @@ namespace tandem {
 namespace {
 
 const Vec3 kCell(310, 310, 300);
-constexpr double kMargin = 6;  // of a part from its cell's walls: neighbours are 12 mm apart
+/// Distance of a part from its cell's walls: neighbours are 12 mm apart.
+constexpr double kMargin = 6;
 constexpr int kNestCells = 4;  // along x
 
 using Place = std::array<int, 3>;
@@ -86,7 +87,7 @@ class Bay {
   }
   void Take(const Place& at) { taken_[IndexOf(at)] = true; }
 
-  /// A cell's lowest corner; the nest's cells lie about the origin.
+  /// Returns a cell's lowest corner; the nest's cells lie about the origin.
   Vec3 Corner(const Place& at) const {
     const Vec3 steps(at[0] - nest_[0] - 0.5 * kNestCells, at[1] - nest_[1] - 0.5,
                      at[2] - nest_[2] - 0.5);
@@ -100,7 +101,7 @@ class Bay {
     return at;
   }
 
-  /// The free cells from `at` along an axis, at most so many, none when `at` is taken.
+  /// Returns the free cells from `at` along an axis, at most `most`, none when `at` is taken.
   std::vector<Place> FreeRow(Place at, std::size_t axis, int step, int most) const {
     std::vector<Place> row;
     for (int k = 0; k < most && !Taken(at); ++k) {

@@ -27,7 +27,7 @@ constexpr double kBarrelLeft = -370;
 constexpr double kBarrelRight = -10;
 constexpr double kFlangeRadius = 57;
 constexpr double kFlangeThickness = 18;
-constexpr double kTieCircle = 62.5;  // from the axis: a seam outside the fins
+constexpr double kTieCircle = 62.5;  // distance from the axis: a seam outside the fins
 constexpr double kTieRadius = 4;
 constexpr double kRodRadius = 14;
 constexpr double kEyeCentre = 408;
@@ -51,7 +51,7 @@ TriangleMesh AboutX(const TriangleMesh& mesh, double angle) {
   return Turned(mesh, RotationBy(Vec3(angle, 0, 0)));
 }
 
-/// How many sides a round part has at that fineness: a multiple of 8.
+/// Returns the number of sides of a round part at that fineness: a multiple of 8.
 int SidesAt(double fineness, int sides) {
   return 8 * static_cast<int>(std::lround(fineness * sides / 8));
 }
@@ -70,7 +70,8 @@ TriangleMesh Barrel(double fineness) {
   return AlongX(Revolved(profile, SidesAt(fineness, 96)));
 }
 
-/// A flange round the barrel with the ends of the tie rods: threads, nuts and washers, towards -x.
+/// Returns a flange round the barrel with the ends of the tie rods: threads, nuts and washers,
+/// towards -x.
 TriangleMesh Flange(double fineness) {
   const Outline lobes = {{{0, 0}, kFlangeRadius},
                          {{kTieCircle, 0}, 8},
@@ -138,7 +139,8 @@ TriangleMesh Clevis(double fineness) {
   return Moved(clevis, {kClevisPin, 0, 0});
 }
 
-/// A block with bolts that stands on the upper tie rod, and a hydraulic port on either side.
+/// Returns a block with bolts that stands on the upper tie rod, and a hydraulic port on either
+/// side.
 TriangleMesh Valves(double fineness) {
   const double middle = 0.5 * (kValvesLeft + kValvesRight);
   TriangleMesh valves = Box({kValvesLeft, -kValvesHalf, kTieCircle + kTieRadius + kSeam},
@@ -183,7 +185,7 @@ TriangleMesh ClutterActuator(const ActuatorShape& shape) {
 
 TriangleMesh ClutterNest(const NestShape& shape) {
   TriangleMesh nest;
-  const double hoses = shape.clear_walls ? 130 : 108;  // from the middle plane
+  const double hoses = shape.clear_walls ? 130 : 108;  // distance from the middle plane
   RackShape rack;
   rack.length = 880;
   rack.width = 26;

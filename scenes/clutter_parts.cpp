@@ -264,7 +264,7 @@ TriangleMesh Beam(double length, double height, double width, Dice& dice) {
   const double w = 0.5 * width;
   const double flange = 0.1 * height;
   const double web = 0.06 * width;
-  // drawn out along z, which AlongX() turns to x
+  // extruded along z, which AlongX() turns to x
   TriangleMesh beam = AlongX(Prism({{-w, -h},
                                     {w, -h},
                                     {w, -h + flange},

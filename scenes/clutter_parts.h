@@ -5,15 +5,16 @@
 
 namespace tandem {
 
-/// A machine part by chance: flanged pipe, gear train, ribbed housing, bracket, perforated plates,
-/// spring strut, cylinder, bolt and nut, ball bearing, tank, rack and pinion, bundle of hoses.
-/// About the origin and about 250 mm long; its bodies do not overlap.
+/// Returns a random machine part: flanged pipe, gear train, ribbed housing, bracket, perforated
+/// plates, spring strut, cylinder, bolt and nut, ball bearing, tank, rack and pinion, bundle of
+/// hoses. It is about the origin and about 250 mm long; its bodies do not overlap.
 TriangleMesh PartByChance(Dice& dice);
 
-/// A beam of I section along x from 0 to `length` about the axis, with ribs and rows of bolts (mm).
+/// Returns a beam of I section along x from 0 to `length` about the axis, with ribs and rows of
+/// bolts (mm).
 TriangleMesh Beam(double length, double height, double width, Dice& dice);
 
-/// A pipe along that curve with flanges every few points where it runs straight (mm).
+/// Returns a pipe along that curve with flanges every few points where it runs straight (mm).
 TriangleMesh PipeRun(const std::vector<Vec3>& points, double radius, Dice& dice);
 
 }  // namespace tandem

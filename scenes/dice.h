@@ -4,8 +4,8 @@
 
 namespace tandem {
 
-/// Numbers by chance, the same ones on every machine for the same seed (splitmix64). Two that are
-/// arguments of one call come in an order that compilers choose; in braces they come as written.
+/// Draws random numbers, the same ones on every machine for the same seed (splitmix64). Compilers
+/// choose the order of two that are arguments of one call; in braces they come as written.
 class Dice {
  public:
   explicit Dice(std::uint64_t seed) : state_(seed) {}
@@ -17,11 +17,11 @@ class Dice {
     z = (z ^ (z >> 27U)) * 0x94d049bb133111ebULL;
     return z ^ (z >> 31U);
   }
-  /// Evenly from [low, high).
+  /// Returns a number evenly from [low, high).
   double Between(double low, double high) {
     return low + (high - low) * static_cast<double>(Next() >> 11U) * 0x1p-53;
   }
-  /// Evenly from low, low + 1, … high.
+  /// Returns a number evenly from low, low + 1, … high.
   int Whole(int low, int high) {
     return low + static_cast<int>(Next() % static_cast<std::uint64_t>(high - low + 1));
   }

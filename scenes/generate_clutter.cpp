@@ -14,7 +14,7 @@ std::optional<Error> WritePosesOf(const PosedPair& pair, const std::filesystem::
   return WritePoses(pair, SeededPoses(pair, kPosesOfEachKind), file);
 }
 
-/// The bracket's scene has several fixed meshes; other engines get them as one.
+/// Writes the bracket's poses. Its scene has several fixed meshes; other engines get them as one.
 std::optional<Error> WriteBracketPoses(const std::filesystem::path& folder) {
   const GeneratedScene scene = BracketActuator();
   GeneratedScene merged{"bracket_actuator", {{"bracket_actuator_fixed.stl", {}}}, {}};
@@ -54,8 +54,8 @@ std::optional<Error> Generate(const std::filesystem::path& folder) {
 }  // namespace
 }  // namespace tandem
 
-// generate_clutter FOLDER: writes what clutter.json in FOLDER names, and for the comparisons with
-// other engines the poses of this scene and of the bracket's.
+// generate_clutter FOLDER: writes the files that clutter.json in FOLDER names. For the comparisons
+// with other engines it also writes the poses of this scene and of the bracket's.
 int main(int argc, char** argv) {
   if (argc != 2) {
     std::fprintf(stderr, "usage: generate_clutter FOLDER\n");

@@ -3,7 +3,7 @@
 #include "scenes/clutter.h"
 #include "scenes/landing_gear.h"
 
-// generate_landing_gear FOLDER: writes what landing_gear.json in FOLDER names.
+// generate_landing_gear FOLDER: writes the files that landing_gear.json in FOLDER names.
 int main(int argc, char** argv) {
   if (argc != 2) {
     std::fprintf(stderr, "usage: generate_landing_gear FOLDER\n");

@@ -2,7 +2,7 @@
 
 #include "scenes/generated_scene.h"
 
-// generate_scenes FOLDER: writes what the scene files in FOLDER name.
+// generate_scenes FOLDER: writes the files that the scene files in FOLDER name.
 int main(int argc, char** argv) {
   if (argc != 2) {
     std::fprintf(stderr, "usage: generate_scenes FOLDER\n");

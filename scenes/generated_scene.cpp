@@ -21,7 +21,7 @@ std::string BinaryStl(const TriangleMesh& mesh) {
   const auto count = static_cast<std::uint32_t>(mesh.triangles.size());
   AppendBytes(bytes, &count, sizeof count);
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    // a corner shared by triangles is rounded the same way in each, so readers weld it again
+    // a corner that triangles share is rounded the same way in each, so readers weld it again
     std::array<Eigen::Vector3f, 4> normal_and_corners;
     for (std::size_t k = 0; k < 3; ++k) {
       normal_and_corners[k + 1] = mesh.corner(t, k).cast<float>();

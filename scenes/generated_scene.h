@@ -11,7 +11,7 @@
 
 namespace tandem {
 
-/// What a scene's file names and its generator makes: shapes and the hands that work on them, so
+/// The generated parts of a scene that its file names: shapes and the hands that work on them, so
 /// that both come from the same constants.
 struct GeneratedScene {
   struct Mesh {
@@ -31,18 +31,18 @@ GeneratedScene PegInSlot();
 GeneratedScene BallAndSocket();
 GeneratedScene BracketActuator();
 GeneratedScene NutAndBolt();
-/// The parts of the stability lab's scenes, which stand in a folder of their own.
+/// Returns the parts of the stability lab's scenes, which stand in a separate folder.
 GeneratedScene StabilityParts();
 GeneratedScene PressBlocks();
 
 std::vector<GeneratedScene> GeneratedScenes();
 
-/// Writes the scene's meshes (binary STL, mm) and hand files into the folder, always the same
-/// bytes.
+/// Writes the scene's meshes (binary STL, mm) and hand files into the folder. The bytes are always
+/// the same.
 std::optional<Error> WriteScene(const GeneratedScene& scene, const std::filesystem::path& folder);
 
-/// The second hand on the same body: it means the same, but is slower by `pace` and off by
-/// `offset_W` (m) on the way, and takes hold elsewhere; where it starts and ends is the same.
+/// Returns the second hand on the same body. It has the same intent, but is slower by `pace` and
+/// off by `offset_W` (m) on the way, and takes hold at another place. Start and end are the same.
 HandScript SecondHand(const HandScript& script, double pace, const Vec3& offset_W,
                       const Pose& X_BD);
 

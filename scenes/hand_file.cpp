@@ -9,7 +9,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// to a micrometre and a microradian, so that the file can be read by people too
+// rounds to a micrometre and a microradian, so that people can read the file too
 double Rounded(double value) {
   return std::round(value * 1e6) / 1e6 + 0.0;
 }

@@ -6,8 +6,8 @@
 
 namespace tandem {
 
-/// What LoadHandScript() reads as that script: its lengths to a micrometre, its turns to a
-/// microradian.
+/// Returns the text that LoadHandScript() reads as that script: its lengths to a micrometre, its
+/// rotations to a microradian.
 std::string HandFile(const HandScript& script);
 
 }  // namespace tandem

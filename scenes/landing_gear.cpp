@@ -31,8 +31,8 @@ const Vec3 kNest(1000, 0, 2900);  // the actuator over the ground, under the str
 constexpr double kRearStop = -570;  // from the actuator's middle
 constexpr double kKeeper = 64;      // its underside, over the actuator's axis
 
-constexpr double kPorts = -195;  // x, of the middle between them
-constexpr double kHook = 110;    // underside of what holds them down
+constexpr double kPorts = -195;  // x of the middle between them
+constexpr double kHook = 110;    // underside of the hook that holds them down
 constexpr double kWallTop = 65;
 
 constexpr double kAxleHeight = 625;
@@ -46,13 +46,13 @@ constexpr double kFittingRadius = 200;
 constexpr double kTrunnionHeight = 4150;
 constexpr double kDoorBottom = 1400;
 constexpr double kDoorTop = 4500;
-constexpr double kDoorSkin = 880;  // from the middle plane, the inner skin's inner face
+constexpr double kDoorSkin = 880;  // distance from the middle plane to the inner skin's inner face
 constexpr double kSkinThickness = 4;
 constexpr double kBayHalfLength = 2050;
-constexpr double kEquipment = 675;  // from the middle plane, of the equipment's middle
+constexpr double kEquipment = 675;  // distance of the equipment's middle from the middle plane
 constexpr double kEquipmentCell = 310;
 
-/// Moved to stand on `from` with its z axis towards `to`.
+/// Returns the mesh moved to stand on `from` with its z axis towards `to`.
 TriangleMesh Towards(const TriangleMesh& mesh, const Vec3& from, const Vec3& to) {
   const Quat along = Quat::FromTwoVectors(Vec3::UnitZ(), (to - from).normalized());
   return Moved(Turned(mesh, along), from);
@@ -99,7 +99,7 @@ TriangleMesh Tyre() {
   return RevolvedRing(profile, 240);
 }
 
-/// A wheel about z, its brake at positive z.
+/// Returns a wheel about z, its brake at positive z.
 TriangleMesh Wheel() {
   TriangleMesh wheel = Tyre();
   // rim, web with bolts, hub
@@ -118,7 +118,7 @@ TriangleMesh Wheel() {
   return wheel;
 }
 
-/// A bar with an eye at each end, from z = 0 to `length`; its eyes' pins lie along y.
+/// Returns a bar with an eye at each end, from z = 0 to `length`; its eyes' pins lie along y.
 TriangleMesh Link(double length, double radius, double eye) {
   TriangleMesh link = Tube(0.75 * radius, radius, eye + kSeam, length - eye - kSeam, 72);
   for (const double at : {0.0, length}) {
@@ -159,7 +159,7 @@ class Builder {
   }
 
  private:
-  /// Places of `mesh` are over the ground.
+  /// Adds a part. Places of `mesh` are over the ground.
   void Add(const TriangleMesh& mesh) { parts_.push_back(Moved(mesh, -kNest)); }
 
   void AddNest() {
@@ -167,7 +167,7 @@ class Builder {
     // the keeper over the rod's eye, on a post that stands on the forward stop
     parts_.push_back(Box({475, -15, 40 + kSeam}, {500, 15, kKeeper - kSeam}));
     parts_.push_back(Box({380, -15, kKeeper}, {500, 15, kKeeper + 17}));
-    // and one over each port of the valves, on a post that stands on the wall
+    // a hook over each port of the valves, on a post that stands on the wall
     for (const double side : {-1.0, 1.0}) {
       const double port = kPorts + 22 * side;
       const auto beside = [side](double x, double y, double z) {
@@ -319,7 +319,7 @@ class Builder {
     AddLinesAcross();
   }
 
-  /// Two across the way out of the actuator, which must pass between.
+  /// Adds two lines across the way out of the actuator, which must pass between them.
   void AddLinesAcross() {
     const Vec3 forward = kNest + Vec3(780, 0, 0);
     for (const double height : {350.0, 605.0}) {
@@ -405,7 +405,7 @@ HandScript Mechanic() {
   return script;
 }
 
-/// The same without the way back from under the keeper.
+/// Returns the same script without the way back from under the keeper.
 HandScript HastyMechanic() {
   HandScript script = Mechanic();
   for (Waypoint& at : script.waypoints) at.p_W.x() = std::max(at.p_W.x(), 0.0);

@@ -15,15 +15,15 @@ namespace tandem {
 
 enum class LandingGearParts {
   kAll,
-  kNest  // what the actuator meets on its way out: its nest, and the two lines
+  kNest  // the parts that the actuator meets on its way out: its nest, and the two lines
 };
 
-/// The fixed parts, each by itself, where it stands.
+/// Returns the fixed parts, each separate, where it stands.
 std::vector<TriangleMesh> MakeLandingGear(LandingGearParts parts);
 
-/// The parts as one fixed mesh, `landing_gear_fixed.stl`, and the actuator,
-/// `landing_gear_actuator.stl`, with two hands that take it out, and one,
-/// `landing_gear_hasty.json`, that lifts it without sliding it back first.
+/// Makes the scene of the parts as one fixed mesh, `landing_gear_fixed.stl`, and the actuator,
+/// `landing_gear_actuator.stl`. Two hands take it out. A third, `landing_gear_hasty.json`, lifts it
+/// without sliding it back first.
 GeneratedScene LandingGear(const std::vector<TriangleMesh>& parts);
 
 }  // namespace tandem

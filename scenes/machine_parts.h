@@ -10,8 +10,8 @@ namespace tandem {
 // Parts that machines are made of, closed and turned outward like all solids of scenes/shapes.h.
 // Any unit of length.
 
-/// Between bodies that touch (mm): wide enough to stay apart in single precision, and nothing to a
-/// voxel.
+/// Gap between bodies that touch (mm): wide enough to stay apart in single precision, and far below
+/// a voxel.
 inline constexpr double kSeam = 0.3;
 
 TriangleMesh Turned(const TriangleMesh& mesh, const Quat& by);

@@ -84,8 +84,8 @@ TriangleMesh Nut() {
                   {Circle(foot, top, kSides), Hexagon(top)}, SkinEnds::kJoined);
 }
 
-// The hand screws the nut on by a turn and presses it down, farther than the thread lets it come,
-// screws it off again, pulling, and lifts it away.
+// Returns a hand that screws the nut on by a turn and presses it down, farther than the thread lets
+// it come. Then it screws it off again, pulling, and lifts it away.
 HandScript NutHand() {
   constexpr double kMm = 1e-3;
   constexpr double kPress = 4;

@@ -29,7 +29,7 @@ constexpr double kChamfer = 6;
 constexpr double kPegHalf = 9;  // along x and z
 constexpr double kPegHalfDepth = 15;
 constexpr double kPegRound = 1;
-constexpr double kPegX = 26.5;  // its centre at first: 7 mm of clearance left, above and below
+constexpr double kPegX = 26.5;  // its first centre: 7 mm of clearance left, above and below
 constexpr double kPegZ = 26.5;
 
 constexpr double kPegTravel = 100;  // up: 46 mm are needed to leave the block's box

@@ -22,13 +22,13 @@ Vec3 WayByChance(Dice& dice) {
   }
 }
 
-/// Moves along `way` until the distance is `target`, never past it; nothing when nothing comes
-/// near within reach, or only ever slides along.
+/// Moves along `way` until the distance is `target`, never past it. Returns nothing if nothing
+/// comes near within reach, or the mesh only slides along.
 std::optional<Pose> Approach(const Clearance& clearance, Pose X, const Vec3& way, double target) {
   const Vec3 start = X.p;
   for (int step = 0; step < 40 && (X.p - start).norm() < kReach; ++step) {
     const double distance = clearance.At(X, kReach);
-    if (distance < target) return std::nullopt;  // turned too near to begin with
+    if (distance < target) return std::nullopt;  // turned too near from the start
     if (distance < target + 0.01) return X;
     X.p += (distance - target) * way;
   }
@@ -40,7 +40,7 @@ struct Kind {
   double least;  // voxels
   double most;
   double turn;    // degrees
-  double spread;  // of the pair's
+  double spread;  // share of the pair's spread
 };
 
 }  // namespace

@@ -67,7 +67,7 @@ std::vector<TriangleMesh::Triangle> Triangulated(const std::vector<Vec2>& polygo
   return triangles;
 }
 
-// Catmull-Rom: through p1 at u = 0 and p2 at u = 1.
+// Returns the Catmull-Rom point: p1 at u = 0 and p2 at u = 1.
 Vec3 Through(const Vec3& p0, const Vec3& p1, const Vec3& p2, const Vec3& p3, double u) {
   const Vec3 a = 2 * p1;
   const Vec3 b = p2 - p0;
@@ -178,7 +178,7 @@ TriangleMesh Hose(const std::vector<Vec3>& points, double radius, double ripple,
   }
   curve.push_back(points.back());
 
-  // a frame carried along the curve with no twist of its own
+  // a frame carried along the curve without twist
   std::vector<Loop> loops;
   Vec3 tangent = (curve[1] - curve[0]).normalized();
   Vec3 side = tangent.unitOrthogonal();
@@ -239,7 +239,7 @@ TriangleMesh Plate(const Outline& outline, const Outline& hole, double bottom, d
     const double near = Reach(hole, angle);
     const double far = Reach(outline, angle);
     Loop loop;
-    // a corner of the profile, from where its arc starts to where it ends
+    // a corner of the profile, from the start of its arc to its end
     const auto corner = [&](double r, double z, double round, double inward, double down, bool up) {
       if (round <= 0) {
         loop.emplace_back(r * std::cos(angle), r * std::sin(angle), z);
@@ -357,7 +357,7 @@ TriangleMesh HalfCup(double inner_radius, double outer_radius, int levels) {
   for (TriangleMesh::Triangle& t : inside.triangles) std::swap(t[1], t[2]);
   Append(cup, inside);
 
-  // the rims have equally many vertices in the same order of making, so they pair off by number
+  // the rims have equally many vertices, created in the same order, so they pair off by number
   std::map<double, std::uint32_t> rim;  // by angle
   for (std::size_t v = 0; v < offset; ++v) {
     const Vec3& p = cup.vertices[v];

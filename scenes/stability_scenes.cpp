@@ -3,9 +3,9 @@
 #include "scenes/generated_scene.h"
 #include "scenes/shapes.h"
 
-// What the stability lab's users hold and what is in its way: hands knock and pull along x.
+// What the users of the stability lab hold and meet; hands knock and pull along x.
 //
-//    free   a cube of 40 mm that nothing is near
+//    free   a cube of 40 mm in free space
 //    wall   the cube, and a wall 2 mm to its right
 //    slot   the cube in a slot 6 mm wider, turned by 20 degrees, so that it strikes both its sides
 //           and its end
@@ -17,15 +17,16 @@ namespace {
 constexpr double kCubeHalf = 20;
 constexpr double kToWall = 2;
 constexpr double kThick = 8;
-constexpr double kWide = 60;  // half of the wall's width
+constexpr double kWide = 60;  // half the wall's width
 constexpr double kSlotGap = 3;
-constexpr double kSlotEnd = 6;  // from the cube to the slot's end
+constexpr double kSlotEnd = 6;  // distance from the cube to the slot's end
 constexpr double kSlotTurn = 20 * M_PI / 180;
 constexpr double kLabBallRadius = 12;
 constexpr double kBallGap = 10;
 constexpr double kSocketThick = 6;
-constexpr double kSocketUpper = 35 * M_PI / 180;  // above the equator, where the socket ends
-constexpr double kSocketLower = 65 * M_PI / 180;  // and below: it is open at the bottom
+/// Angle above the equator at which the socket ends.
+constexpr double kSocketUpper = 35 * M_PI / 180;
+constexpr double kSocketLower = 65 * M_PI / 180;  // the same below: it is open at the bottom
 constexpr int kSocketSteps = 16;
 constexpr int kSocketSides = 64;
 constexpr int kBallLevels = 3;

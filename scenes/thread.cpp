@@ -12,10 +12,10 @@
 namespace tandem {
 namespace {
 
-constexpr std::size_t kRows = 4;  // of vertices, that the section of a ridge has
+constexpr std::size_t kRows = 4;  // rows of vertices of a ridge's section
 constexpr double kRise = 0.5;     // turns
 
-// How high the ridge is at that turn, as a share.
+// Returns the height of the ridge at that turn, as a share.
 double Height(const Thread& thread, double turn) {
   return std::clamp(std::min(turn - 1, thread.turns - 1 - turn) / kRise, 0.0, 1.0);
 }
@@ -25,7 +25,7 @@ class Surface {
  public:
   explicit Surface(std::size_t sides) : sides_(sides) {}
 
-  /// The number of a loop's first vertex.
+  /// Returns the number of a loop's first vertex.
   std::size_t Add(const Loop& loop) {
     TANDEM_CHECK(loop.size() == sides_);
     const std::size_t first = mesh_.vertices.size();
@@ -36,7 +36,7 @@ class Surface {
     mesh_.triangles.push_back({static_cast<std::uint32_t>(a), static_cast<std::uint32_t>(b),
                                static_cast<std::uint32_t>(c)});
   }
-  /// Between the points i and i + 1 of a lower loop and of an upper one.
+  /// Adds the quad between the points i and i + 1 of a lower loop and of an upper one.
   void Quad(std::size_t lower, std::size_t upper, std::size_t i) {
     const std::size_t j = (i + 1) % sides_;
     Triangle(lower + i, lower + j, upper + j);
