@@ -56,7 +56,7 @@ class ArrayPlaces {
 
   explicit ArrayPlaces(std::uint64_t header_bytes) : end_(header_bytes) {}
 
-  /// Returns the place of the next array, in bytes from the block's begin.
+  /// Returns the place of the next array, in bytes from the block's start.
   std::uint64_t Add(std::uint64_t count, std::uint64_t element_bytes) {
     const std::uint64_t place = (end_ + kLine - 1) / kLine * kLine;
     const bool fits = place <= kMostBytes && count <= (kMostBytes - place) / element_bytes;

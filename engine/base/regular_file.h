@@ -54,7 +54,7 @@ class LineReader {
   std::size_t longest_;
   std::uintmax_t at_ = 0;  // place in the file behind block_
   std::string block_;      // read, and not yet taken
-  std::size_t begin_ = 0;  // begin of what is not yet taken
+  std::size_t begin_ = 0;  // start of what is not yet taken
   bool ended_ = true;
   bool too_long_ = false;
 };

@@ -70,7 +70,7 @@ struct FieldBrick {
   std::uint8_t bits : 4 = 0;             // bits of a step
   std::uint8_t over_of_lists : 4 = 0;    // OverOfLists()
   std::uint8_t flags = 0;
-  std::uint32_t steps = 0;  // place of the first step, bytes from the pool's begin
+  std::uint32_t steps = 0;  // place of the first step, bytes from the pool's start
 
   float Step() const noexcept { return (flags & kLargeSteps) != 0 ? 2 * kStep : kStep; }
   float Plane(float x, float y, float z) const noexcept {

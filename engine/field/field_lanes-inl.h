@@ -171,7 +171,7 @@ HWY_INLINE void Unpack(std::size_t at, FieldLanes& lanes) {
     hn::StoreU(hn::Add(brick.steps, hn::ShiftRight<3>(bit[row])), i, &lanes.byte[row][at]);
   }
   // a brick with lists has their cells before its steps, with z = 0 and 1 in the first word; other
-  // bricks read the pool's begin
+  // bricks read the pool's start
   const auto has_lists =
       hn::Ne(hn::And(brick.flags, hn::Set(i, FieldBrick::kHasLists)), hn::Zero(i));
   const Ints upper = hn::ShiftLeft<2>(hn::ShiftRight<1>(in_brick.z));

@@ -95,7 +95,7 @@ void CountEdgesOfVertex(std::span<std::uint64_t> uses, MeshDiagnosis& diagnosis)
 /// a large mesh at once takes several times as long.
 void CountEdges(const TriangleMesh& mesh, MeshDiagnosis& diagnosis) {
   const std::size_t vertices = mesh.vertices.size();
-  // by vertex: begin of its uses; one place further on during the count
+  // by vertex: start of its uses; one place further on during the count
   std::vector<std::size_t> begin(vertices + 2, 0);
   ForEachEdge(mesh, [&](std::uint32_t lesser, std::uint32_t, bool) {
     ++begin[lesser + 2];

@@ -101,7 +101,7 @@ class Workspace : public Device {
   int led_frames_ = kRampFrames;  // frames since the clutch was released
   Vec3 middle_ = Vec3::Zero();    // middle of the device's workspace
   double radius_ = 0.1;           // radius of the workspace, m
-  // at the last begin of indexing: the device's handle, and the mapped handle
+  // at the last start of indexing: the device's handle, and the mapped handle
   Pose X_VD0_;
   Pose X_WD0_;
   Anchor mapped_;

@@ -115,7 +115,7 @@ class MotorGuard {
   SafetyCounts counts_;
   Wrench last_;
   std::int64_t last_ns_ = -1;
-  // begins of the ramp of a second, without the time of late orders, and of the short ramp after
+  // starts of the ramp of a second, without the time of late orders, and of the short ramp after
   // these
   std::int64_t ramp_begin_ns_ = 0;
   std::int64_t short_begin_ns_ = 0;
