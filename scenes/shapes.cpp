@@ -358,7 +358,7 @@ TriangleMesh HalfCup(double inner_radius, double outer_radius, int levels) {
   Append(cup, inside);
 
   // the rims have equally many vertices, created in the same order, so they pair off by number
-  std::map<double, std::uint32_t> rim;  // by angle
+  std::map<double, std::uint32_t> rim;  // per angle
   for (std::size_t v = 0; v < offset; ++v) {
     const Vec3& p = cup.vertices[v];
     if (p.z() == 0) rim[std::atan2(p.y(), p.x())] = Index(v);

@@ -143,7 +143,7 @@ class BodyFeatures {
   std::span<const Edge> edges_;
   std::span<const Slot> slots_;  // count: a power of two
   std::span<const std::uint32_t> edges_by_cell_;
-  /// By cell, in kEdgeStep: the distance to the nearest middle of an edge's part.
+  /// Per cell, in kEdgeStep: the distance to the nearest middle of an edge's part.
   std::span<const std::uint8_t> edge_distances_;
 };
 

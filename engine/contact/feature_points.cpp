@@ -167,9 +167,9 @@ class FeatureLineWalk {
   const FeatureNormals normals_;
   double voxel_size_;
   double spacing_;
-  std::vector<std::uint32_t> first_;  // by mesh vertex: index into at_
+  std::vector<std::uint32_t> first_;  // per mesh vertex: index into at_
   std::vector<std::uint32_t> at_;     // feature edges
-  std::vector<std::uint8_t> walked_;  // by feature edge
+  std::vector<std::uint8_t> walked_;  // per feature edge
   std::vector<std::uint8_t> is_vertex_;
   std::vector<Step> run_;
   std::vector<FeaturePoint> points_;

@@ -126,8 +126,8 @@ class FieldSchedule {
   std::array<float, 9> rows_{};
   Vec3 p_VF_ = Vec3::Zero();
 
-  std::vector<std::uint8_t> is_far_;  // by block, as it was last looked up
-  /// By block: the odometer's reading up to which none of its edges can cross another, except in
+  std::vector<std::uint8_t> is_far_;  // per block, as it was last looked up
+  /// Per block: the odometer's reading up to which none of its edges can cross another, except in
   /// some lanes, and the cost of finding out. Empty where edges are not tested.
   struct EdgesDue {
     double at = 0;
@@ -136,7 +136,7 @@ class FieldSchedule {
     std::uint16_t crossing = 0;
   };
   std::vector<EdgesDue> edges_due_;
-  std::vector<std::uint32_t> far_in_;     // by chunk: number of its far blocks
+  std::vector<std::uint32_t> far_in_;     // per chunk: number of its far blocks
   std::vector<std::uint64_t> is_due_;     // one bit for each block
   std::vector<std::uint64_t> due_words_;  // one bit for each word of is_due_ that is not 0
   std::vector<std::uint32_t> due_;        // blocks, by rising number

@@ -80,7 +80,7 @@ class PointSchedule final : public Schedule {
   DistanceQueues chunks_in_;
   std::vector<std::uint8_t> open_;  // per chunk: its blocks stand in queues
 
-  std::vector<std::uint16_t> lanes_;  // by block: lanes in contact when it was last looked up
+  std::vector<std::uint16_t> lanes_;  // per block: lanes in contact when it was last looked up
   std::vector<std::uint32_t> due_;
   std::size_t due_count_ = 0;
   /// Ranges passed in this frame.

@@ -35,7 +35,7 @@ class BrickFaces {
     std::uint64_t erring = 0;          // cells with more than kMostCellError within the band
     double within_band = kLeastBound;  // greatest error of all other cells in the band, voxels
     double beyond = kLeastBound;       // the same where a reading is near, but beyond the band
-    /// By cell: the greatest excess of a near reading over the distance from the surface.
+    /// Per cell: the greatest excess of a near reading over the distance from the surface.
     std::array<float, kCellsPerBrick> over{};
     CellCandidates left;  // candidates without those that are nowhere the nearest
   };

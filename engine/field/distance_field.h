@@ -67,7 +67,7 @@ struct FieldPushes {
   static constexpr std::size_t kMostPlaces = 64;
   static constexpr std::size_t kMostEach = 8;
   std::array<FieldPush, kMostPlaces * kMostEach> all;
-  std::array<std::uint16_t, kMostPlaces + 1> first;  // by place
+  std::array<std::uint16_t, kMostPlaces + 1> first;  // per place
 
   std::span<const FieldPush> Of(std::size_t place) const noexcept {
     return std::span(all).subspan(first[place], first[place + 1] - std::size_t{first[place]});
@@ -261,13 +261,13 @@ class DistanceField {
   Bounds faces_L_;    // box of all faces
   ImageBlock block_;
   // views into block_
-  std::span<const std::int32_t> hyperbricks_;    // by hyperbrick: number of its table, or a bound
-  std::span<const std::uint32_t> first_bricks_;  // by table
+  std::span<const std::int32_t> hyperbricks_;    // per hyperbrick: number of its table, or a bound
+  std::span<const std::uint32_t> first_bricks_;  // per table
   /// kBricksPerHyperbrick each: a brick's number relative to its table's first, or a bound.
   std::span<const std::int16_t> tables_;
   std::span<const FieldBrick> bricks_;
   std::span<const std::uint8_t> steps_;
-  /// By brick: numbers in faces_, with or without kSheet.
+  /// Per brick: numbers in faces_, with or without kSheet.
   std::span<const std::uint32_t> list_faces_;
   std::span<const Face> faces_;
 };

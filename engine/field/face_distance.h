@@ -16,7 +16,7 @@ struct FieldFace {
   Vec3 nhat = Vec3::Zero();       // unit normal, out of the solid
   bool sheet = false;             // free space on both sides
   double width = 0;               // least height of the triangle
-  /// By edge k, from corner k to the next: the face that continues this one over the edge at an
+  /// Per edge k, from corner k to the next: the face that continues this one over the edge at an
   /// angle below that of kGentle. kNone: no face, a sharp edge, or an edge of a sheet.
   std::array<std::uint32_t, 3> beside{kNone, kNone, kNone};
 
@@ -86,8 +86,8 @@ class NearFace {
 
   /// The cubes, with sides of a voxel, round the places of a cube, one bit for each.
   struct CubeSides {
-    std::array<std::uint64_t, 3> before{};  // by edge: some of the cube lies beyond
-    std::array<std::uint64_t, 3> beyond{};  // by edge: all of the cube lies beyond
+    std::array<std::uint64_t, 3> before{};  // per edge: some of the cube lies beyond
+    std::array<std::uint64_t, 3> beyond{};  // per edge: all of the cube lies beyond
   };
   CubeSides SidesOf(const std::array<float, 3>& lowest) const;
   /// The greatest error of an edge's place, voxels.

@@ -125,7 +125,7 @@ class FieldBuilder {
   struct Hyperbrick {
     std::vector<std::uint32_t> near;  // faces
     std::vector<Brick> bricks;
-    /// By place: number of a brick, or a bound's entry. Empty where `bound` holds throughout.
+    /// Per place: number of a brick, or a bound's entry. Empty where `bound` holds throughout.
     std::vector<std::int32_t> entries;
     std::int32_t bound = 0;
     double within_band = 0;
@@ -554,7 +554,7 @@ class FieldBuilder {
   std::vector<FieldFace> all_;
   std::optional<FaceTree> tree_;
   std::vector<Hyperbrick> hyperbricks_;
-  std::vector<std::uint32_t> kept_;  // by face: its number in the field, or ~0
+  std::vector<std::uint32_t> kept_;  // per face: its number in the field, or ~0
   FieldImage::Parts field_;
 };
 

@@ -16,7 +16,7 @@ namespace {
 
 /// The values at the corners of cells, x fastest.
 using Cubes = std::array<FieldLanes::Lanes<float>, 8>;
-using Square = std::array<Floats, 4>;  // by corner, the first of two axes fastest
+using Square = std::array<Floats, 4>;  // per corner, the first of two axes fastest
 
 template <std::size_t kAxis>
 HWY_INLINE auto& Along(auto& axes) {

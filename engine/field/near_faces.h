@@ -127,7 +127,7 @@ class HyperbrickSurvey {
   Plane PlaneOf(std::size_t brick) const { return PlaneOf(brick, bricks_[brick].nearest); }
   /// The faces' distances from a brick's cells.
   struct BrickCells {
-    /// By cell: the distance of its centre from the faces, voxels.
+    /// Per cell: the distance of its centre from the faces, voxels.
     std::array<float, kCellsPerBrick> least;
     std::uint64_t near = 0;  // cells that the faces come near to, which have candidates
     CellCandidates candidates;
@@ -170,9 +170,9 @@ class HyperbrickSurvey {
 
   const NearFaces& faces_;
   std::array<Brick, kBricksPerHyperbrick> bricks_;
-  std::vector<std::int32_t> blocks_;  // by block: its first node, or below 0
+  std::vector<std::int32_t> blocks_;  // per block: its first node, or below 0
   std::vector<float> node_distances_, node_heights_;
-  std::array<std::uint32_t, kBricksPerHyperbrick + 1> first_faces_{};  // by brick
+  std::array<std::uint32_t, kBricksPerHyperbrick + 1> first_faces_{};  // per brick
   std::vector<std::uint32_t> brick_faces_;  // faces that may count in the brick
 };
 

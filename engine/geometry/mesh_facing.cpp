@@ -16,7 +16,7 @@ int Direction(const TriangleMesh& mesh, std::uint32_t side) {
 
 /// Turns triangles so that those on the two sides of an edge run it in opposite directions.
 void TurnToNeighbours(const MeshSides& sides, std::vector<std::int8_t>& facing) {
-  std::unordered_map<std::uint32_t, std::uint32_t> against;  // by side: the triangle across
+  std::unordered_map<std::uint32_t, std::uint32_t> against;  // per side: the triangle across
   for (const MeshSides::Wall& wall : sides.walls()) {
     if (wall.count != 2) continue;
     const std::uint32_t one = sides.wall_sides()[wall.first];
@@ -59,7 +59,7 @@ MeshFacing FindFacing(const TriangleMesh& mesh, const MeshSides& sides) {
   facing.of_triangle.assign(mesh.triangles.size(), 1);
   TurnToNeighbours(sides, facing.of_triangle);
 
-  std::vector<std::uint8_t> open(sides.bodies(), 0);  // by body
+  std::vector<std::uint8_t> open(sides.bodies(), 0);  // per body
   bool any_open = false;
   for (const MeshSides::Wall& wall : sides.walls()) {
     int boundary = 0;
@@ -76,7 +76,7 @@ MeshFacing FindFacing(const TriangleMesh& mesh, const MeshSides& sides) {
     for (std::size_t t = 0; t < facing.open.size(); ++t) facing.open[t] = open[sides.BodyOf(t)];
   }
 
-  std::vector<double> volumes(sides.bodies(), 0.0);  // by body
+  std::vector<double> volumes(sides.bodies(), 0.0);  // per body
   const Vec3 reference = mesh.triangles.empty() ? Vec3(Vec3::Zero()) : mesh.corner(0, 0);
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     const Vec3 a = mesh.corner(t, 0) - reference;

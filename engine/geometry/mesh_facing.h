@@ -11,11 +11,11 @@ namespace tandem {
 /// The sides that the triangles of a mesh face, and which of its bodies (connected over shared
 /// vertices) bound a volume.
 struct MeshFacing {
-  /// By triangle: 1 if its normal points out of the solid, -1 if into it. Triangles that are wound
+  /// Per triangle: 1 if its normal points out of the solid, -1 if into it. Triangles that are wound
   /// against their neighbours are turned. Closed bodies that are inside out are turned as wholes,
   /// except cavities, which lie in the box of a sound body.
   std::vector<std::int8_t> of_triangle;
-  /// By triangle: its body has a boundary, so that only a winding number decides its inside. Empty
+  /// Per triangle: its body has a boundary, so that only a winding number decides its inside. Empty
   /// if no body has one.
   std::vector<std::uint8_t> open;
 };

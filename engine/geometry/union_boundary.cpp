@@ -322,7 +322,7 @@ class Pieces {
       alone[t] = IsAlone(t) ? 1 : 0;
     });
     std::vector<std::uint32_t> patch_of(count, MeshSides::kNone);
-    std::vector<std::uint32_t> largest;  // by patch
+    std::vector<std::uint32_t> largest;  // per patch
     std::vector<std::uint32_t> open;
     for (std::uint32_t first = 0; first < count; ++first) {
       if (alone[first] == 0 || patch_of[first] != MeshSides::kNone) continue;

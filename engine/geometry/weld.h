@@ -14,7 +14,7 @@ using FloatPoint = std::array<float, 3>;
 struct Weld {
   std::vector<std::uint32_t> vertex_of_point;
   std::vector<std::uint32_t>
-      /// By vertex: the point at which the vertex stands.
+      /// Per vertex: the point at which the vertex stands.
       first_point;
 };
 

@@ -101,17 +101,17 @@ class PrefetchThread {
   VoxelArena* arena_;
   PageMail* mail_;
   std::vector<std::unique_ptr<ShellBox>>* boxes_;
-  std::vector<GridIndex> place_of_;   // by record: hyperchunk, from V's origin
-  std::vector<State> state_;          // by record
+  std::vector<GridIndex> place_of_;   // per record: hyperchunk, from V's origin
+  std::vector<State> state_;          // per record
   std::vector<PageRequest> wanted_;   // a heap
   std::vector<std::uint32_t> there_;  // records with a page in the arena
   std::vector<PageNews> unsaid_;      // news for which the mail has no room
-  std::vector<Pose> X_SV_;            // by box
+  std::vector<Pose> X_SV_;            // per box
   VoxelPage page_;
   std::optional<PageRequest> waiting_;  // request whose page was read and waits for room
   std::size_t asked_back_ = 0;
   bool starving_ = false;           // the haptic thread keeps all pages in memory
-  std::vector<std::uint8_t> kept_;  // by record: asked back, and kept by the haptic thread
+  std::vector<std::uint8_t> kept_;  // per record: asked back, and kept by the haptic thread
   std::int64_t kept_since_ns_ = 0;
   std::int64_t next_room_ns_ = 0;
   std::uint64_t requests_taken_ = 0;

@@ -45,7 +45,7 @@ class VoxelReader {
   ShellBox* box_;
   bool active_ = true;
   double travelled_ = 0;              // voxels
-  std::vector<double> announced_at_;  // by record: travelled_ at the last announcement
+  std::vector<double> announced_at_;  // per record: travelled_ at the last announcement
 };
 
 /// The part of a voxmap that is in memory, where the whole is too large (paper §5.3, dynamic
@@ -96,14 +96,14 @@ class ResidentVoxels {
   bool Ask(std::uint32_t record, std::uint32_t frames, bool hint) noexcept;
 
   VoxelArena arena_;
-  std::vector<std::uint8_t> has_page_;  // by record
+  std::vector<std::uint8_t> has_page_;  // per record
   std::uint32_t frame_ = 1;
-  std::vector<std::uint8_t> there_;  // by record
+  std::vector<std::uint8_t> there_;  // per record
   struct Asked {
     std::uint32_t due = 0;  // frame; 0: it is not requested
     bool hint = false;
   };
-  std::vector<Asked> asked_;     // by record
+  std::vector<Asked> asked_;     // per record
   std::uint64_t requests_ = 0;   // number of all requests
   std::size_t outstanding_ = 0;  // requests whose pages are not in memory
   std::vector<std::unique_ptr<VoxelReader>> readers_;

@@ -47,7 +47,7 @@ class VoxelArena {
   std::size_t frames_;
   bool locked_ = false;
   std::vector<std::uint32_t> free_;
-  std::vector<std::vector<std::uint32_t>> frames_of_;  // by record
+  std::vector<std::vector<std::uint32_t>> frames_of_;  // per record
 };
 
 }  // namespace tandem

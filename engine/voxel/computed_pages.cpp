@@ -111,7 +111,7 @@ class ComputedPages final : public PageSource {
   }
 
   std::unique_ptr<MarkSource> source_;
-  std::vector<GridIndex> place_of_;  // by record
+  std::vector<GridIndex> place_of_;  // per record
   mutable std::mutex returning_;
   mutable std::vector<std::unique_ptr<MarkPlanes>> spare_;
 };

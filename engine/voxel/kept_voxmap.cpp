@@ -332,7 +332,7 @@ class KeptPages final : public PageSource {
   static constexpr std::uint32_t kNone = 0xffffffffU;
   OpenFile open_;
   std::string name_;
-  std::vector<std::uint32_t> entry_of_;  // by record
+  std::vector<std::uint32_t> entry_of_;  // per record
 };
 
 }  // namespace

@@ -10,7 +10,7 @@ namespace tandem {
 /// The marks of a hyperchunk by binary digit, as rows of bits: y + 64 z.
 struct MarkDigits {
   alignas(64) std::array<std::array<std::uint64_t, kBrickRows>, 8> rows;
-  /// By z: the eights of rows that hold digits; the contents of the others are undefined.
+  /// Per z: the eights of rows that hold digits; the contents of the others are undefined.
   std::array<std::uint8_t, kHyperchunkSide> written{};
   std::size_t count = 4;  // number of digits: 4 or 8
 };

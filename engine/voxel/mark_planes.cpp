@@ -42,7 +42,7 @@ unsigned Spread(unsigned octets, int steps) {
   return octets & ((1U << kOctets) - 1);
 }
 
-using Octets = std::array<std::uint16_t, kSide>;  // by layer
+using Octets = std::array<std::uint16_t, kSide>;  // per layer
 
 /// Returns the octets of each layer and of those next to it.
 Octets WithNeighbours(const Octets& octets) {

@@ -63,9 +63,9 @@ class MarkPlanes {
   struct Scratch {
     std::array<Layer, kSide> cube{};
     std::array<Layer, 3> ring{};                // layers grown along x and y
-    std::array<std::uint16_t, kSide> octets{};  // by layer: eights of rows that have bits
+    std::array<std::uint16_t, kSide> octets{};  // per layer: eights of rows that have bits
     std::array<std::uint16_t, 3> ring_octets{};
-    /// By layer: eights of rows that have bits at the end.
+    /// Per layer: eights of rows that have bits at the end.
     std::array<std::uint16_t, kSide> touched{};
     MarkDigits digits;
     std::uint64_t marked = 0;  // number of voxels with a mark

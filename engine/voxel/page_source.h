@@ -13,7 +13,7 @@ namespace tandem {
 
 /// The marks of one hyperchunk alone: the unit that comes into memory and leaves it (paper §5.3).
 struct VoxelPage {
-  /// By field and z: the chunks with a plane, as in VoxmapSlice. Their planes follow one another.
+  /// Per field and z: the chunks with a plane, as in VoxmapSlice. Their planes follow one another.
   std::array<std::array<std::uint64_t, 8>, kFields> stored{};
   /// Numbers of quarters: kQuarterBeyond, kQuarterInterior, then those of `quarters`.
   std::vector<std::array<std::uint16_t, kQuarters>> planes;

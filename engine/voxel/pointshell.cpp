@@ -40,7 +40,7 @@ Vec3 Centre(const GridIndex& voxel) {
   return Vec3(voxel.x, voxel.y, voxel.z) + Vec3::Constant(0.5);
 }
 
-using ChunkedPoints = std::vector<std::vector<ShellPoint>>;  // by chunk of SurfaceVoxels
+using ChunkedPoints = std::vector<std::vector<ShellPoint>>;  // per chunk of SurfaceVoxels
 
 /// Makes one point for each side of each surface voxel; on features, one more for each edge beside
 /// a vertex or a longer edge.
@@ -148,7 +148,7 @@ Gaps LargestGaps(const SurfaceVoxels& surface, const ChunkedPoints& points, doub
   tbb::parallel_for(std::size_t{0}, points.size(), [&](std::size_t c) {
     // points of one voxel stand together
     const std::vector<ShellPoint>& own = points[c];
-    std::array<std::uint16_t, kVoxelsPerChunk> first;  // by cell: 1 + the first of its points
+    std::array<std::uint16_t, kVoxelsPerChunk> first;  // per cell: 1 + the first of its points
     first.fill(0);
     for (std::size_t i = own.size(); i-- > 0;) {
       first[CellInBlock(own[i].voxel)] = static_cast<std::uint16_t>(i + 1);

@@ -70,7 +70,7 @@ void ForEachHyperchunk(const SnappedTriangle& t, const Visit& visit) {
 
 /// The triangles that may reach into each hyperchunk of a box.
 struct Bins {
-  std::vector<std::uint32_t> first;  // by cell of the box, and the end
+  std::vector<std::uint32_t> first;  // per cell of the box, and the end
   HugeVector<std::uint32_t> items;
 };
 

@@ -64,9 +64,9 @@ class SurfaceBricks {
   /// Rows by eights along y; eights without a voxel are not kept.
   struct Source {
     const std::uint64_t* words = nullptr;  // null if there are no voxels
-    /// By z: bit j for any voxel in the rows 8 j to 8 j + 7.
+    /// Per z: bit j for any voxel in the rows 8 j to 8 j + 7.
     std::array<std::uint8_t, kHyperchunkSide> octets{};
-    std::array<std::uint16_t, kHyperchunkSide> first{};  // by z: number of octets before it
+    std::array<std::uint16_t, kHyperchunkSide> first{};  // per z: number of octets before it
 
     bool empty() const noexcept { return words == nullptr; }
     /// Tells whether the source is known to be all of the hyperchunk.
@@ -79,7 +79,7 @@ class SurfaceBricks {
   };
   struct Brick {
     GridIndex place;
-    std::array<Source, kFields> sources;  // by Field
+    std::array<Source, kFields> sources;  // per Field
     std::vector<std::uint64_t> words;     // words of all sources
     std::vector<Crossing> crossings;      // crossings of closed bodies, in no order
   };
@@ -122,7 +122,7 @@ class SurfaceBricks {
 
   HyperchunkBox box_;
   HyperchunkLayers layers_;
-  std::vector<std::uint32_t> brick_at_;  // by cell of the box: 1 + its number, 0 for none
+  std::vector<std::uint32_t> brick_at_;  // per cell of the box: 1 + its number, 0 for none
   std::vector<Brick> bricks_;
 };
 

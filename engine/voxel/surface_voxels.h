@@ -58,7 +58,7 @@ SurfaceVoxels FindSurfaceVoxels(const std::vector<SnappedTriangle>& triangles, d
 /// vertex is one without length, and one exact test decides them all. `triangles` of the latter two
 /// are numbers of Features::edges and ::vertices.
 struct FeatureVoxels {
-  std::array<SurfaceVoxels, kFields> of;  // by Field
+  std::array<SurfaceVoxels, kFields> of;  // per Field
 
   const SurfaceVoxels& surface() const { return of[0]; }
   const SurfaceVoxels& operator[](Field field) const { return of[static_cast<std::size_t>(field)]; }

@@ -24,7 +24,7 @@ struct Polygon {
 /// Cuts away the part beyond `limit` along an axis; `side` +1 keeps the lower part, -1 the upper.
 /// `spare` is scratch.
 void Clip(Polygon& polygon, Polygon& spare, int axis, double limit, double side) {
-  std::array<double, 10> within;  // by corner
+  std::array<double, 10> within;  // per corner
   double least = 0;
   for (std::size_t i = 0; i < polygon.count; ++i) {
     within[i] = side * (limit - polygon.corners[i][axis]);
@@ -210,7 +210,7 @@ ChunkSurfaces SurfacesOfChunk(const FeatureVoxels& voxels, const SurfaceVoxels::
     const GridIndex c = BlockCell(cell);
     return Vec3(c.x, c.y, c.z);
   };
-  std::array<std::int16_t, kVoxelsPerChunk> at;  // by cell: index in `gathered`
+  std::array<std::int16_t, kVoxelsPerChunk> at;  // per cell: index in `gathered`
   at.fill(-1);
   std::vector<Gathered> gathered;
   std::vector<FacetPart> facets;

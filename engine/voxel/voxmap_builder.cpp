@@ -238,7 +238,7 @@ void VoxmapBuilder::FillChunkLevel() {
     if (any == 0) return;
     ChunkCube spare;
     std::array<std::uint8_t, kChunksPerHyperchunk / 2>& marks = records_[index_[cell]].chunk_marks;
-    std::array<std::uint8_t, 64> done{};  // by row y + 8 z
+    std::array<std::uint8_t, 64> done{};  // per row y + 8 z
     for (int distance = 0; distance <= Voxmap::kChunkRange; ++distance) {
       if (distance > 0) Grow(cube, spare, static_cast<std::size_t>(distance));
       unsigned all = 0xff;
