@@ -64,9 +64,9 @@ class JsonNode {
   std::string place_;
 };
 
-/// A JSON file in memory. It may come from an untrusted source. A file that is not regular, is
-/// larger than 64 MiB, or has more than two million values or brackets deeper than 64 is refused
-/// before it is parsed.
+/// A JSON file in memory. It may come from an untrusted source. Read() refuses a file that is not
+/// regular or is larger than 64 MiB. It also refuses more than two million values, or brackets
+/// deeper than 64, before it parses.
 class JsonFile {
  public:
   /// Reads a file. A syntax error names the line and the column. A key given twice is an error too.

@@ -26,9 +26,9 @@ constexpr int DefaultForceLayer(ContactModel model) {
 }
 
 /// Returns the least force layer in which a model finds all its contacts. Refined contacts begin
-/// kRefinedClearance from exact features, which may lie in the next voxel: layer 0 holds only some
-/// of them, and every layer from 1 on all of them. Plain contacts are those of the layer, whichever
-/// it is.
+/// kRefinedClearance from exact features, which may lie in the next voxel. So layer 0 holds only
+/// some of them, and every layer from 1 on all of them. Plain contacts are those of the layer,
+/// whichever it is.
 constexpr int LeastForceLayer(ContactModel model) {
   return model == ContactModel::kPlain ? 0 : 1;
 }

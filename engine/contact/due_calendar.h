@@ -116,8 +116,8 @@ class DueCalendar {
     }
   }
 
-  /// Sums the costs of the items that are due before the body's edge has come `ahead` buckets,
-  /// including the current bucket, as it goes on with the motion `like`.
+  /// Sums the costs of the items that are due before the body's edge has come `ahead` buckets with
+  /// the motion `like`. The current bucket is included.
   std::uint64_t CostWithin(std::size_t ahead, const PairMotion& like) const noexcept {
     const double edge = like.way + like.angle * radius_;
     const bool moves = edge > 0 && std::isfinite(edge);

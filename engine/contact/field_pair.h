@@ -52,9 +52,8 @@ class FieldPair final : public BodyPair {
     return {contacts_.data(), contact_count_};
   }
 
-  /// Counts the feature points of either body that are nearer to the other than where force begins
-  /// and that the last Collide(), at the same poses, did not find. For tests and benches;
-  /// allocates.
+  /// Counts the feature points of either body within the reach of the other that the last
+  /// Collide(), at the same poses, did not find. For tests and benches; allocates.
   std::size_t CountUnfound(const BodyMotion& shell_body, const BodyMotion& map_body) const;
   /// Returns the number of feature points of both bodies.
   std::size_t point_count() const noexcept {

@@ -17,8 +17,8 @@ namespace tandem {
 ///
 /// Blocks of points stand in queues by the distance of their nearest point. Chunks that are far
 /// stand whole in queues of their own, by the gap that is certain for all their points. Allowances
-/// are the certain gaps: (i - 1) s for a point that reads i voxels to contact, since the point may
-/// lie at the near side of its voxel and the source at the near side of its own.
+/// are the certain gaps: (i - 1) s for a point that reads i voxels to contact. The point may lie at
+/// the near side of its voxel, and the source at the near side of its own.
 ///
 /// Used by one thread. Test() does not allocate. What is due is drifted and looked up in pieces,
 /// which helpers may take. The results are written by place in the list of what is due, and do not

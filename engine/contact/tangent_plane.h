@@ -20,8 +20,8 @@ constexpr double LeastContactStiffness(double voxel_size) {
   return 50.0 / voxel_size;
 }
 
-/// Returns gains of at least that stiffness, such that one point stops a body of mass `mass` (kg)
-/// within a voxel when it arrives at the travel limit of half a voxel a frame (`h`, s):
+/// Returns gains of at least that stiffness, with which one point stops a body of mass `mass` (kg)
+/// within a voxel. The body arrives at the travel limit of half a voxel a frame (`h`, s):
 /// m v^2 = K s^2 with v = s / (2 h). They are critically damped. The step is implicit, so neither
 /// has a limit.
 inline ContactGains DefaultContactGains(double voxel_size, double mass, double h) {
@@ -29,10 +29,10 @@ inline ContactGains DefaultContactGains(double voxel_size, double mass, double h
   return {.stiffness = stiffness, .damping = 2.0 * std::sqrt(stiffness * mass)};
 }
 
-/// Returns the force of a contact at a depth (m): K d, and progressively harder, so that one point
-/// of a body that is pulled with hundreds of newtons still stops within two voxels. Over the first
-/// `soft` of depth (m) stiffness grows from nothing to K. With full stiffness from the start, all
-/// that a body is about to touch would hold its step.
+/// Returns the force of a contact at a depth (m): K d, and progressively harder. So one point stops
+/// a body that hundreds of newtons pull within two voxels. Over the first `soft` of depth (m)
+/// stiffness grows from nothing to K. With full stiffness from the start, all that a body is about
+/// to touch would hold its step.
 inline double ContactForce(double stiffness, double depth, double voxel_size,
                            double soft = 0) noexcept {
   const double x = std::min(depth / voxel_size, 3.0);

@@ -8,9 +8,9 @@
 namespace tandem {
 
 /// The linearly implicit step of bodies that push one another. If each body were solved alone, as
-/// though the other stood, two bodies would exchange velocities whatever their masses, and a light
-/// body that hits a heavy one would gain energy. Solved together they keep their momentum, and
-/// energy falls.
+/// though the other stood, two bodies would exchange velocities whatever their masses. A light body
+/// that hits a heavy one would gain energy. Solved together they keep their momentum, and energy
+/// falls.
 ///
 ///   A_a V_a - (h D_ab + h^2 K_ab) V_b = b_a - h D_ab V0_b,  the same for b with D_ab, K_ab
 ///   transposed

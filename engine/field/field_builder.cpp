@@ -83,8 +83,8 @@ class FieldBuilder {
   Result<DistanceField> Build() {
     FindFacesOfHyperbricks();
     field_.header.error_bound = kLeastBound;
-    // a layer's lists need the errors in the layers beside it, so a layer gets its lists when the
-    // next one is filled, and is stored when the next one gets its lists
+    // a layer's lists need the errors in the layers beside it, so a layer gets its lists after the
+    // next one is filled; it is stored after the next one has lists
     const std::int32_t layers = field_.header.size.z;
     for (std::int32_t z = 0; z < layers + 2; ++z) {
       VisitLayer(z, [this](std::size_t i) {
@@ -345,8 +345,8 @@ class FieldBuilder {
   }
 
   /// Gives a bound to the places without a brick in a cube of a hyperbrick (in cells from the
-  /// hyperbrick's first): one for all where that is at least a third of their distance. Returns
-  /// whether it is one bound.
+  /// hyperbrick's first). It is one bound for all where that is at least a third of their distance.
+  /// Returns whether it is one bound.
   bool BoundCube(Hyperbrick& hyperbrick, const GridIndex& from, int side,
                  const GridIndex& first) const {
     const GridIndex middle{side / 2, side / 2, side / 2};

@@ -280,7 +280,7 @@ void AddPushes(const FacesNear& near, double share, double reach, FieldPush*& ne
 }
 
 /// Replaces an interpolated push and the first push of a list, which fade into one another, by
-/// their sum: between an edge's faces the interpolated direction alone may be far off. As the depth
+/// their sum. Between an edge's faces the interpolated direction alone may be far off. As the depth
 /// of one vanishes, the sum becomes the other. The list's other pushes move up by one. A sheet's
 /// push stays separate, because FieldPair may turn it round. Returns the new end.
 FieldPush* Merge(double reach, FieldPush* interpolated, FieldPush* next) {

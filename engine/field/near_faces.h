@@ -100,8 +100,8 @@ struct CellCandidates {
 /// Finds what the faces near a hyperbrick mean for its nodes and cells while a field is built.
 class HyperbrickSurvey {
  public:
-  /// Reach of the faces, voxels: every face nearer than this to a node is among them, and so is
-  /// every face that can be the nearest to a place of a cell that is as near.
+  /// Reach of the faces, voxels. Every face nearer than this to a node is among them. So is every
+  /// face that can be the nearest to a place of a cell that is as near.
   static constexpr float kReach = 2.25F;
   /// Distance from the hyperbrick beyond which a face has no effect there, voxels.
   static constexpr double kFarthest = 4;

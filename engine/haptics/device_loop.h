@@ -51,7 +51,7 @@ class DeviceLoop {
   }
 
   /// Returns the loop's period for a device with its own loop of `rate_hz`: as long, in whole
-  /// milliseconds, and at most four, because an order is too old after five.
+  /// milliseconds. It is at most four, because an order is too old after five.
   static std::int64_t PeriodOf(double rate_hz) noexcept;
   std::int64_t period_ns() const noexcept { return period_ns_; }
 

@@ -8,10 +8,10 @@
 
 namespace tandem {
 
-/// Records the ways of a hand's parts, so that a part can be driven back along its own: a stretch
-/// for each time that a part was taken, the newest on top. Going back takes poses off the top. The
-/// class moves nothing itself: goal() is the pose to which a coupling pulls the part, at a bounded
-/// speed and never far ahead of it. So contact stops the part as it stops a hand.
+/// Records the ways of a hand's parts, so that a part can be driven back along its own. There is a
+/// stretch for each time that a part was taken, the newest on top. Going back takes poses off the
+/// top. The class moves nothing itself: goal() is the pose to which a coupling pulls the part, at a
+/// bounded speed and never far ahead of it. So contact stops the part as it stops a hand.
 ///
 /// It keeps 16,384 poses, 1 mm of travel apart, and forgets the oldest first. A way of which a part
 /// is forgotten is cut(). Going back then ends where the rest begins, which is not where the part

@@ -40,10 +40,10 @@ struct WorkspaceChange {
 /// A device whose handle is mapped into the scene. It is scaled, turned by the view, and released
 /// by a clutch, so that a hand continues from a comfortable place (indexing). A change of any of
 /// these leaves the mapped handle where it is. With `recentre` the mapped handle goes a little
-/// farther outwards with each bit of the hand's way, the more so the farther the hand is from the
-/// middle of the device. So the hand comes back to the middle without noticing. A hand at rest is
-/// left alone. Before Start() the clutch counts as held: a handle that moves while scenes load and
-/// partners are awaited moves nothing, and a part taken at that time does not jump after it.
+/// farther outwards with each bit of the hand's way. It does so the more, the farther the hand is
+/// from the middle of the device. So the hand comes back to the middle without noticing. A hand at
+/// rest is left alone. Before Start() the clutch counts as held. A handle that moves while scenes
+/// load and partners are awaited moves nothing. A part taken at that time does not jump after it.
 ///
 /// A newton on the part is a newton in the hand. So a spring of the scene feels `scale` times as
 /// stiff, and the gains that the device bears are smaller by that factor. The simulation follows

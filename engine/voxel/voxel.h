@@ -17,8 +17,8 @@ inline constexpr Mark kInteriorMark = 1;
 inline constexpr Mark kSurfaceMark = 2;
 
 /// The voxels from which a field measures distance (paper §4). Vertex voxels are among the edge
-/// voxels, and edge voxels are among the surface voxels: a surface voxel with a feature edge is an
-/// edge voxel too, and a surface voxel with a feature vertex is all three.
+/// voxels, and edge voxels are among the surface voxels. So a surface voxel with a feature vertex
+/// is all three.
 enum class Field : std::uint8_t { kSurface = 0, kEdge = 1, kVertex = 2 };
 inline constexpr std::size_t kFields = 3;
 inline constexpr std::array<Field, kFields> kAllFields{Field::kSurface, Field::kEdge,

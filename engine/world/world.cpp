@@ -14,7 +14,7 @@ namespace {
 /// Travel where nothing is near, voxels a frame: half a hyperchunk (paper fn. 3).
 constexpr double kFreeTravel = 32.0;
 
-/// Returns the radius round a body's frame's origin that others must not enter unseen, m: it holds
+/// Returns the radius round a body's frame's origin that others must not enter unseen, m. It holds
 /// the surface voxels and the layers round them that may read contact.
 double RadiusOf(const BodyModel& body) {
   const int most_layer = body.voxmap.range() - kWarningQueues;

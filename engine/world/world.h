@@ -94,7 +94,7 @@ class World {
   BodyDrive DriveOf(const StepInputs& in, std::size_t body) const noexcept;
   /// Tells whether forces move a body at this peer. `body`: its number, or -1 for the fixture.
   bool IsSimulated(const StepInputs& in, int body) const noexcept;
-  /// Gives bodies that begin to be simulated the twist of the inputs: a body that was moved from
+  /// Gives bodies that begin to be simulated the twist of the inputs. A body that was moved from
   /// outside has no momentum of its own, because it may have gone a long way in a frame.
   void BeginSimulated(const StepInputs& in) noexcept;
   void ShareTravel(const StepInputs& in) noexcept;
