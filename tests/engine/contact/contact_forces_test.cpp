@@ -69,23 +69,5 @@ TEST(ContactForces, FrictionIsADamperAcrossEachNormal) {
   EXPECT_EQ((shell.damping - shell.damping.transpose()).norm(), 0.0);
 }
 
-// The body goes a centimetre a second, beyond kRestSpeed.
-TEST(ContactForces, AFitRubsByWhatHoldsAgainstOneAnotherAndAPlaneDoesNot) {
-  const PairPlaces at = Moving({Vec3::Zero(), Vec3(0.01, 0, 0)});
-  const auto along_x = [&at](std::vector<Contact> contacts, bool comes_to_rest) {
-    Load shell;
-    Load map;
-    AddContactForces(contacts, at, Rule(0, comes_to_rest), shell, map);
-    return shell.force[3];
-  };
-  const Contact below{Vec3(0, 0, -0.01), Vec3::UnitZ(), 2e-4};
-  const Contact beside{Vec3(0.01, 0, -0.01), Vec3::UnitZ(), 2e-4};
-  const Contact above{Vec3(0, 0, 0.01), -Vec3::UnitZ(), 2e-4};
-  const double pressed = ContactForce(Rule(0, true).gains.stiffness, 2e-4, kEdge);
-  EXPECT_NEAR(along_x({below, above}, true), -2 * kRestFriction * pressed, 1e-9 * pressed);
-  EXPECT_NEAR(along_x({below, beside}, true), 0, 1e-12 * pressed);
-  EXPECT_EQ(along_x({below, above}, false), 0.0);
-}
-
 }  // namespace
 }  // namespace tandem
