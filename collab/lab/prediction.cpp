@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <vector>
 
 #include "collab/lab/case_parts.h"
 
@@ -40,9 +41,8 @@ double OfBothWays(const LabNetwork& network, Value value) {
 
 /// The gaps between the samples that arrive over one way with loss.
 struct Gaps {
-  double mean_s = 0;
-  double mean_square_s2 = 0;
-  double longest_s = 0;  // longest gap to be expected within two seconds
+  double of_bursts_s = 0;  // mean age that bursts of loss add
+  double longest_s = 0;    // longest gap to be expected within two seconds
 };
 
 Gaps GapsOf(const LinkConditions& way, double publish_hz) {
@@ -53,15 +53,13 @@ Gaps GapsOf(const LinkConditions& way, double publish_hz) {
       bursts ? way.burst_enter / std::max(1e-9, way.burst_enter + way.burst_leave) : 0.0;
   const double arriving = std::max(1e-3, (1.0 - way.loss) * (1.0 - in_bursts * way.burst_loss));
   Gaps gaps;
-  gaps.mean_s = sample_s / arriving;
-  // bursts' lengths are geometric: the mean of the squares is about twice the square of the mean
+  const double mean_s = sample_s / arriving;
+  // the lengths of bursts are geometric: the mean of their squares is twice the square of the mean
   const double bursts_a_sample = bursts ? (1.0 - in_bursts) * way.burst_enter : 0.0;
   const double burst_s = way.burst_loss * length * sample_s;
-  gaps.mean_square_s2 =
-      gaps.mean_s * gaps.mean_s + 2.0 * bursts_a_sample / arriving * burst_s * burst_s;
+  gaps.of_bursts_s = bursts_a_sample / arriving * burst_s * burst_s / mean_s;
   const double bursts_a_window = 2.0 * publish_hz * bursts_a_sample;
-  gaps.longest_s =
-      std::max(gaps.mean_s, burst_s * (1.0 + std::log(std::max(1.0, bursts_a_window))));
+  gaps.longest_s = std::max(mean_s, burst_s * (1.0 + std::log(std::max(1.0, bursts_a_window))));
   return gaps;
 }
 
@@ -77,18 +75,59 @@ double TracedPeak(const LinkTrace* trace) {
   return 1e-3 * (trace->facts().peak_age_ms - trace->facts().mean_age_ms);
 }
 
-double MeanDelay(const LabCase& test) {
-  return test.delay_s + OfBothWays(test.network, [](const LinkConditions& way) {
-           return 1e-3 * (way.delay_ms + 0.5 * way.jitter_ms) + TracedAge(way.trace);
-         });
+/// Returns the mean age beyond the least delay of the newest sample that is applied, s, without
+/// bursts of loss. Samples are applied in the order of sending, so each waits for all earlier ones.
+/// The sample sent jT before the newest that can have come, at a phase x of the rate, is j T + x
+/// older than the least delay. It has come with the probability c_j = min(1, (j T + x) / J), and is
+/// applied as the newest with
+///
+///   (1 - l) c_j G_(j+1) q_j,   G_j = (l + (1 - l) c_j) G_(j+1),   q_j = l q_(j-1) + (1 - l) (1 -
+///   c_(j-1)),
+///
+/// where J is the jitter, T the time between samples, l their loss; all from sample j on have come
+/// with G_j, and no younger one can be applied with q_j, from q_0 = 1.
+double MeanAppliedAge(double jitter_s, double sample_s, double loss) {
+  constexpr int kPhases = 32;
+  constexpr double kRare = 1e-7;
+  // from `late` on all that is not lost has come
+  const auto late = static_cast<std::size_t>(std::ceil(jitter_s / sample_s));
+  const double lost = std::clamp(loss, 0.0, 0.999);
+  const double most_lost = lost > kRare ? std::log(kRare) / std::log(lost) : 1.0;
+  const std::size_t count = late + 1 + static_cast<std::size_t>(std::ceil(most_lost));
+  std::vector<double> come(count);
+  std::vector<double> all_come(count + 1, 1.0);
+  double mean_s = 0;
+  for (int phase = 0; phase < kPhases; ++phase) {
+    const double x = (phase + 0.5) / kPhases * sample_s;
+    for (std::size_t j = count; j-- > 0;) {
+      const double age = x + static_cast<double>(j) * sample_s;
+      come[j] = age < jitter_s ? age / jitter_s : 1.0;
+      all_come[j] = (lost + (1.0 - lost) * come[j]) * all_come[j + 1];
+    }
+    double none_younger = 1;
+    for (std::size_t j = 0; j < count; ++j) {
+      const double age = x + static_cast<double>(j) * sample_s;
+      mean_s += age * (1.0 - lost) * come[j] * all_come[j + 1] * none_younger / kPhases;
+      none_younger = lost * none_younger + (1.0 - lost) * (1.0 - come[j]);
+    }
+  }
+  return mean_s;
+}
+
+/// Returns the mean age over one way beyond its least delay, s.
+double MeanHeld(const LinkConditions& way, double publish_hz) {
+  const Gaps gaps = GapsOf(way, publish_hz);
+  return MeanAppliedAge(1e-3 * way.jitter_ms, 1.0 / publish_hz, way.loss) + gaps.of_bursts_s;
 }
 
 // returns the loop age that the law uses: the worst of the last seconds
 double PeakLoopAge(const LabCase& test) {
-  const double more_s = OfBothWays(test.network, [&test](const LinkConditions& way) {
-    return 0.5e-3 * way.jitter_ms + TracedPeak(way.trace) + GapsOf(way, test.publish_hz).longest_s;
-  });
-  return 2.0 * (MeanDelay(test) + more_s);
+  const double oneway_s =
+      test.delay_s + OfBothWays(test.network, [&test](const LinkConditions& way) {
+        return 1e-3 * (way.delay_ms + way.jitter_ms) + TracedAge(way.trace) +
+               TracedPeak(way.trace) + GapsOf(way, test.publish_hz).longest_s;
+      });
+  return 2.0 * oneway_s;
 }
 
 }  // namespace
@@ -98,12 +137,9 @@ const char* NameOf(Prediction::Covers covers) {
 }
 
 double MeanAge(const LabCase& test) {
-  // the data are on average half as old as the gap in which they are held is long
-  const double held_s = OfBothWays(test.network, [&test](const LinkConditions& way) {
-    const Gaps gaps = GapsOf(way, test.publish_hz);
-    return 0.5 * gaps.mean_square_s2 / gaps.mean_s;
-  });
-  return MeanDelay(test) + held_s + kHalfFrame;
+  return test.delay_s + kHalfFrame + OfBothWays(test.network, [&test](const LinkConditions& way) {
+           return 1e-3 * way.delay_ms + TracedAge(way.trace) + MeanHeld(way, test.publish_hz);
+         });
 }
 
 std::optional<LumpedCoupling> LumpedOf(const LabCase& test, const Inertia& body, std::size_t user) {

@@ -30,7 +30,8 @@ struct Prediction {
 const char* NameOf(Prediction::Covers covers);
 
 /// Returns the mean age of the data that a user applies from another user, s. It is the sum of the
-/// way, half the jitter, half the time between two arriving samples, and half a frame.
+/// delay, the mean wait that jitter causes where samples keep their order, the mean age in the gaps
+/// between arriving samples, and half a frame.
 double MeanAge(const LabCase& test);
 
 /// Returns the case's translation in free space as an equation of one axis, with the hand of

@@ -1,6 +1,8 @@
 #include "collab/lab/prediction.h"
 
+#include <algorithm>
 #include <cmath>
+#include <random>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -32,16 +34,50 @@ TEST(Prediction, OfTwoFreeUsersIsTheExactBoundaryAtTheMeanAge) {
   EXPECT_FALSE(Predict(Constant("off", 200, 0, 0.1), kCube)->is_stable());
 }
 
+/// Sends samples over a line that keeps their order, and returns the mean age of the newest sample
+/// that has come.
+double DrawnAge(double delay_s, double jitter_s, double loss, double publish_hz) {
+  std::mt19937_64 random(2);
+  std::uniform_real_distribution<double> even(0, 1);
+  constexpr int kSamples = 200'000;
+  double newest_due = 0;
+  double newest_sent = 0;
+  double ages = 0;  // integral over time, s^2
+  double from = 0;
+  double until = 0;
+  for (int k = 0; k < kSamples; ++k) {
+    const double sent = k / publish_hz;
+    const double due = std::max(newest_due, sent + delay_s + jitter_s * even(random));
+    if (even(random) < loss) continue;
+    if (newest_due > 0) {
+      ages += 0.5 * (due * due - newest_due * newest_due) - newest_sent * (due - newest_due);
+      until = due;
+    } else {
+      from = due;
+    }
+    newest_due = due;
+    newest_sent = sent;
+  }
+  return ages / (until - from);
+}
+
 TEST(Prediction, CountsJitterLossAndRateIntoTheAge) {
+  constexpr double kHalfFrame = 0.0005;
   LabCase test = Constant("heavy", 60, 10, 0.3);
-  test.publish_hz = 100;
-  EXPECT_NEAR(MeanAge(test), 0.3 + 0.005 + 0.0005, 1e-12);
-  test.network.there.jitter_ms = test.network.back.jitter_ms = 30;
-  EXPECT_NEAR(MeanAge(test), 0.3 + 0.015 + 0.005 + 0.0005, 1e-12);
-  test.network.there.loss = test.network.back.loss = 0.5;
-  EXPECT_NEAR(MeanAge(test), 0.3 + 0.015 + 0.010 + 0.0005, 1e-12);
+  for (const double hz : {20.0, 100.0, 1000.0}) {
+    for (const double jitter_ms : {0.0, 10.0, 30.0, 100.0}) {
+      for (const double loss : {0.0, 0.4}) {
+        test.publish_hz = hz;
+        test.network.there.jitter_ms = test.network.back.jitter_ms = jitter_ms;
+        test.network.there.loss = test.network.back.loss = loss;
+        EXPECT_NEAR(MeanAge(test) - kHalfFrame, DrawnAge(0.3, 1e-3 * jitter_ms, loss, hz), 0.0005)
+            << hz << " Hz, " << jitter_ms << " ms, " << loss;
+      }
+    }
+  }
+  const double even = MeanAge(test);
   test.network.skew = 0.8;  // the loop is as long
-  EXPECT_NEAR(MeanAge(test), 0.3 + 0.015 + 0.010 + 0.0005, 1e-12);
+  EXPECT_DOUBLE_EQ(MeanAge(test), even);
 }
 
 TEST(Prediction, CountsAllLinksOfAUserAndTheWorstHand) {
@@ -108,7 +144,8 @@ TEST(Prediction, TakesTheMeanAgeFromATrace) {
 TEST(Prediction, GainsAreForTheOldestOfATrace) {
   std::vector<float> delays(60'000, 50);
   const LinkTrace even(1000, delays);
-  for (int i = 0; i < 300; ++i) delays[30'000 + static_cast<std::size_t>(i)] = 350.0F - static_cast<float>(i);
+  for (int i = 0; i < 300; ++i)
+    delays[30'000 + static_cast<std::size_t>(i)] = 350.0F - static_cast<float>(i);
   const LinkTrace stall(1000, delays);
   LabCase test;
   test.delay_s = 0;
