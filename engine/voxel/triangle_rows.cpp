@@ -147,98 +147,143 @@ void NarrowToPlane(const View& t, std::int32_t first_row, std::int32_t z, Flags 
                             }));
 }
 
-void MarkRows(const View& t, const GridIndex& offset, std::int32_t side, std::uint64_t* rows,
-              int facing, std::vector<Crossing>* crossings) {
+/// The part of a triangle's box in a block: its rows, and the shadows' bounds of x and y in them.
+struct RowBounds {
+  std::int32_t y0, y1, z0, z1;                                    // first and last
+  ByRow low_xy, high_xy;                                          // by y - y0
+  ByRow low_xz, high_xz, low_y, high_y, low_centre, high_centre;  // by z - z0
+};
+
+HWY_INLINE void BoundRows(const View& t, bool crosses, RowBounds& b) {
+  const D d;
+  const Doubles last_x = hn::Set(d, t.size.x - 1);
+  for (std::int32_t y = b.y0; y <= b.y1; y += kPart) {
+    Doubles low = hn::Zero(d);
+    Doubles high = last_x;
+    Narrow(t, t.xy, t.size.x, y, b.y1, low, high);
+    hn::StoreU(low, d, &b.low_xy[static_cast<std::size_t>(y - b.y0)]);
+    hn::StoreU(high, d, &b.high_xy[static_cast<std::size_t>(y - b.y0)]);
+  }
+  for (std::int32_t z = b.z0; z <= b.z1; z += kPart) {
+    const auto i = static_cast<std::size_t>(z - b.z0);
+    Doubles low = hn::Zero(d);
+    Doubles high = last_x;
+    Narrow(t, t.xz, t.size.x, z, b.z1, low, high);
+    hn::StoreU(low, d, &b.low_xz[i]);
+    hn::StoreU(high, d, &b.high_xz[i]);
+    low = hn::Set(d, b.y0);
+    high = hn::Set(d, b.y1);
+    Narrow(t, t.yz, t.size.y, z, b.z1, low, high);
+    hn::StoreU(low, d, &b.low_y[i]);
+    hn::StoreU(high, d, &b.high_y[i]);
+    if (!crosses) continue;
+    FindCentres(t, z, b.z1, low, high);
+    hn::StoreU(low, d, &b.low_centre[i]);
+    hn::StoreU(high, d, &b.high_centre[i]);
+  }
+}
+
+/// The block to mark, with the place of the triangle's box in it.
+struct Block {
+  GridIndex offset;
+  std::int32_t side;
+  std::uint64_t* rows;
+  int facing;
+  std::vector<Crossing>* crossings;
+};
+
+/// The rows of a vector, from y on, and their cells [low, high].
+struct Strip {
+  std::int32_t y, z;
+  std::size_t row;  // row of y in the block
+  Doubles low, high;
+};
+
+/// Sets the bits of the cells of a strip in the rows that `met` names.
+HWY_INLINE void SetBits(const Strip& strip, Flags met, const Block& block) {
   const D d;
   const U u;
-  const std::int32_t y0 = std::max(0, -offset.y);
-  const std::int32_t y1 = std::min(t.size.y - 1, side - 1 - offset.y);
-  const std::int32_t z0 = std::max(0, -offset.z);
-  const std::int32_t z1 = std::min(t.size.z - 1, side - 1 - offset.z);
-  const bool crosses = facing != 0 && t.sense[0] != 0;
-  ByRow low_xy, high_xy, low_xz, high_xz, low_y, high_y, low_centre, high_centre;
-  const Doubles last_x = hn::Set(d, t.size.x - 1);
-  for (std::int32_t y = y0; y <= y1; y += kPart) {
-    Doubles low = hn::Zero(d);
-    Doubles high = last_x;
-    Narrow(t, t.xy, t.size.x, y, y1, low, high);
-    hn::StoreU(low, d, &low_xy[static_cast<std::size_t>(y - y0)]);
-    hn::StoreU(high, d, &high_xy[static_cast<std::size_t>(y - y0)]);
+  const Doubles shift_x = hn::Set(d, block.offset.x);
+  const Doubles begin = hn::Max(hn::Zero(d), hn::Add(strip.low, shift_x));
+  const Doubles end = hn::Min(hn::Set(d, block.side - 1), hn::Add(strip.high, shift_x));
+  const Flags here = hn::And(met, hn::Le(begin, end));
+  // whole numbers below 64 stand in the lowest bits of their sum with 2^52
+  const Doubles whole = hn::Set(d, 4503599627370496.0);
+  const auto low_bits = hn::Set(u, 63);
+  const auto from = hn::And(hn::BitCast(u, hn::Add(begin, whole)), low_bits);
+  const auto length = hn::BitCast(u, hn::Add(hn::Sub(end, begin), whole));
+  const auto unused = hn::And(hn::Sub(low_bits, length), low_bits);
+  const auto bits = hn::Shl(hn::Shr(hn::Set(u, ~std::uint64_t{0}), unused), from);
+  std::uint64_t* rows = block.rows + strip.row;
+  hn::StoreU(hn::Or(hn::LoadU(u, rows), hn::IfThenElseZero(hn::RebindMask(u, here), bits)), u,
+             rows);
+}
+
+/// Lists the crossings of rows first..last of a strip.
+HWY_INLINE void ListCrossings(const View& t, const Strip& strip, std::int32_t first,
+                              std::int32_t last, const Block& block) {
+  const D d;
+  alignas(64) std::array<double, kPart> low_x;
+  alignas(64) std::array<double, kPart> high_x;
+  hn::Store(strip.low, d, low_x.data());
+  hn::Store(strip.high, d, high_x.data());
+  for (std::int32_t yy = first; yy <= last; ++yy) {
+    const auto lane = static_cast<std::size_t>(yy - strip.y);
+    if (low_x[lane] > high_x[lane]) continue;
+    // the crossing lies in one of the row's cells, in spite of rounding
+    const double x = std::clamp(
+        t.c[0][0] + t.rise_y * (yy + 0.5 - t.c[0][1]) + t.rise_z * (strip.z + 0.5 - t.c[0][2]),
+        low_x[lane], high_x[lane] + 1);
+    const auto cell =
+        std::min(static_cast<std::int32_t>(high_x[lane]), static_cast<std::int32_t>(x));
+    const std::int32_t in_block = cell + block.offset.x;
+    if (in_block < 0 || in_block >= block.side) continue;
+    block.crossings->push_back(
+        {.row = static_cast<std::uint16_t>(strip.row + lane),
+         .from = static_cast<std::uint8_t>(in_block + (x - cell > 0.5 ? 1 : 0)),
+         .entering = static_cast<std::int8_t>(-t.sense[0] * block.facing)});
   }
-  for (std::int32_t z = z0; z <= z1; z += kPart) {
-    const auto i = static_cast<std::size_t>(z - z0);
-    Doubles low = hn::Zero(d);
-    Doubles high = last_x;
-    Narrow(t, t.xz, t.size.x, z, z1, low, high);
-    hn::StoreU(low, d, &low_xz[i]);
-    hn::StoreU(high, d, &high_xz[i]);
-    low = hn::Set(d, y0);
-    high = hn::Set(d, y1);
-    Narrow(t, t.yz, t.size.y, z, z1, low, high);
-    hn::StoreU(low, d, &low_y[i]);
-    hn::StoreU(high, d, &high_y[i]);
-    if (!crosses) continue;
-    FindCentres(t, z, z1, low, high);
-    hn::StoreU(low, d, &low_centre[i]);
-    hn::StoreU(high, d, &high_centre[i]);
-  }
-  const Doubles shift_x = hn::Set(d, offset.x);
-  for (std::int32_t z = z0; z <= z1; ++z) {
-    const auto iz = static_cast<std::size_t>(z - z0);
-    if (low_xz[iz] > high_xz[iz] || low_y[iz] > high_y[iz]) continue;
-    const auto end_y = static_cast<std::int32_t>(high_y[iz]);
-    for (auto y = static_cast<std::int32_t>(low_y[iz]); y <= end_y; y += kPart) {
-      const auto iy = static_cast<std::size_t>(y - y0);
-      Doubles low = hn::Max(hn::LoadU(d, &low_xy[iy]), hn::Set(d, low_xz[iz]));
-      Doubles high = hn::Min(hn::LoadU(d, &high_xy[iy]), hn::Set(d, high_xz[iz]));
-      Flags met = hn::And(hn::Le(RowsFrom(y), hn::Set(d, end_y)), hn::Le(low, high));
+}
+
+void MarkRows(const View& t, const Block& block) {
+  const D d;
+  const GridIndex& offset = block.offset;
+  RowBounds b;
+  b.y0 = std::max(0, -offset.y);
+  b.y1 = std::min(t.size.y - 1, block.side - 1 - offset.y);
+  b.z0 = std::max(0, -offset.z);
+  b.z1 = std::min(t.size.z - 1, block.side - 1 - offset.z);
+  const bool crosses = block.facing != 0 && t.sense[0] != 0;
+  BoundRows(t, crosses, b);
+  for (std::int32_t z = b.z0; z <= b.z1; ++z) {
+    const auto iz = static_cast<std::size_t>(z - b.z0);
+    if (b.low_xz[iz] > b.high_xz[iz] || b.low_y[iz] > b.high_y[iz]) continue;
+    const auto end_y = static_cast<std::int32_t>(b.high_y[iz]);
+    for (auto y = static_cast<std::int32_t>(b.low_y[iz]); y <= end_y; y += kPart) {
+      const auto iy = static_cast<std::size_t>(y - b.y0);
+      Strip strip{y, z, 0, hn::Max(hn::LoadU(d, &b.low_xy[iy]), hn::Set(d, b.low_xz[iz])),
+                  hn::Min(hn::LoadU(d, &b.high_xy[iy]), hn::Set(d, b.high_xz[iz]))};
+      Flags met = hn::And(hn::Le(RowsFrom(y), hn::Set(d, end_y)), hn::Le(strip.low, strip.high));
       if (t.by_plane) {
-        NarrowToPlane(t, y, z, met, low, high);
-        met = hn::And(met, hn::Le(low, high));
+        NarrowToPlane(t, y, z, met, strip.low, strip.high);
+        met = hn::And(met, hn::Le(strip.low, strip.high));
       }
       if (hn::AllFalse(d, met)) continue;
-      const Doubles begin = hn::Max(hn::Zero(d), hn::Add(low, shift_x));
-      const Doubles end = hn::Min(hn::Set(d, side - 1), hn::Add(high, shift_x));
-      const Flags here = hn::And(met, hn::Le(begin, end));
-      // whole numbers below 64 stand in the lowest bits of their sum with 2^52
-      const Doubles whole = hn::Set(d, 4503599627370496.0);
-      const auto low_bits = hn::Set(u, 63);
-      const auto from = hn::And(hn::BitCast(u, hn::Add(begin, whole)), low_bits);
-      const auto length = hn::BitCast(u, hn::Add(hn::Sub(end, begin), whole));
-      const auto unused = hn::And(hn::Sub(low_bits, length), low_bits);
-      const auto bits = hn::Shl(hn::Shr(hn::Set(u, ~std::uint64_t{0}), unused), from);
-      const std::size_t row =
-          static_cast<std::size_t>(offset.y + y) +
-          static_cast<std::size_t>(side) * static_cast<std::size_t>(offset.z + z);
-      hn::StoreU(
-          hn::Or(hn::LoadU(u, rows + row), hn::IfThenElseZero(hn::RebindMask(u, here), bits)), u,
-          rows + row);
-      if (!crosses || low_centre[iz] > high_centre[iz]) continue;
-      alignas(64) std::array<double, kPart> low_x;
-      alignas(64) std::array<double, kPart> high_x;
-      hn::Store(low, d, low_x.data());
-      hn::Store(high, d, high_x.data());
-      const auto first = std::max(y, static_cast<std::int32_t>(low_centre[iz]));
+      strip.row = static_cast<std::size_t>(offset.y + y) +
+                  static_cast<std::size_t>(block.side) * static_cast<std::size_t>(offset.z + z);
+      SetBits(strip, met, block);
+      if (!crosses || b.low_centre[iz] > b.high_centre[iz]) continue;
+      const auto first = std::max(y, static_cast<std::int32_t>(b.low_centre[iz]));
       const auto last = std::min({y + static_cast<std::int32_t>(kPart) - 1, end_y,
-                                  static_cast<std::int32_t>(high_centre[iz])});
-      for (std::int32_t yy = first; yy <= last; ++yy) {
-        const auto lane = static_cast<std::size_t>(yy - y);
-        if (low_x[lane] > high_x[lane]) continue;
-        // the crossing lies in one of the row's cells, in spite of rounding
-        const double x = std::clamp(
-            t.c[0][0] + t.rise_y * (yy + 0.5 - t.c[0][1]) + t.rise_z * (z + 0.5 - t.c[0][2]),
-            low_x[lane], high_x[lane] + 1);
-        const auto cell =
-            std::min(static_cast<std::int32_t>(high_x[lane]), static_cast<std::int32_t>(x));
-        const std::int32_t in_block = cell + offset.x;
-        if (in_block < 0 || in_block >= side) continue;
-        crossings->push_back(
-            {.row = static_cast<std::uint16_t>(row + lane),
-             .from = static_cast<std::uint8_t>(in_block + (x - cell > 0.5 ? 1 : 0)),
-             .entering = static_cast<std::int8_t>(-t.sense[0] * facing)});
-      }
+                                  static_cast<std::int32_t>(b.high_centre[iz])});
+      ListCrossings(t, strip, first, last, block);
     }
   }
+}
+
+void MarkTriangle(const View& t, const GridIndex& offset, std::int32_t side, std::uint64_t* rows,
+                  int facing, std::vector<Crossing>* crossings) {
+  MarkRows(t, {offset, side, rows, facing, crossings});
 }
 
 }  // namespace
@@ -251,7 +296,7 @@ namespace tandem {
 
 namespace {
 
-HWY_EXPORT(MarkRows);
+HWY_EXPORT(MarkTriangle);
 
 }  // namespace
 
@@ -288,7 +333,7 @@ void TriangleRows::MarkBlock(const GridIndex& first, std::int32_t side, std::uin
     }
     return;
   }
-  HWY_DYNAMIC_DISPATCH(MarkRows)(view_, offset, side, rows, facing, crossings);
+  HWY_DYNAMIC_DISPATCH(MarkTriangle)(view_, offset, side, rows, facing, crossings);
 }
 
 }  // namespace tandem
