@@ -1,12 +1,12 @@
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <memory>
 #include <span>
 #include <vector>
 
 #include "engine/base/huge_vector.h"
+#include "engine/voxel/growing_marks.h"
 #include "engine/voxel/mark_packing.h"
 #include "engine/voxel/surface_bricks.h"
 #include "engine/voxel/voxmap_image.h"
@@ -50,26 +50,7 @@ class MarkPlanes {
   /// surface voxels.
   std::uint64_t band_voxels() const noexcept { return band_voxels_; }
 
-  static constexpr int kHalo = 16;
-  static constexpr int kSide = kHyperchunkSide + 2 * kHalo;
-  /// Rows of a layer: kSide of them, the first at kFirstRow, so that vectors may read beyond them.
-  static constexpr int kStride = kSide + 16;
-  static constexpr int kFirstRow = 8;
-  /// Two words a row: voxels -16..47 and 16..79 from the hyperchunk's lowest. Growth from beyond a
-  /// word's ends is missed; after 16 steps the error has not reached voxels 0..31 and 32..63.
-  struct alignas(64) Layer {
-    std::array<std::array<std::uint64_t, kStride>, 2> words{};
-  };
-  struct Scratch {
-    std::array<Layer, kSide> cube{};
-    std::array<Layer, 3> ring{};                // layers grown along x and y
-    std::array<std::uint16_t, kSide> octets{};  // per layer: eights of rows that have bits
-    std::array<std::uint16_t, 3> ring_octets{};
-    /// Per layer: eights of rows that have bits at the end.
-    std::array<std::uint16_t, kSide> touched{};
-    MarkDigits digits;
-    std::uint64_t marked = 0;  // number of voxels with a mark
-  };
+  static constexpr int kHalo = GrowingMarks::kHalo;
 
  private:
   bool Gather(const SurfaceBricks& bricks, Field field, int range);
@@ -83,7 +64,7 @@ class MarkPlanes {
   HugeVector<std::uint8_t> planes_;
   std::uint32_t plane_count_ = 0;
   std::uint64_t band_voxels_ = 0;
-  std::unique_ptr<Scratch> scratch_;
+  std::unique_ptr<GrowingMarks> growing_;
 };
 
 /// Returns the sources of all fields with all voxels within MarkPlanes::kHalo voxels of them, in
