@@ -5,6 +5,7 @@
 #include <cmath>
 #include <span>
 
+#include "engine/voxel/triangle_clip.h"
 #include "engine/voxel/triangle_rows.h"
 
 namespace tandem {
@@ -14,63 +15,6 @@ namespace {
 /// Share of the summed areas: if the mean normal is shorter, the facets face several ways
 /// (docs/decisions/0008-labels.md).
 constexpr double kThinSheet = 0.3;
-
-/// A polygon. A triangle cut to a box has at most nine corners.
-struct Polygon {
-  std::array<Vec3, 10> corners;
-  std::size_t count = 0;
-};
-
-/// Cuts away the part beyond `limit` along an axis; `side` +1 keeps the lower part, -1 the upper.
-/// `spare` is scratch.
-void Clip(Polygon& polygon, Polygon& spare, int axis, double limit, double side) {
-  std::array<double, 10> within;  // per corner
-  double least = 0;
-  for (std::size_t i = 0; i < polygon.count; ++i) {
-    within[i] = side * (limit - polygon.corners[i][axis]);
-    least = std::min(least, within[i]);
-  }
-  if (least >= 0) return;
-  spare.count = 0;
-  for (std::size_t i = 0; i < polygon.count; ++i) {
-    const std::size_t next = i + 1 < polygon.count ? i + 1 : 0;
-    const double da = within[i];
-    const double db = within[next];
-    if (da >= 0) spare.corners[spare.count++] = polygon.corners[i];
-    if ((da > 0 && db < 0) || (da < 0 && db > 0)) {
-      const Vec3& a = polygon.corners[i];
-      spare.corners[spare.count++] = a + da / (da - db) * (polygon.corners[next] - a);
-    }
-  }
-  polygon.count = spare.count;
-  std::copy_n(spare.corners.begin(), spare.count, polygon.corners.begin());
-}
-
-/// A triangle's part within a cell: twice its area vector, and its centre times the norm of that.
-struct Part {
-  Vec3 area = Vec3::Zero();
-  Vec3 moment = Vec3::Zero();
-};
-
-Part ClippedPart(const std::array<Vec3, 3>& triangle, const Vec3& cell) {
-  Polygon polygon;
-  Polygon spare;
-  polygon.count = 3;
-  std::copy(triangle.begin(), triangle.end(), polygon.corners.begin());
-  for (int axis = 0; axis < 3; ++axis) {
-    Clip(polygon, spare, axis, cell[axis], -1.0);
-    Clip(polygon, spare, axis, cell[axis] + 1.0, 1.0);
-  }
-  Part part;
-  for (std::size_t i = 2; i < polygon.count; ++i) {
-    const Vec3 area = (polygon.corners[i - 1] - polygon.corners[0])
-                          .cross(polygon.corners[i] - polygon.corners[0]);
-    part.area += area;
-    part.moment +=
-        area.norm() / 3.0 * (polygon.corners[0] + polygon.corners[i - 1] + polygon.corners[i]);
-  }
-  return part;
-}
 
 /// A facet's area in a voxel.
 struct FacetPart {
@@ -198,143 +142,213 @@ std::size_t TakeLine(std::span<EdgePart> parts, const FeatureNormals& normals,
   return static_cast<std::size_t>(rest - parts.begin());
 }
 
-}  // namespace
+/// Calls visit(parts of a voxel) for each voxel that has some.
+template <typename Visit>
+void ForEachVoxel(std::vector<EdgePart>& parts, const Visit& visit) {
+  for (std::size_t first = 0; first < parts.size();) {
+    std::size_t end = first;
+    while (end < parts.size() && parts[end].voxel == parts[first].voxel) ++end;
+    visit(std::span<EdgePart>(&parts[first], end - first));
+    first = end;
+  }
+}
 
-ChunkSurfaces SurfacesOfChunk(const FeatureVoxels& voxels, const SurfaceVoxels::Chunk& chunk,
-                              const TriangleMesh& mesh_W, const Features& features,
-                              const FeatureNormals& normals) {
-  const double s = voxels.surface().voxel_size;
-  const GridIndex first = chunk.place * kChunkSide;
-  const Vec3 origin(first.x, first.y, first.z);
-  const auto cell_corner = [](std::size_t cell) {
+/// Makes the surfaces of a chunk: first those of its facets, then what edges and vertices change.
+class ChunkSurfacesMaker {
+ public:
+  ChunkSurfacesMaker(const FeatureVoxels& voxels, const GridIndex& place,
+                     const TriangleMesh& mesh_W, const Features& features,
+                     const FeatureNormals& normals)
+      : voxels_(voxels),
+        place_(place),
+        mesh_W_(mesh_W),
+        features_(features),
+        normals_(normals),
+        voxel_size_(voxels.surface().voxel_size) {
+    const GridIndex first = place * kChunkSide;
+    origin_ = Vec3(first.x, first.y, first.z);
+    at_.fill(-1);
+  }
+
+  ChunkSurfaces Make() {
+    GatherFacets();
+    AddSurfaces();
+    FindEdgeParts();
+    LabelEdges();
+    LabelVertices();
+    AddMoreEdges();
+    KeepPlacesInVoxels();
+    return std::move(surfaces_);
+  }
+
+ private:
+  static Vec3 CornerOf(std::size_t cell) {
     const GridIndex c = BlockCell(cell);
     return Vec3(c.x, c.y, c.z);
-  };
-  std::array<std::int16_t, kVoxelsPerChunk> at;  // per cell: index in `gathered`
-  at.fill(-1);
-  std::vector<Gathered> gathered;
-  std::vector<FacetPart> facets;
-  ForEachMeeting(voxels.surface(), chunk.place, [&](std::uint32_t t, const auto& met) {
-    const std::array<Vec3, 3> triangle{mesh_W.corner(t, 0) / s - origin,
-                                       mesh_W.corner(t, 1) / s - origin,
-                                       mesh_W.corner(t, 2) / s - origin};
-    const Vec3 whole = (triangle[1] - triangle[0]).cross(triangle[2] - triangle[0]);
-    if (whole.norm() <= 0) return;
-    const Vec3 n = whole.normalized();
-    ForEachCell(met, [&](std::size_t cell) {
-      const Part part = ClippedPart(triangle, cell_corner(cell));
-      if (at[cell] < 0) {
-        at[cell] = static_cast<std::int16_t>(gathered.size());
-        gathered.emplace_back();
-      }
-      Gathered& g = gathered[static_cast<std::size_t>(at[cell])];
-      // a triangle that only touches the cell still shows which way the surface faces
-      facets.push_back({at[cell], part.area + 1e-9 * n});
-      ++g.count;
-      g.moment += part.moment;
-      const Vec3 middle = cell_corner(cell) + Vec3::Constant(0.5);
-      g.on_plane = middle - n.dot(middle - triangle[0]) * n;
-      g.weight += part.area.norm();
-    });
-  });
-  std::vector<std::size_t> next(gathered.size() + 1, 0);
-  for (std::size_t i = 0; i < gathered.size(); ++i) next[i + 1] = next[i] + gathered[i].count;
-  std::vector<Vec3> areas(facets.size());  // voxel by voxel
-  for (const FacetPart& f : facets) areas[next[static_cast<std::size_t>(f.voxel)]++] = f.area;
-
-  ChunkSurfaces surfaces;
-  std::vector<VoxelSurface>& out = surfaces.voxels;
-  out.reserve(gathered.size());
-  for (std::size_t cell = 0; cell < kVoxelsPerChunk; ++cell) {
-    if (at[cell] < 0) continue;
-    const auto i = static_cast<std::size_t>(at[cell]);
-    at[cell] = -1;  // from here on: index in `out`
-    const Gathered& g = gathered[i];
-    VoxelSurface surface;
-    surface.cell = static_cast<std::uint16_t>(cell);
-    const auto areas_here = std::span(areas).subspan(next[i] - g.count, g.count);
-    SetNormals(areas_here, surface);
-    if (surface.sides == 0) continue;
-    surface.feature_normal = surface.normals[0];
-    surface.place =
-        Vec3((g.weight > 1e-9 ? Vec3(g.moment / g.weight) : g.on_plane) - cell_corner(cell));
-    at[cell] = static_cast<std::int16_t>(out.size());
-    out.push_back(surface);
+  }
+  VoxelSurface& SurfaceAt(std::int16_t voxel) {
+    return surfaces_.voxels[static_cast<std::size_t>(voxel)];
   }
 
-  // parts of feature edges, voxel by voxel, the longest first: it gives the direction, and parts
-  // that continue it nearly the same way (a rim of many mesh edges) make it longer
-  std::vector<EdgePart> parts;
-  ForEachMeeting(voxels[Field::kEdge], chunk.place, [&](std::uint32_t e, const auto& met) {
-    ForEachCell(met, [&](std::size_t cell) {
-      if (at[cell] < 0) return;
-      const Vec3 corner = origin + cell_corner(cell);
-      const Vec3 a = mesh_W.vertices[features.edges[e][0]] / s - corner;
-      const Vec3 b = mesh_W.vertices[features.edges[e][1]] / s - corner;
-      double from = 0;
-      double to = 0;
-      if (!ClipSegment(a, b, from, to)) from = to = 0.5 * (from + to);
-      parts.push_back({at[cell], e, a + from * (b - a), a + to * (b - a), (b - a).normalized()});
+  /// Sums up the facets in each voxel; `at_` becomes indices in `gathered_`.
+  void GatherFacets() {
+    const double s = voxel_size_;
+    ForEachMeeting(voxels_.surface(), place_, [&](std::uint32_t t, const auto& met) {
+      const std::array<Vec3, 3> triangle{mesh_W_.corner(t, 0) / s - origin_,
+                                         mesh_W_.corner(t, 1) / s - origin_,
+                                         mesh_W_.corner(t, 2) / s - origin_};
+      const Vec3 whole = (triangle[1] - triangle[0]).cross(triangle[2] - triangle[0]);
+      if (whole.norm() <= 0) return;
+      const Vec3 n = whole.normalized();
+      ForEachCell(met, [&](std::size_t cell) {
+        const TrianglePart part = PartInCell(triangle, CornerOf(cell));
+        if (at_[cell] < 0) {
+          at_[cell] = static_cast<std::int16_t>(gathered_.size());
+          gathered_.emplace_back();
+        }
+        Gathered& g = gathered_[static_cast<std::size_t>(at_[cell])];
+        // a triangle that only touches the cell still shows which way the surface faces
+        facets_.push_back({at_[cell], part.area + 1e-9 * n});
+        ++g.count;
+        g.moment += part.moment;
+        const Vec3 middle = CornerOf(cell) + Vec3::Constant(0.5);
+        g.on_plane = middle - n.dot(middle - triangle[0]) * n;
+        g.weight += part.area.norm();
+      });
     });
-  });
-  std::stable_sort(parts.begin(), parts.end(), [](const EdgePart& one, const EdgePart& two) {
-    if (one.voxel != two.voxel) return one.voxel < two.voxel;
-    return (one.to - one.from).squaredNorm() > (two.to - two.from).squaredNorm();
-  });
-  for (std::size_t first_part = 0; first_part < parts.size();) {
-    std::size_t end = first_part;
-    while (end < parts.size() && parts[end].voxel == parts[first_part].voxel) ++end;
-    const std::span<EdgePart> here(&parts[first_part], end - first_part);
-    TakeLine(here, normals, out[static_cast<std::size_t>(here.front().voxel)]);
-    first_part = end;
   }
-  ForEachMeeting(voxels[Field::kVertex], chunk.place, [&](std::uint32_t v, const auto& met) {
-    ForEachCell(met, [&](std::size_t cell) {
-      if (at[cell] < 0) return;
-      VoxelSurface& surface = out[static_cast<std::size_t>(at[cell])];
-      if (surface.label == Label::kVertex) return;
-      surface.label = Label::kVertex;
-      surface.half_length = 0;
-      if (normals.vertices[v].squaredNorm() > 0) surface.feature_normal = normals.vertices[v];
-      surface.place = mesh_W.vertices[features.vertices[v]] / s - origin - cell_corner(cell);
+
+  /// Makes the surfaces that have a normal; `at_` becomes indices in `surfaces_.voxels`.
+  void AddSurfaces() {
+    std::vector<std::size_t> next(gathered_.size() + 1, 0);
+    for (std::size_t i = 0; i < gathered_.size(); ++i) next[i + 1] = next[i] + gathered_[i].count;
+    std::vector<Vec3> areas(facets_.size());  // voxel by voxel
+    for (const FacetPart& f : facets_) areas[next[static_cast<std::size_t>(f.voxel)]++] = f.area;
+    std::vector<VoxelSurface>& out = surfaces_.voxels;
+    out.reserve(gathered_.size());
+    for (std::size_t cell = 0; cell < kVoxelsPerChunk; ++cell) {
+      if (at_[cell] < 0) continue;
+      const auto i = static_cast<std::size_t>(at_[cell]);
+      at_[cell] = -1;
+      const Gathered& g = gathered_[i];
+      VoxelSurface surface;
+      surface.cell = static_cast<std::uint16_t>(cell);
+      const auto areas_here = std::span(areas).subspan(next[i] - g.count, g.count);
+      SetNormals(areas_here, surface);
+      if (surface.sides == 0) continue;
+      surface.feature_normal = surface.normals[0];
+      surface.place =
+          Vec3((g.weight > 1e-9 ? Vec3(g.moment / g.weight) : g.on_plane) - CornerOf(cell));
+      at_[cell] = static_cast<std::int16_t>(out.size());
+      out.push_back(surface);
+    }
+  }
+
+  /// Finds the parts of feature edges, voxel by voxel, the longest first: it gives the direction,
+  /// and parts that continue it nearly the same way (a rim of many mesh edges) make it longer.
+  void FindEdgeParts() {
+    const double s = voxel_size_;
+    ForEachMeeting(voxels_[Field::kEdge], place_, [&](std::uint32_t e, const auto& met) {
+      ForEachCell(met, [&](std::size_t cell) {
+        if (at_[cell] < 0) return;
+        const Vec3 corner = origin_ + CornerOf(cell);
+        const Vec3 a = mesh_W_.vertices[features_.edges[e][0]] / s - corner;
+        const Vec3 b = mesh_W_.vertices[features_.edges[e][1]] / s - corner;
+        double from = 0;
+        double to = 0;
+        if (!ClipSegment(a, b, from, to)) from = to = 0.5 * (from + to);
+        parts_.push_back(
+            {at_[cell], e, a + from * (b - a), a + to * (b - a), (b - a).normalized()});
+      });
     });
-  });
-  // an edge of a corner continues to the corner itself, beside the edges that meet it there
-  for (std::size_t first_part = 0; first_part < parts.size();) {
-    std::size_t end = first_part;
-    while (end < parts.size() && parts[end].voxel == parts[first_part].voxel) ++end;
-    std::span<EdgePart> here(&parts[first_part], end - first_part);
-    const VoxelSurface& corner = out[static_cast<std::size_t>(here.front().voxel)];
-    first_part = end;
+    std::stable_sort(parts_.begin(), parts_.end(), [](const EdgePart& one, const EdgePart& two) {
+      if (one.voxel != two.voxel) return one.voxel < two.voxel;
+      return (one.to - one.from).squaredNorm() > (two.to - two.from).squaredNorm();
+    });
+  }
+
+  void LabelEdges() {
+    ForEachVoxel(parts_, [&](std::span<EdgePart> here) {
+      TakeLine(here, normals_, SurfaceAt(here.front().voxel));
+    });
+  }
+
+  void LabelVertices() {
+    ForEachMeeting(voxels_[Field::kVertex], place_, [&](std::uint32_t v, const auto& met) {
+      ForEachCell(met, [&](std::size_t cell) {
+        if (at_[cell] < 0) return;
+        VoxelSurface& surface = SurfaceAt(at_[cell]);
+        if (surface.label == Label::kVertex) return;
+        surface.label = Label::kVertex;
+        surface.half_length = 0;
+        if (normals_.vertices[v].squaredNorm() > 0) surface.feature_normal = normals_.vertices[v];
+        surface.place =
+            mesh_W_.vertices[features_.vertices[v]] / voxel_size_ - origin_ - CornerOf(cell);
+      });
+    });
+  }
+
+  /// Lists the edges beside those that give a voxel its label. An edge of a corner continues to the
+  /// corner itself, beside the edges that meet it there.
+  void AddMoreEdges() {
+    ForEachVoxel(parts_, [&](std::span<EdgePart> here) {
+      AddMoreEdges(here, SurfaceAt(here.front().voxel));
+    });
+    std::stable_sort(surfaces_.more_edges.begin(), surfaces_.more_edges.end(),
+                     [](const VoxelSurface& one, const VoxelSurface& two) {
+                       return one.cell < two.cell;
+                     });
+  }
+
+  void AddMoreEdges(std::span<EdgePart> here, const VoxelSurface& corner) {
     const bool is_vertex = corner.label == Label::kVertex;
     if (!is_vertex) {
       VoxelSurface own = corner;
-      here = here.subspan(TakeLine(here, normals, own));
+      here = here.subspan(TakeLine(here, normals_, own));
     }
     for (std::size_t lines = 0; lines < VoxelSurface::kMostMoreEdges && !here.empty(); ++lines) {
       VoxelSurface edge = corner;
       edge.feature_normal = corner.normals[0];
       edge.cosine = 0;
-      here = here.subspan(TakeLine(here, normals, edge));
+      here = here.subspan(TakeLine(here, normals_, edge));
       // nothing leans on notches, and shallow edges are pieces of curved surface
       const bool sharp = edge.cosine >= 0 && edge.cosine < kShallow;
       if (edge.half_length <= 0 || !sharp) continue;
       const double along = (corner.place - edge.place).dot(edge.tangent);
       edge.ends = is_vertex && std::abs(along) > 0.99 * edge.half_length;
       if (edge.ends && along > 0) edge.tangent = -edge.tangent;
-      surfaces.more_edges.push_back(edge);
+      surfaces_.more_edges.push_back(edge);
     }
   }
-  std::stable_sort(surfaces.more_edges.begin(), surfaces.more_edges.end(),
-                   [](const VoxelSurface& one, const VoxelSurface& two) {
-                     return one.cell < two.cell;
-                   });
-  for (std::vector<VoxelSurface>* all : {&out, &surfaces.more_edges}) {
-    for (VoxelSurface& surface : *all) {
-      surface.place = surface.place.cwiseMax(0.0).cwiseMin(1.0);
+
+  void KeepPlacesInVoxels() {
+    for (std::vector<VoxelSurface>* all : {&surfaces_.voxels, &surfaces_.more_edges}) {
+      for (VoxelSurface& surface : *all) {
+        surface.place = surface.place.cwiseMax(0.0).cwiseMin(1.0);
+      }
     }
   }
-  return surfaces;
+
+  const FeatureVoxels& voxels_;
+  GridIndex place_;
+  const TriangleMesh& mesh_W_;
+  const Features& features_;
+  const FeatureNormals& normals_;
+  double voxel_size_;
+  Vec3 origin_;
+  std::array<std::int16_t, kVoxelsPerChunk> at_;  // per cell: an index, or -1
+  std::vector<Gathered> gathered_;
+  std::vector<FacetPart> facets_;
+  std::vector<EdgePart> parts_;
+  ChunkSurfaces surfaces_;
+};
+
+}  // namespace
+
+ChunkSurfaces SurfacesOfChunk(const FeatureVoxels& voxels, const SurfaceVoxels::Chunk& chunk,
+                              const TriangleMesh& mesh_W, const Features& features,
+                              const FeatureNormals& normals) {
+  return ChunkSurfacesMaker(voxels, chunk.place, mesh_W, features, normals).Make();
 }
 
 }  // namespace tandem
