@@ -9,6 +9,7 @@
 
 namespace tandem {
 
+inline constexpr double kFrame = 1e-3;  // s
 inline constexpr std::size_t kMaxLinkAnchors = 8;
 /// Point tests in a frame of 1 ms, on slow processors too.
 inline constexpr double kDefaultCapacity = 1e5;

@@ -6,6 +6,8 @@
 #include <utility>
 
 #include "engine/base/check.h"
+#include "engine/world/body_pairs.h"
+#include "engine/world/body_step.h"
 
 namespace tandem {
 
@@ -13,13 +15,6 @@ namespace {
 
 /// Travel where nothing is near, voxels a frame: half a hyperchunk (paper fn. 3).
 constexpr double kFreeTravel = 32.0;
-
-/// Returns the radius round a body's frame's origin that others must not enter unseen, m. It holds
-/// the surface voxels and the layers round them that may read contact.
-double RadiusOf(const BodyModel& body) {
-  const int most_layer = body.voxmap.range() - kWarningQueues;
-  return body.points.radius + (most_layer + 2) * std::sqrt(3.0) * body.voxmap.voxel_size();
-}
 
 /// Returns the share of a pair's travel that falls to one body. A mirrored body gives way to
 /// nothing, so the other gets the larger share to escape faster. Parked bodies need none.
@@ -37,41 +32,6 @@ bool IsShell(const WorldModel& model, std::size_t a, std::size_t b) {
                                   model.bodies[b].surface_points);
 }
 
-/// Moves a body after its mirror. `radius`: of its points as they are displaced, m, as in
-/// StepBody().
-void FollowMirror(const BodyModel& model, RigidState& state, const Pose& target_WB, double radius,
-                  double max_travel) {
-  if (model.constraint) {
-    Follow(*model.constraint, state, target_WB, kFrame, radius, max_travel);
-  } else {
-    Follow(state, target_WB, kFrame, radius, max_travel);
-  }
-}
-
-StepEquations EquationsOf(const BodyModel& model, const RigidState& state, const Load& load) {
-  if (!model.constraint) return ImplicitEquations(model.inertia, state, load, kFrame);
-  return ConstrainedEquations(*model.constraint, model.inertia, state, load, kFrame);
-}
-
-Twist TwistAlone(const BodyModel& model, const RigidState& state, const Load& load) {
-  if (!model.constraint) return ImplicitTwist(model.inertia, state, load, kFrame);
-  return ConstrainedTwist(*model.constraint, model.inertia, state, load, kFrame);
-}
-
-/// Moves a body at a twist for a frame. Returns whether the travel limit held the body back.
-bool StepBody(const BodyModel& model, RigidState& state, const Twist& wanted, double radius,
-              double max_travel) {
-  if (!model.constraint) {
-    Advance(state, wanted, kFrame, radius, max_travel);
-    return state.V_WB.v != wanted.v || state.V_WB.w != wanted.w;
-  }
-  Advance(*model.constraint, state, wanted, kFrame, radius, max_travel);
-  // a joint turns the twist on the way, so only its size tells
-  const bool turns = wanted.w.norm() > 0;
-  const double kept = turns ? state.V_WB.w.norm() : state.V_WB.v.norm();
-  return kept < (1.0 - 1e-9) * (turns ? wanted.w.norm() : wanted.v.norm());
-}
-
 }  // namespace
 
 World::World(std::shared_ptr<const WorldModel> model, const ScheduleOptions& schedule)
@@ -83,52 +43,45 @@ World::World(std::shared_ptr<const WorldModel> model, const ScheduleOptions& sch
     TANDEM_CHECK(resident);  // LoadWorld() has checked it
     resident_ = std::move(*resident);
   }
-  const auto add_fixture_pair = [&](std::size_t body) {
-    if (!model_->has_fixture) return;
-    const BodyModel& shell = bodies[bodies_[body].shape];
-    const Voxmap& fixture = resident_ != nullptr ? resident_->voxmap() : model_->fixture;
-    const Pose X_WV{Quat::Identity(), fixture.p_WVo()};
-    const ContactGains gains = GainsFor(shell.inertia.mass);
-    std::unique_ptr<BodyPair> pair;
-    if (model_->scene.contact == ContactModel::kRefined) {
-      pair = std::make_unique<FieldPair>(
-          shell.surface, model_->fixture_surface,
-          FieldPair::Options{.inward_shift = ShiftOf(bodies_[body]), .schedule = schedule}, gains);
-    } else {
-      const Extent extent = ExtentOf(shell.points);
-      pair = std::make_unique<ContactPair>(
-          shell.points, fixture, X_WV, 0,
-          PairOptions{.force_layer = model_->scene.force_layer,
-                      .schedule = schedule,
-                      .reader = resident_ != nullptr
-                                    ? &resident_->AddReader(extent.centre, extent.half_size)
-                                    : nullptr},
-          gains);
-    }
-    pairs_.push_back({std::move(pair), static_cast<int>(body), -1});
-  };
   for (std::size_t b = 0; b < bodies.size(); ++b) {
     bodies_[b].state.X_WB = bodies[b].X_WB0;
     bodies_[b].shape = b;
-    add_fixture_pair(b);
+    AddFixturePair(b, schedule);
     for (std::size_t other = 0; other < b; ++other) AddPair(b, other, schedule);
   }
   first_pairs_ = pairs_.size();
   // other peers may hold a shared body in two places at once
   for (std::size_t b = 0; b < bodies.size() && bodies.size() > 1; ++b) {
-    if (!model_->scene.bodies[model_->object[b]].shared) continue;
-    bodies_[b].second = static_cast<int>(bodies_.size());
-    bodies_.push_back(bodies_[b]);
-    bodies_.back().second = -1;
-    add_fixture_pair(bodies_.size() - 1);
-    for (std::size_t other = 0; other < bodies.size(); ++other) {
-      if (other != b) AddPair(bodies_.size() - 1, other, schedule);
-    }
+    if (model_->scene.bodies[model_->object[b]].shared) AddSecondInstance(b, schedule);
   }
   if (resident_ != nullptr) {
     resident_->Start();
     BringInVoxels();
   }
+}
+
+void World::AddSecondInstance(std::size_t body, const ScheduleOptions& schedule) {
+  bodies_[body].second = static_cast<int>(bodies_.size());
+  bodies_.push_back(bodies_[body]);
+  bodies_.back().second = -1;
+  AddFixturePair(bodies_.size() - 1, schedule);
+  for (std::size_t other = 0; other < model_->bodies.size(); ++other) {
+    if (other != body) AddPair(bodies_.size() - 1, other, schedule);
+  }
+}
+
+void World::AddFixturePair(std::size_t body, const ScheduleOptions& schedule) {
+  if (!model_->has_fixture) return;
+  pairs_.push_back({MakeFixturePair(*model_, bodies_[body].shape, resident_.get(), schedule),
+                    static_cast<int>(body), -1});
+}
+
+void World::AddPair(std::size_t a, std::size_t b, const ScheduleOptions& schedule) {
+  const bool is_shell = IsShell(*model_, bodies_[a].shape, bodies_[b].shape);
+  const std::size_t shell = is_shell ? a : b;
+  const std::size_t map = is_shell ? b : a;
+  pairs_.push_back({MakeMovingPair(*model_, bodies_[shell].shape, bodies_[map].shape, schedule),
+                    static_cast<int>(shell), static_cast<int>(map)});
 }
 
 void World::BringInVoxels() {
@@ -161,40 +114,6 @@ const FieldPair& World::field_pair(std::size_t number) const {
   const auto* pair = dynamic_cast<const FieldPair*>(pairs_[number].contact.get());
   TANDEM_CHECK(pair != nullptr);
   return *pair;
-}
-
-double World::ShiftOf(const Body& body) const {
-  return model_->scene.bodies[model_->object[body.shape]].inward_shift_voxels;
-}
-
-ContactGains World::GainsFor(double mass) const {
-  ContactGains gains = DefaultContactGains(model_->scene.voxel_size, mass, kFrame);
-  gains.friction = model_->scene.friction;
-  return gains;
-}
-
-void World::AddPair(std::size_t a, std::size_t b, const ScheduleOptions& schedule) {
-  const bool is_shell = IsShell(*model_, bodies_[a].shape, bodies_[b].shape);
-  const std::size_t shell = is_shell ? a : b;
-  const std::size_t map = is_shell ? b : a;
-  const BodyModel& shell_model = model_->bodies[bodies_[shell].shape];
-  const BodyModel& map_model = model_->bodies[bodies_[map].shape];
-  const ContactGains gains = GainsFor(std::max(shell_model.inertia.mass, map_model.inertia.mass));
-  std::unique_ptr<BodyPair> pair;
-  if (model_->scene.contact == ContactModel::kRefined) {
-    pair = std::make_unique<FieldPair>(
-        shell_model.surface, map_model.surface,
-        FieldPair::Options{
-            .both_move = true, .inward_shift = ShiftOf(bodies_[shell]), .schedule = schedule},
-        gains);
-  } else {
-    pair = std::make_unique<ContactPair>(
-        shell_model.points, map_model.voxmap, map_model.X_BV, RadiusOf(map_model),
-        PairOptions{
-            .force_layer = model_->scene.force_layer, .both_move = true, .schedule = schedule},
-        gains);
-  }
-  pairs_.push_back({std::move(pair), static_cast<int>(shell), static_cast<int>(map)});
 }
 
 BodyDrive World::DriveOf(const StepInputs& in, std::size_t body) const noexcept {
@@ -231,24 +150,36 @@ bool World::Pushed(std::size_t body) const noexcept {
 }
 
 const StepReport& World::Step(const StepInputs& in) noexcept {
+  BeginFrame(in);
+  UpdateClearances(in);
+  if (!ComputeContactForces(in)) return EndFrameThatWaits();
+  LimitTravel(in);
+  ApplyCouplings(in);
+  SolveVelocities(in);
+  Integrate(in);
+  ReportAppliedForces(in);
+  return EndFrame();
+}
+
+void World::BeginFrame(const StepInputs& in) noexcept {
   report_ = {};
-  contact_load_ = {};
+  held_loads_.Clear();
   for (Body& body : bodies_) body.load = {};
   for (Pair& pair : pairs_) pair.pushes = false;
   BeginSimulated(in);
   if (resident_ != nullptr) resident_->BeginFrame();
-  if (waited_ == 0) GoToClearance(in);  // a frame that waits has already done so
-  if (contact_on_ && !Collide(in)) {
-    report_ = {};
-    report_.flags = StepReport::kWaitsForVoxels;
-    report_.waited = ++waited_;
-    if (helpers_ != nullptr) helpers_->Dismiss();
-    return report_;
-  }
+}
+
+const StepReport& World::EndFrame() noexcept {
   waited_ = 0;
-  ShareTravel(in);
-  Couple(in);
-  Move(in);
+  if (helpers_ != nullptr) helpers_->Dismiss();
+  return report_;
+}
+
+const StepReport& World::EndFrameThatWaits() noexcept {
+  report_ = {};
+  report_.flags = StepReport::kWaitsForVoxels;
+  report_.waited = ++waited_;
   if (helpers_ != nullptr) helpers_->Dismiss();
   return report_;
 }
@@ -262,7 +193,8 @@ void World::BeginSimulated(const StepInputs& in) noexcept {
   }
 }
 
-void World::GoToClearance(const StepInputs& in) noexcept {
+void World::UpdateClearances(const StepInputs& in) noexcept {
+  if (waited_ > 0) return;  // a frame that waits has already done so
   const Clearance scenes{static_cast<double>(model_->scene.force_layer), 0.0};
   for (Body& body : bodies_) body.displaced = 0;
   for (Pair& pair : pairs_) {
@@ -284,7 +216,7 @@ void World::GoToClearance(const StepInputs& in) noexcept {
   }
 }
 
-void World::ShareTravel(const StepInputs& in) noexcept {
+void World::LimitTravel(const StepInputs& in) noexcept {
   TestLoad load;
   for (const Pair& pair : pairs_) {
     if (Tested(pair, in)) load += pair.contact->load();
@@ -320,7 +252,8 @@ bool World::Tested(const Pair& pair, const StepInputs& in) const noexcept {
          (pair.map < 0 || DriveOf(in, static_cast<std::size_t>(pair.map)) != BodyDrive::kAbsent);
 }
 
-bool World::Collide(const StepInputs& in) noexcept {
+bool World::ComputeContactForces(const StepInputs& in) noexcept {
+  if (!contact_on_) return true;
   bool all = true;
   const BodyMotion fixture{};
   Load on_fixture;
@@ -348,11 +281,13 @@ bool World::Collide(const StepInputs& in) noexcept {
     report_.look_work += found.look_work;
     report_.loaded_points += found.loaded_points;
   }
-  if (in.hand.body >= 0) contact_load_ = bodies_[static_cast<std::size_t>(in.hand.body)].load;
+  if (in.hand.body >= 0) {
+    held_loads_.SetContact(bodies_[static_cast<std::size_t>(in.hand.body)].load);
+  }
   return all;
 }
 
-void World::Couple(const StepInputs& in) noexcept {
+void World::ApplyCouplings(const StepInputs& in) noexcept {
   for (std::size_t b = 0; b < bodies_.size(); ++b) {
     if (DriveOf(in, b) != BodyDrive::kYielding) continue;
     const StepInputs::BodyInput& input = in.bodies[bodies_[b].shape];
@@ -360,16 +295,25 @@ void World::Couple(const StepInputs& in) noexcept {
     bodies_[b].load += CouplingLoad(first ? input.pull : input.second_pull, bodies_[b].state,
                                     Pose{}, {first ? input.mirror_WB : input.second_WB, {}});
   }
-  if (in.hand.body < 0) return;
-  Body& held = bodies_[static_cast<std::size_t>(in.hand.body)];
-  hand_load_ = CouplingLoad(in.hand.gains, held.state, in.hand.X_BD, in.hand.goal);
-  held.load += hand_load_;
-  for (std::size_t k = 0; k < in.link_count; ++k) {
-    link_loads_[k] = CentreCouplingLoad(in.links[k].gains, held.state, in.links[k].copy);
-    link_loads_[k].F_B_W += in.links[k].push_B_W;
-    link_loads_[k].AddTo(held.load);
+  if (in.hand.body >= 0) {
+    Body& held = bodies_[static_cast<std::size_t>(in.hand.body)];
+    held_loads_.Couple(in, held.state, held.load);
   }
-  held.load += GroundDamping(in.ground_damping, in.ground_rotation_damping, held.state);
+  for (std::size_t b = 0; b < in.bodies.size(); ++b) {
+    if (in.bodies[b].drive != BodyDrive::kSimulated) continue;
+    bodies_[b].load.force.tail<3>() += model_->bodies[b].inertia.mass * model_->scene.gravity_W;
+  }
+}
+
+void World::SolveVelocities(const StepInputs& in) noexcept {
+  SolveTogether(in);
+  for (std::size_t b = 0; b < bodies_.size(); ++b) {
+    Body& body = bodies_[b];
+    if (!IsSimulated(in, static_cast<int>(b))) continue;
+    body.before = body.state.V_WB;
+    body.wanted = body.together ? together_.twist(b)
+                                : TwistAlone(model_->bodies[body.shape], body.state, body.load);
+  }
 }
 
 void World::SolveTogether(const StepInputs& in) noexcept {
@@ -393,9 +337,13 @@ void World::SolveTogether(const StepInputs& in) noexcept {
   for (std::size_t b = 0; b < bodies_.size(); ++b) {
     bodies_[b].together = begun && together_.has(b);
   }
-  contact_of_others_.setZero();
   if (!begun) return;
   together_.Solve();
+  SumContactOfOthers(in);
+}
+
+/// Finds how the load on the held body changes as the bodies that it pushes move.
+void World::SumContactOfOthers(const StepInputs& in) noexcept {
   for (const Pair& pair : pairs_) {
     if (!pair.pushes || !IsSimulated(in, pair.shell) || !IsSimulated(in, pair.map)) continue;
     const bool is_shell = pair.shell == in.hand.body;
@@ -403,29 +351,11 @@ void World::SolveTogether(const StepInputs& in) noexcept {
     const auto other = static_cast<std::size_t>(is_shell ? pair.map : pair.shell);
     const Vec6 before = Stacked(bodies_[other].state.V_WB);
     const Vec6 after = Stacked(together_.twist(other));
-    const CrossLoad& cross = pair.contact->cross();
-    if (is_shell) {
-      contact_of_others_ += cross.damping * (after - before) + kFrame * cross.stiffness * after;
-    } else {
-      contact_of_others_ += cross.damping.transpose() * (after - before) +
-                            kFrame * cross.stiffness.transpose() * after;
-    }
+    held_loads_.AddContactOfOther(pair.contact->cross(), is_shell, before, after);
   }
 }
 
-Wrench World::AppliedContact(const Twist& before, const Twist& after) const noexcept {
-  Wrench applied = AppliedWrench(contact_load_, before, after, kFrame);
-  applied.tau += contact_of_others_.head<3>();
-  applied.f += contact_of_others_.tail<3>();
-  return applied;
-}
-
-void World::Move(const StepInputs& in) noexcept {
-  for (std::size_t b = 0; b < in.bodies.size(); ++b) {
-    if (in.bodies[b].drive != BodyDrive::kSimulated) continue;
-    bodies_[b].load.force.tail<3>() += model_->bodies[b].inertia.mass * model_->scene.gravity_W;
-  }
-  SolveTogether(in);
+void World::Integrate(const StepInputs& in) noexcept {
   for (std::size_t b = 0; b < bodies_.size(); ++b) {
     Body& body = bodies_[b];
     const BodyModel& model = model_->bodies[body.shape];
@@ -433,38 +363,22 @@ void World::Move(const StepInputs& in) noexcept {
     const BodyDrive drive = DriveOf(in, b);
     if (drive == BodyDrive::kAbsent) {
       body.state = bodies_[body.shape].state;  // where it would begin
-      continue;
-    }
-    if (drive == BodyDrive::kParked) {
+    } else if (drive == BodyDrive::kParked) {
       body.state.V_WB = {};
-      continue;
-    }
-    if (drive == BodyDrive::kMirrored) {
+    } else if (drive == BodyDrive::kMirrored) {
       const StepInputs::BodyInput& input = in.bodies[body.shape];
       const Pose& target_WB = b == body.shape ? input.mirror_WB : input.second_WB;
       FollowMirror(model, body.state, target_WB, radius, body.max_travel);
-      continue;
-    }
-    const Twist before = body.state.V_WB;
-    const Twist wanted =
-        body.together ? together_.twist(b) : TwistAlone(model, body.state, body.load);
-    if (StepBody(model, body.state, wanted, radius, body.max_travel)) {
+    } else if (StepBody(model, body.state, body.wanted, radius, body.max_travel)) {
       report_.flags |= StepReport::kTravelLimited;
     }
-    const Twist& after = body.state.V_WB;
-    if (in.hand.body != static_cast<int>(b)) continue;
-    if (!wanted.v.allFinite() || !wanted.w.allFinite()) {
-      // the body stands, and the hand's wrench is not known
-      report_.hand_B_W.f.setConstant(std::numeric_limits<double>::quiet_NaN());
-      report_.hand_B_W.tau = report_.hand_B_W.f;
-      continue;
-    }
-    report_.contact_B_W = AppliedContact(before, wanted);
-    report_.hand_B_W = AppliedWrench(hand_load_, before, after, kFrame);
-    for (std::size_t k = 0; k < in.link_count; ++k) {
-      report_.links_B_W[k] = AppliedWrench(link_loads_[k], before, after, kFrame);
-    }
   }
+}
+
+void World::ReportAppliedForces(const StepInputs& in) noexcept {
+  if (!IsSimulated(in, in.hand.body)) return;
+  const Body& held = bodies_[static_cast<std::size_t>(in.hand.body)];
+  held_loads_.Report(in, held.before, held.wanted, held.state.V_WB, report_);
 }
 
 }  // namespace tandem

@@ -7,12 +7,11 @@
 #include "engine/base/thread_roles.h"
 #include "engine/dynamics/coupled_step.h"
 #include "engine/paging/resident_voxels.h"
+#include "engine/world/held_loads.h"
 #include "engine/world/step_inputs.h"
 #include "engine/world/world_model.h"
 
 namespace tandem {
-
-inline constexpr double kFrame = 1e-3;  // s
 
 /// Simulates the scene of one peer, frame by frame (paper §2.1, §5, §6). Used by one thread, the
 /// haptic thread. Nothing in Step() allocates, locks, throws or reads a clock, and the same inputs
@@ -74,6 +73,8 @@ class World {
     double max_travel = 0;                 // greatest travel in this frame, m
     double displaced = 0;   // greatest displacement of its points in either direction, m
     bool together = false;  // its twist is that of together_
+    Twist before;           // its twist at the frame's start, if it is simulated
+    Twist wanted;           // the twist to which forces bring it, without the travel limit
     /// Index into the model's bodies; differs from its own only for a second instance.
     std::size_t shape = 0;
     int second = -1;  // its second instance, for a shared body
@@ -85,32 +86,45 @@ class World {
     bool pushes = false;  // pushed in this frame
   };
 
+  void AddFixturePair(std::size_t body, const ScheduleOptions& schedule);
   /// Adds a pair of bodies that both move, by number.
   void AddPair(std::size_t a, std::size_t b, const ScheduleOptions& schedule);
-  ContactGains GainsFor(double mass) const;
-  double ShiftOf(const Body& body) const;  // inward shift of its surface, voxels
+  void AddSecondInstance(std::size_t body, const ScheduleOptions& schedule);
+  /// Announces the voxels that are read where bodies stand, and waits until they are in memory.
+  void BringInVoxels();
+
+  // the phases of a frame
+  /// Clears what the last frame found, and takes over what begins to be simulated.
+  void BeginFrame(const StepInputs& in) noexcept;
   /// Brings each pair's clearance nearer to its target.
-  void GoToClearance(const StepInputs& in) noexcept;
+  void UpdateClearances(const StepInputs& in) noexcept;
+  /// Tests all pairs; returns whether all could be tested.
+  bool ComputeContactForces(const StepInputs& in) noexcept;
+  /// Finds how far each body may go in the frame (MaxTravel).
+  void LimitTravel(const StepInputs& in) noexcept;
+  /// Adds the loads of mirrors that give way, of the hand and its links, and of gravity.
+  void ApplyCouplings(const StepInputs& in) noexcept;
+  /// Finds the twists of simulated bodies at the frame's end.
+  void SolveVelocities(const StepInputs& in) noexcept;
+  /// Moves all bodies: by their twists, after their mirrors, or not at all.
+  void Integrate(const StepInputs& in) noexcept;
+  /// Reports the wrenches that the held body received.
+  void ReportAppliedForces(const StepInputs& in) noexcept;
+  const StepReport& EndFrame() noexcept;
+  /// Ends a frame in which voxels lack: nothing moves.
+  const StepReport& EndFrameThatWaits() noexcept;
+
   BodyDrive DriveOf(const StepInputs& in, std::size_t body) const noexcept;
   /// Tells whether forces move a body at this peer. `body`: its number, or -1 for the fixture.
   bool IsSimulated(const StepInputs& in, int body) const noexcept;
   /// Gives bodies that begin to be simulated the twist of the inputs. A body that was moved from
   /// outside has no momentum of its own, because it may have gone a long way in a frame.
   void BeginSimulated(const StepInputs& in) noexcept;
-  void ShareTravel(const StepInputs& in) noexcept;
   /// Tells whether a pair can push anything in this frame.
   bool Tested(const Pair& pair, const StepInputs& in) const noexcept;
-  /// Tests all pairs; returns whether all could be tested.
-  bool Collide(const StepInputs& in) noexcept;
-  /// Announces the voxels that are read where bodies stand, and waits until they are in memory.
-  void BringInVoxels();
-  void Couple(const StepInputs& in) noexcept;
-  /// Returns the contact wrench on the held body in the step that takes it from one twist to
-  /// another.
-  Wrench AppliedContact(const Twist& before, const Twist& after) const noexcept;
   /// Solves for the twists of simulated bodies that push one another, in one system.
   void SolveTogether(const StepInputs& in) noexcept;
-  void Move(const StepInputs& in) noexcept;
+  void SumContactOfOthers(const StepInputs& in) noexcept;
 
   std::shared_ptr<const WorldModel> model_;
   std::unique_ptr<ResidentVoxels> resident_;  // outlives pairs_
@@ -119,10 +133,7 @@ class World {
   /// Number of pairs of first instances; the others belong to second instances.
   std::size_t first_pairs_ = 0;
   CoupledStep together_;
-  Load hand_load_;
-  Load contact_load_;                      // load on the held body at the frame's start
-  Vec6 contact_of_others_ = Vec6::Zero();  // change of that load in the step as other bodies move
-  std::array<CentreLoad, kMaxLinkAnchors> link_loads_;
+  HeldLoads held_loads_;
   bool contact_on_ = true;
   int waited_ = 0;  // consecutive frames that waited for voxels
   FrameHelpers* helpers_;

@@ -1,0 +1,48 @@
+#pragma once
+
+#include "engine/dynamics/constraint.h"
+#include "engine/dynamics/rigid_body.h"
+#include "engine/world/step_inputs.h"
+#include "engine/world/world_model.h"
+
+namespace tandem {
+
+/// Moves a body after its mirror. `radius`: of its points as they are displaced, m, as in
+/// StepBody().
+inline void FollowMirror(const BodyModel& model, RigidState& state, const Pose& target_WB,
+                         double radius, double max_travel) {
+  if (model.constraint) {
+    Follow(*model.constraint, state, target_WB, kFrame, radius, max_travel);
+  } else {
+    Follow(state, target_WB, kFrame, radius, max_travel);
+  }
+}
+
+/// Returns the equations of a body's twist, for a system of several bodies.
+inline StepEquations EquationsOf(const BodyModel& model, const RigidState& state,
+                                 const Load& load) {
+  if (!model.constraint) return ImplicitEquations(model.inertia, state, load, kFrame);
+  return ConstrainedEquations(*model.constraint, model.inertia, state, load, kFrame);
+}
+
+/// Returns the twist to which its load brings a body that pushes no other simulated body.
+inline Twist TwistAlone(const BodyModel& model, const RigidState& state, const Load& load) {
+  if (!model.constraint) return ImplicitTwist(model.inertia, state, load, kFrame);
+  return ConstrainedTwist(*model.constraint, model.inertia, state, load, kFrame);
+}
+
+/// Moves a body at a twist for a frame. Returns whether the travel limit held the body back.
+inline bool StepBody(const BodyModel& model, RigidState& state, const Twist& wanted, double radius,
+                     double max_travel) {
+  if (!model.constraint) {
+    Advance(state, wanted, kFrame, radius, max_travel);
+    return state.V_WB.v != wanted.v || state.V_WB.w != wanted.w;
+  }
+  Advance(*model.constraint, state, wanted, kFrame, radius, max_travel);
+  // a joint turns the twist on the way, so only its size tells
+  const bool turns = wanted.w.norm() > 0;
+  const double kept = turns ? state.V_WB.w.norm() : state.V_WB.v.norm();
+  return kept < (1.0 - 1e-9) * (turns ? wanted.w.norm() : wanted.v.norm());
+}
+
+}  // namespace tandem
