@@ -2,6 +2,7 @@
 
 #include "collab/holdings.h"
 #include "tests/collab/company.h"
+#include "tests/collab/listener.h"
 
 // A member that lies, or has not heard yet, takes nothing from others: docs/decisions/0036.
 
@@ -9,57 +10,11 @@ namespace tandem {
 namespace {
 
 using testing::Company;
+using testing::kLiar;
 using testing::kOwn;
 using testing::kShared;
-using testing::TwoBodies;
+using testing::Listener;
 using Kind = MembershipChange::Kind;
-
-constexpr PeerId kLiar = 77;
-
-/// A peer that hears what a test says of the others; frames of 1 ms.
-class Listener {
- public:
-  explicit Listener(PeerId id, ObjectId object = kOwn)
-      : holdings_(id, TwoBodies()), object_(object) {
-    Run(1);
-  }
-  Holdings& holdings() { return holdings_; }
-  void Run(int frames) {
-    std::array<Event, 8> out;
-    std::size_t count = 0;
-    for (int i = 0; i < frames; ++i) {
-      holdings_.Tick(now_ns_ += 1'000'000, out, count);
-      said_ += count;
-    }
-  }
-  /// Returns how many events it has said.
-  std::size_t said() const { return said_; }
-  /// Hears `peer` say that it has the body, or which peer it names.
-  void HearClaim(PeerId peer, std::uint32_t epoch, bool held, Kind kind = Kind::kClaims) {
-    MembershipChange change{.kind = kind, .peer = peer, .claim_count = 1};
-    change.claims[0] = {object_, epoch, held};
-    holdings_.OnMembership(change);
-  }
-  void HearName(PeerId peer, PeerId named, std::uint32_t epoch, Kind kind = Kind::kClaims) {
-    MembershipChange change{.kind = kind, .peer = peer, .belief_count = 1};
-    change.beliefs[0] = {object_, named, epoch};
-    holdings_.OnMembership(change);
-  }
-  void HearGone(PeerId peer, Kind kind) { holdings_.OnMembership({.kind = kind, .peer = peer}); }
-  void HearGrant(PeerId from, PeerId to, std::uint32_t epoch) {
-    Hear(EventKind::kGrant, from, to, epoch);
-  }
-  void Hear(EventKind kind, PeerId from, PeerId to, std::uint32_t epoch) {
-    holdings_.OnEvent(
-        {.peer = from, .kind = kind, .object = object_, .epoch = epoch, .to = to, .X_WB = {}});
-  }
-
- private:
-  Holdings holdings_;
-  ObjectId object_;
-  std::size_t said_ = 0;
-  std::int64_t now_ns_ = 1'000'000'000;
-};
 
 // If each newcomer let a peer's allowance begin anew, the peer would be believed anything, by its
 // own comings, too.
@@ -119,22 +74,6 @@ TEST(HoldingsMisled, TheEpochOfASharedBodyInHandIsNotRaisedAllTheTime) {
   }
 }
 
-// The peer that is granted a body says for a while that the granter has it. The granter does not
-// get it back by that word.
-TEST(HoldingsMisled, AnOlderWordOfTheNewOwnerDoesNotReturnTheBodyToTheGranter) {
-  Listener three(3);
-  three.HearClaim(kLiar, 1, false, Kind::kJoined);
-  three.HearName(5, kLiar, 1, Kind::kJoined);
-  three.Run(6000);
-  three.HearName(kLiar, 5, 2);
-  three.Run(1);
-  ASSERT_EQ(three.holdings().authority(0), 5U);
-  three.HearClaim(kLiar, 4, false);
-  three.Run(10);
-  EXPECT_EQ(three.holdings().authority(0), 5U);
-  EXPECT_EQ(three.holdings().epoch(0), 2U);
-}
-
 // As many peers name the one as the other, and both know who has the body in hand.
 TEST(HoldingsMisled, OfTwoThatAsManyNameTheOneWithTheBodyInHandKeepsIt) {
   Listener nine(9);
@@ -184,46 +123,6 @@ TEST(HoldingsMisled, ANewcomerDoesNotTakeInHandWhatAnotherHasInHand) {
   nine.HearGone(5, Kind::kLeft);
   nine.Run(1);
   EXPECT_EQ(nine.holdings().held(), 0) << "nobody holds it any more";
-}
-
-TEST(HoldingsMisled, APeerThatLeftHasGivenUpWhatItHad) {
-  Listener three(3);
-  three.HearClaim(kLiar, 4, false, Kind::kJoined);
-  three.HearName(5, kLiar, 4, Kind::kJoined);
-  three.Run(6000);
-  three.HearGone(kLiar, Kind::kLeft);
-  three.holdings().Ask(kOwn);
-  three.Run(2);
-  ASSERT_EQ(three.holdings().held(), 0);
-  three.HearClaim(kLiar, 7, true, Kind::kBack);
-  three.Run(20);
-  EXPECT_EQ(three.holdings().held(), 0) << "5 names the liar since it has not heard yet";
-}
-
-// 5 took the body over and granted it. 9 has not heard of either.
-TEST(HoldingsMisled, NamesFromBeforeABodyCameToAHandDoNotTakeItAway) {
-  Listener three(3);
-  three.HearClaim(kLiar, 4, false, Kind::kJoined);
-  three.HearName(5, kLiar, 4, Kind::kJoined);
-  three.HearName(9, kLiar, 4, Kind::kJoined);
-  three.Run(6000);
-  three.HearGone(kLiar, Kind::kLost);
-  three.Run(100);
-  three.HearClaim(5, 5, false);
-  three.Run(300);
-  ASSERT_EQ(three.holdings().authority(0), 5U);
-  three.holdings().Ask(kOwn);
-  three.Run(1);
-  three.HearGrant(5, 3, 6);
-  three.Run(1);
-  ASSERT_EQ(three.holdings().held(), 0);
-  three.HearClaim(kLiar, 7, false, Kind::kBack);
-  three.Run(50);
-  EXPECT_EQ(three.holdings().held(), 0);
-  three.HearName(5, 3, 6);
-  three.HearName(9, 3, 6);
-  three.Run(6000);
-  EXPECT_EQ(three.holdings().held(), 0);
 }
 
 // The owner is cut off from this peer, and the peer that has the body from it is still to be heard.
@@ -278,30 +177,6 @@ TEST(HoldingsMisled, AnOwnerYieldsToALesserClaimThatMoreNameAndCountsOnWhenItGet
   EXPECT_EQ(three.holdings().epoch(0), 5U);
 }
 
-// 9 gave the body to 3, which left before it had it. 7 has not heard of the gift and is the next in
-// line.
-TEST(HoldingsMisled, ANameFromBeforeAGiftDoesNotLeaveTheBodyToTheGiver) {
-  Listener nine(9);
-  nine.HearClaim(3, 1, false, Kind::kJoined);
-  nine.HearName(7, 3, 1, Kind::kJoined);
-  nine.Run(6000);
-  nine.holdings().Ask(kOwn);
-  nine.Run(1);
-  nine.HearGrant(3, 9, 2);
-  nine.HearName(3, 9, 2);
-  nine.HearName(7, 9, 2);
-  nine.Run(1);
-  ASSERT_EQ(nine.holdings().held(), 0);
-  nine.holdings().Give(3);
-  nine.Run(1);
-  nine.HearGone(3, Kind::kLeft);
-  nine.Run(1000);
-  EXPECT_EQ(nine.holdings().authority(0), 3U);
-  nine.HearClaim(7, 4, false);
-  nine.Run(1);
-  EXPECT_EQ(nine.holdings().authority(0), 7U);
-}
-
 // The same holds as for a body of one hand: to wait for a claim above ours would take two ways
 // more.
 TEST(HoldingsMisled, AnOwnerYieldsASharedBodyToALesserClaimThatMoreName) {
@@ -325,103 +200,6 @@ TEST(HoldingsMisled, AnOwnerYieldsASharedBodyToALesserClaimThatMoreName) {
   ASSERT_EQ(three.holdings().held(), 1);
   EXPECT_EQ(three.holdings().own_epoch(1), 4U) << "what it says never goes back";
   EXPECT_EQ(three.holdings().authority(1), 5U);
-}
-
-// 5 took the body over while the liar was lost, and this peer hears of that only when the liar is
-// here again (hostile seed 720).
-TEST(HoldingsMisled, AnotherRunOfAnOwnerHasNothingToGiveAway) {
-  for (const Kind gone : {Kind::kLost, Kind::kLeft}) {
-    Listener nine(9);
-    nine.HearClaim(kLiar, 1, false, Kind::kJoined);
-    nine.HearName(5, kLiar, 1, Kind::kJoined);
-    nine.Run(6000);
-    nine.HearGone(kLiar, gone);
-    nine.Run(100);
-    nine.HearName(kLiar, kLiar, 1, Kind::kJoined);
-    nine.Run(1);
-    nine.HearClaim(kLiar, 2, false);
-    nine.HearGrant(kLiar, 9, 2);
-    nine.HearName(kLiar, 9, 3);
-    nine.Run(10);
-    EXPECT_EQ(nine.holdings().authority(0), kLiar);
-    EXPECT_EQ(nine.holdings().held(), -1);
-    nine.HearClaim(5, 2, false);
-    nine.Run(1);
-    EXPECT_EQ(nine.holdings().authority(0), 5U);
-    nine.HearClaim(kLiar, 4, true);
-    nine.Run(1000);
-    EXPECT_EQ(nine.holdings().authority(0), 5U);
-  }
-}
-
-TEST(HoldingsMisled, TheBodyOfOneThatStartedAnewIsTakenOver) {
-  Listener three(3);
-  three.HearClaim(5, 1, true, Kind::kJoined);
-  three.Run(6000);
-  three.HearGone(5, Kind::kLost);
-  three.HearGone(5, Kind::kJoined);
-  three.Run(290);
-  EXPECT_EQ(three.holdings().authority(0), 5U);
-  three.Run(20);
-  EXPECT_EQ(three.holdings().authority(0), 3U);
-}
-
-// The liar gave the body to 3 and started anew; 5 and 9 have not heard of the gift (hostile seeds
-// 718 and 905).
-TEST(HoldingsMisled, AnotherRunOfOneThatGaveABodyAwayDoesNotTakeItByNamesFromBefore) {
-  Listener three(3);
-  three.HearClaim(kLiar, 4, false, Kind::kJoined);
-  three.HearName(5, kLiar, 4, Kind::kJoined);
-  three.HearName(9, kLiar, 4, Kind::kJoined);
-  three.Run(6000);
-  three.Hear(EventKind::kRelease, kLiar, 3, 5);
-  three.Run(500);
-  ASSERT_EQ(three.holdings().authority(0), 3U);
-  three.HearGone(kLiar, Kind::kLost);
-  three.HearClaim(kLiar, 7, false, Kind::kJoined);
-  three.Run(2000);
-  EXPECT_EQ(three.holdings().authority(0), 3U);
-}
-
-// This peer had the body by the liar's word once, gave it away, and took it over as 5 was lost
-// (hostile seed 114).
-TEST(HoldingsMisled, AGrantFromBeforeDoesNotPutAwayWhatAPeerTookOver) {
-  for (const EventKind kind : {EventKind::kGrant, EventKind::kRelease}) {
-    Listener three(3);
-    three.HearClaim(kLiar, 1, false, Kind::kJoined);
-    three.HearName(5, kLiar, 1, Kind::kJoined);
-    three.Run(6000);
-    three.HearName(kLiar, 3, 2);
-    three.Run(1);
-    ASSERT_EQ(three.holdings().authority(0), 3U);
-    three.Hear(EventKind::kAsk, 5, 3, 2);
-    three.HearClaim(5, 3, false);
-    three.Run(1);
-    ASSERT_EQ(three.holdings().authority(0), 5U);
-    three.HearGone(5, Kind::kLost);
-    three.Run(400);
-    ASSERT_EQ(three.holdings().authority(0), 3U);
-    three.Hear(kind, kLiar, 3, three.holdings().epoch(0));
-    three.Run(1);
-    EXPECT_EQ(three.holdings().ParkedAt(0), nullptr);
-    EXPECT_EQ(three.holdings().held(), -1);
-  }
-}
-
-// The epoch that the liar has this peer rise to is not that of a grant that is on its way.
-TEST(HoldingsMisled, AGrantUnderAnEpochThatThePeerRoseToIsNotTheOneItWaitsFor) {
-  Listener three(3);
-  three.HearClaim(kLiar, 1, false, Kind::kJoined);
-  three.Run(6000);
-  three.HearName(kLiar, 3, 2);
-  three.Run(1);
-  three.HearName(kLiar, 3, 9);
-  three.Run(1);
-  ASSERT_EQ(three.holdings().epoch(0), 9U);
-  three.Hear(EventKind::kRelease, kLiar, 3, 9);
-  EXPECT_EQ(three.holdings().ParkedAt(0), nullptr);
-  three.Hear(EventKind::kRelease, kLiar, 3, 2);
-  EXPECT_EQ(three.holdings().ParkedAt(0), nullptr) << "as it has been: it is where it is here";
 }
 
 // Two name the liar, as they were misled under an epoch that anybody may claim (hostile seed 619).
