@@ -1,63 +1,28 @@
 // Tests good files that the mesh library reads wrong without a word, and bad ones that it reads at
 // all. All are made here; each volume is known.
 
+#include "tests/engine/geometry/misread_files.h"
+
 #include <array>
 #include <cstdint>
 #include <cstring>
 #include <string>
-#include <vector>
 
-#include <gmock/gmock.h>
+#include <gtest/gtest.h>
 
 #include "engine/base/regular_file.h"
-#include "engine/geometry/mass_properties.h"
-#include "engine/geometry/mesh_file.h"
-#include "engine/geometry/own_readers.h"
-#include "engine/geometry/polygon_split.h"
-#include "tests/engine/geometry/mesh_file_samples.h"
 
 namespace tandem {
 namespace {
 
-using ::testing::HasSubstr;
-using testing::TempFolder;
+using testing::kOffPrism;
+using testing::MisreadFiles;
 using testing::ThreeMfBox;
+using testing::ThreeMfModel;
+using testing::With;
 using testing::Zip;
 
-std::string With(std::string text, const std::string& old, const std::string& words) {
-  const std::size_t at = text.find(old);
-  EXPECT_NE(at, std::string::npos) << old;
-  return at == std::string::npos ? text : text.replace(at, old.size(), words);
-}
-
-class MisreadFiles : public ::testing::Test {
- protected:
-  Result<TriangleMesh> Read(const std::string& name, const std::string& content,
-                            const ImportOptions& options = {}) {
-    return ImportMesh(folder_.Write(name, content), options);
-  }
-  void ExpectVolume(double volume, const std::string& name, const std::string& content,
-                    const ImportOptions& options = {}) {
-    const Result<TriangleMesh> mesh = Read(name, content, options);
-    ASSERT_TRUE(mesh) << mesh.error().what;
-    EXPECT_NEAR(ComputeMassProperties(*mesh).volume, volume, 1e-6 * volume) << name;
-  }
-  void ExpectRefused(const std::string& why, const std::string& name, const std::string& content,
-                     const ImportOptions& options = {}) {
-    const Result<TriangleMesh> mesh = Read(name, content, options);
-    ASSERT_FALSE(mesh) << name;
-    EXPECT_THAT(mesh.error().what, HasSubstr(why));
-  }
-  TempFolder folder_;
-};
-
 // ---- OFF ----
-
-/// A prism on an L of area 3, 2 high, with concave faces of six corners: a volume of 6.
-const std::string kOffPrism =
-    "12 8 18\n0 0 0\n2 0 0\n2 1 0\n1 1 0\n1 2 0\n0 2 0\n0 0 2\n2 0 2\n2 1 2\n1 1 2\n1 2 2\n0 2 2\n"
-    "6 5 4 3 2 1 0\n6 6 7 8 9 10 11\n4 0 1 7 6\n4 1 2 8 7\n4 2 3 9 8\n4 3 4 10 9\n4 4 5 11 10\n"
-    "4 5 0 6 11\n";
 
 TEST_F(MisreadFiles, OffOfPolygonsIsReadHoweverItIsWritten) {
   ExpectVolume(6, "prism.off", "OFF\n" + kOffPrism);
@@ -320,204 +285,6 @@ TEST_F(MisreadFiles, ManyDigitsBehindAPointOrInANameAreRead) {
   ASSERT_TRUE(named) << named.error().what;
 }
 
-// ---- glTF ----
-
-/// Returns one triangle, or a tetrahedron, in the smallest file there can be; `index` is that of a
-/// corner.
-std::string Glb(bool whole, std::uint16_t index = 0, const std::string& old = "{",
-                const std::string& instead = "{") {
-  const std::vector<std::uint16_t> corners =
-      whole ? std::vector<std::uint16_t>{0, 2, 1, 0, 1, 3, 1, 2, 3, index, 3, 2}
-            : std::vector<std::uint16_t>{0, 1, 2};
-  std::string data;
-  for (const float x : {0.F, 0.F, 0.F, 1.F, 0.F, 0.F, 0.F, 1.F, 0.F, 0.F, 0.F, 1.F}) {
-    data.append(reinterpret_cast<const char*>(&x), 4);
-  }
-  const std::size_t points = data.size();
-  for (const std::uint16_t corner : corners) data.append(reinterpret_cast<const char*>(&corner), 2);
-  while (data.size() % 4 != 0) data += '\0';
-  std::string json =
-      R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],)"
-      R"("meshes":[{"primitives":[{"attributes":{"POSITION":0},"indices":1}]}],"accessors":[)"
-      R"({"bufferView":0,"componentType":5126,"count":4,"type":"VEC3","min":[0,0,0],"max":[1,1,1]},)"
-      R"({"bufferView":1,"componentType":5123,"count":)" +
-      std::to_string(corners.size()) +
-      R"(,"type":"SCALAR"}],"bufferViews":[{"buffer":0,"byteLength":)" + std::to_string(points) +
-      R"(},{"buffer":0,"byteOffset":)" + std::to_string(points) + R"(,"byteLength":)" +
-      std::to_string(2 * corners.size()) + R"(}],"buffers":[{"byteLength":)" +
-      std::to_string(data.size()) + "}]}";
-  json = With(json, old, instead);
-  while (json.size() % 4 != 0) json += ' ';
-  const auto number = [](std::size_t n) {
-    return testing::Bytes(n, 4);
-  };
-  return "glTF" + number(2) + number(28 + json.size() + data.size()) + number(json.size()) +
-         "JSON" + json + number(data.size()) + std::string("BIN\0", 4) + data;
-}
-
-TEST_F(MisreadFiles, SmallGlbIsRead) {
-  ExpectVolume(1.0 / 6, "small.glb", Glb(true));
-  const Result<TriangleMesh> one = Read("one.glb", Glb(false));
-  ASSERT_TRUE(one) << one.error().what;
-  EXPECT_EQ(one->triangles.size(), 1U);
-}
-
-TEST_F(MisreadFiles, GltfWithATriangleOfNoVerticesIsRefused) {
-  ExpectRefused("1 of its 4 triangles cannot be had", "index.glb", Glb(true, 9));
-}
-
-TEST_F(MisreadFiles, GltfThatNeedsWhatIsNotReadIsRefused) {
-  const auto needs = [](const std::string& names) {
-    return Glb(true, 0, "{", "{\"extensionsRequired\":[" + names + "],");
-  };
-  ExpectVolume(1.0 / 6, "needs.glb", needs(""));
-  ExpectVolume(1.0 / 6, "needs.glb", needs(R"("KHR_materials_unlit","KHR_texture_transform")"));
-  for (const char* name : {"KHR_mesh_quantization", "EXT_mesh_gpu_instancing", "KHR_"}) {
-    ExpectRefused("it needs " + std::string(name) + ", which is not read: export it without",
-                  "needs.glb", needs(R"("KHR_materials_ior",")" + std::string(name) + "\""));
-  }
-  // not all that the library takes for JSON is
-  ExpectRefused("what it needs cannot be read", "twice.glb",
-                needs(R"("KHR_mesh_quantization"],"extensionsRequired":[)"));
-  ExpectRefused("what it needs cannot be read", "number.glb", needs("7"));
-}
-
-TEST_F(MisreadFiles, GltfPlacesThatAreNotThreeFloatsAreRefused) {
-  ExpectRefused("the places of its vertices are not three floats each", "short.glb",
-                Glb(true, 0, "5126", "5122"));
-  ExpectRefused("the places of its vertices are not three floats each", "plane.glb",
-                Glb(true, 0, "VEC3", "VEC2"));
-}
-
-// ---- 3MF of several models ----
-
-std::string Model(const std::string& inside, const std::string& unit = "millimeter",
-                  const std::string& needs = "p", const std::string& spaces = "") {
-  return "<?xml version=\"1.0\"?><model unit=\"" + unit +
-         "\" xmlns=\"http://schemas.microsoft.com/3dmanufacturing/core/2015/02\" "
-         "xmlns:p=\"http://schemas.microsoft.com/3dmanufacturing/production/2015/06\" " +
-         spaces + " requiredextensions=\"" + needs + "\">" + inside + "</model>";
-}
-
-/// Returns a box of 1 x 2 x 3 in a model of its own, put twice into the first model's object, once
-/// mirrored.
-std::string SeveralModels(const std::string& unit_of_part = "millimeter") {
-  return Zip(
-      {{"3D/parts/box.model", Model("<resources><object id=\"7\" type=\"model\" name=\"box\">" +
-                                        ThreeMfBox(1, 2, 3) + "</object></resources><build/>",
-                                    unit_of_part)},
-       {"3D/3dmodel.model",
-        Model("<resources><object id=\"1\" type=\"model\"><components>"
-              "<component p:path=\"/3D/parts/box.model\" objectid=\"7\"/>"
-              "<component p:path=\"/3D/parts/box.model\" objectid=\"7\" "
-              "transform=\"-1 0 0 0 1 0 0 0 1 10 0 0\"/></components></object></resources>"
-              "<build><item objectid=\"1\" transform=\"2 0 0 0 2 0 0 0 2 0 0 5\"/></build>")}});
-}
-
-TEST_F(MisreadFiles, A3mfFileOfSeveralModelsIsPutTogether) {
-  ExpectVolume(2 * 6 * 8, "two.3mf", SeveralModels());
-  ExpectVolume(2 * 6 * 8e-9, "two.3mf", SeveralModels(), {.scale = std::nullopt});
-  ExpectVolume(2 * 6 * 8, "two.3mf", SeveralModels(), {.part = "box"});
-  const Result<TriangleMesh> mesh = Read("two.3mf", SeveralModels());
-  Bounds bounds = BoundsOf(*mesh);
-  EXPECT_TRUE(bounds.min.isApprox(Vec3(0, 0, 5)) && bounds.max.isApprox(Vec3(20, 4, 11)));
-  ExpectRefused("it has no part 'lid', but", "two.3mf", SeveralModels(), {.part = "lid"});
-}
-
-TEST_F(MisreadFiles, A3mfFileOfSeveralModelsThatIsWrongIsRefusedInWords) {
-  ExpectRefused("several units, millimeter and inch", "unit.3mf", SeveralModels("inch"));
-  const std::string circle = Model(
-      "<resources><object id=\"1\"><components><component objectid=\"1\" "
-      "p:path=\"/3D/3dmodel.model\"/></components></object></resources>"
-      "<build><item objectid=\"1\"/></build>");
-  ExpectRefused("within one another", "circle.3mf", Zip({{"3D/3dmodel.model", circle}}));
-  const std::string missing =
-      Model("<resources/><build><item objectid=\"1\" p:path=\"/3D/none.model\"/></build>");
-  ExpectRefused("3D/none.model is missing", "none.3mf", Zip({{"3D/3dmodel.model", missing}}));
-}
-
-// The triangles in such a file may be a sketch only, or other things count in their place. Both
-// files hold 14: boxes of 1, 1 and 12, or one of 1 x 2 x 7.
-TEST_F(MisreadFiles, A3mfFileThatNeedsWhatIsNotReadIsRefused) {
-  const std::string begin = "http://schemas.microsoft.com/3dmanufacturing/";
-  const auto needs = [&](const std::string& prefixes, const std::string& space, bool several) {
-    const std::string x = "xmlns:x=\"" + begin + space + "\"";
-    if (!several) {
-      return testing::ThreeMf(x + " xmlns:p=\"" + begin +
-                              "production/2015/06\" requiredextensions=\"" + prefixes + "\"");
-    }
-    return Zip({{"3D/3dmodel.model",
-                 Model("<resources><object id=\"1\" type=\"model\">" + ThreeMfBox(1, 2, 7) +
-                           "</object></resources><build><item objectid=\"1\" "
-                           "p:path=\"/3D/3dmodel.model\"/></build>",
-                       "millimeter", prefixes, x)}});
-  };
-  for (const bool several : {false, true}) {
-    ExpectVolume(14, "needs.3mf", needs("", "beamlattice/2017/02", several));
-    ExpectVolume(14, "needs.3mf", needs("p x", "material/2015/02", several));
-    ExpectVolume(14, "needs.3mf", needs("x p", "trianglesets/2021/07", several));
-    for (const char* space : {"slice/2015/07", "beamlattice/2017/02", "securecontent/2019/04",
-                              "booleanoperations/2023/07", "volumetric/2022/01"}) {
-      ExpectRefused(
-          "needs the extension " + begin + space + ", which is not read: export it without",
-          "needs.3mf", needs("p x", space, several));
-    }
-    ExpectRefused("needs the extension y, which is not read", "needs.3mf",
-                  needs("y", "material/2015/02", several));
-  }
-  const std::string part =
-      Zip({{"3D/part.model", Model("<resources/><build/>", "millimeter", "x",
-                                   "xmlns:x=\"" + begin + "slice/2015/07\"")},
-           {"3D/3dmodel.model",
-            Model("<resources/><build><item objectid=\"1\" p:path=\"/3D/part.model\"/></build>")}});
-  ExpectRefused("its model 3D/part.model needs the extension", "part.3mf", part);
-}
-
-// ---- 3MF archives ----
-
-// A box of 2 x 2 x 3 has a width of 7 by one changed byte. The archive says what its bytes add up
-// to.
-TEST_F(MisreadFiles, A3mfFileWhoseBytesAreNotThoseThatWerePackedIsRefused) {
-  ExpectRefused("its model 3D/3dmodel.model is damaged", "flip.3mf",
-                With(testing::ThreeMf("unit=\"millimeter\""), "x=\"2\" y=\"2\" z=\"3\"",
-                     "x=\"7\" y=\"2\" z=\"3\""));
-  ExpectRefused("its model 3D/parts/box.model is damaged", "flip.3mf",
-                With(SeveralModels(), "x=\"1\" y=\"2\" z=\"3\"", "x=\"7\" y=\"2\" z=\"3\""));
-}
-
-TEST_F(MisreadFiles, A3mfFileOfWhichOnlyTheBeginningIsLeftIsRefused) {
-  std::string cut = SeveralModels();
-  const std::size_t entry = cut.find("PK\x01\x02");
-  ASSERT_NE(entry, std::string::npos);
-  // it ends where its last triangle would begin
-  const std::size_t size = cut.rfind("<triangle ", cut.find("</triangles>")) - cut.find("<?xml");
-  cut.replace(entry + 20, 4, testing::Bytes(size, 4));
-  ExpectRefused("its model 3D/parts/box.model is damaged", "cut.3mf", cut);
-}
-
-TEST_F(MisreadFiles, A3mfFilesUnitIsThatOfTheModelItBeginsWith) {
-  const std::string core = "http://schemas.microsoft.com/3dmanufacturing/";
-  const auto model = [&](const std::string& unit, int size) {
-    return "<?xml version=\"1.0\"?><model unit=\"" + unit + "\" xmlns=\"" + core +
-           "core/2015/02\"><resources><object id=\"1\" type=\"model\">" +
-           ThreeMfBox(size, size, size) +
-           "</object></resources><build><item objectid=\"1\"/></build></model>";
-  };
-  const std::string relations =
-      "<?xml version=\"1.0\"?><Relationships "
-      "xmlns=\"http://schemas.openxmlformats.org/package/2006/relationships\">"
-      "<Relationship Target=\"/picture.png\" Id=\"r1\" Type=\"" +
-      core +
-      "thumbnail\"/>"
-      "<Relationship Target=\"/3D/part.model\" Id=\"r0\" Type=\"" +
-      core + "2013/01/3dmodel\"/></Relationships>";
-  ExpectVolume(0.0254 * 0.0254 * 0.0254, "start.3mf",
-               Zip({{"_rels/.rels", relations},
-                    {"3D/other.model", model("millimeter", 5)},
-                    {"3D/part.model", model("inch", 1)}}),
-               {.scale = std::nullopt});
-}
-
 // ---- Words of a file in what is said of it ----
 
 TEST_F(MisreadFiles, WhatIsSaidOfAFileIsPlainText) {
@@ -531,10 +298,11 @@ TEST_F(MisreadFiles, WhatIsSaidOfAFileIsPlainText) {
     for (const Result<TriangleMesh>& mesh :
          {Read("names.obj", "o " + name + "\n" + testing::kObjCube, lid),
           Read("names.3mf",
-               Zip({{"3D/3dmodel.model", Model("<resources><object id=\"1\" name=\"" + name +
-                                               "\">" + ThreeMfBox(1, 1, 1) +
-                                               "</object></resources><build><item objectid=\"1\" "
-                                               "p:path=\"/3D/3dmodel.model\"/></build>")}}),
+               Zip({{"3D/3dmodel.model",
+                     ThreeMfModel("<resources><object id=\"1\" name=\"" + name + "\">" +
+                                  ThreeMfBox(1, 1, 1) +
+                                  "</object></resources><build><item objectid=\"1\" "
+                                  "p:path=\"/3D/3dmodel.model\"/></build>")}}),
                lid),
           Read("names.off", name + "OFF\n" + kOffPrism)}) {
       ASSERT_FALSE(mesh);
@@ -545,50 +313,6 @@ TEST_F(MisreadFiles, WhatIsSaidOfAFileIsPlainText) {
   const Result<TriangleMesh> half = Read("half.off", "abcdefghijklmnopqrs\xC3\xA4\n");
   ASSERT_FALSE(half);
   EXPECT_TRUE(IsPlainText(half.error().what)) << half.error().what;
-}
-
-// ---- Polygons ----
-
-double AreaOf(const std::vector<FloatPoint>& points,
-              const std::vector<TriangleMesh::Triangle>& triangles) {
-  double area = 0;
-  for (const TriangleMesh::Triangle& t : triangles) {
-    const auto at = [&](std::size_t k) {
-      return Vec3(points[t[k]][0], points[t[k]][1], points[t[k]][2]);
-    };
-    const double twice = (at(1) - at(0)).cross(at(2) - at(0)).z();
-    EXPECT_GE(twice, 0);  // none is turned over
-    area += twice / 2;
-  }
-  return area;
-}
-
-// A comb has as many ears as teeth; its area is that of the teeth and of the back.
-TEST(PolygonSplit, CutsAConcavePolygonIntoItsArea) {
-  std::vector<FloatPoint> points{{0, -1, 0}};
-  std::vector<std::uint32_t> corners;
-  constexpr int kTeeth = 50;
-  points.push_back({2 * kTeeth, -1, 0});
-  for (int i = kTeeth; i > 0; --i) {
-    const auto x = static_cast<float>(2 * i);
-    points.push_back({x, 0, 0});
-    points.push_back({x - 1, 5, 0});
-  }
-  points.push_back({0, 0, 0});
-  for (std::uint32_t i = 0; i < points.size(); ++i) corners.push_back(i);
-  std::vector<TriangleMesh::Triangle> triangles;
-  SplitPolygon(points, corners, triangles);
-  EXPECT_EQ(triangles.size(), corners.size() - 2);
-  // teeth of 2 x 5 / 2 on a back of 100 x 1
-  EXPECT_NEAR(AreaOf(points, triangles), kTeeth * 5 + 2 * kTeeth, 1e-9);
-}
-
-TEST(PolygonSplit, LosesNothingOfAPolygonThatCrossesItself) {
-  const std::vector<FloatPoint> points{{0, 0, 0}, {1, 1, 0}, {1, 0, 0}, {0, 1, 0}};
-  const std::vector<std::uint32_t> corners{0, 1, 2, 3};
-  std::vector<TriangleMesh::Triangle> triangles;
-  SplitPolygon(points, corners, triangles);
-  EXPECT_EQ(triangles.size(), 2U);
 }
 
 }  // namespace
