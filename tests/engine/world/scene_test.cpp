@@ -6,76 +6,15 @@
 #include <gmock/gmock.h>
 #include <sys/stat.h>
 
-#include "engine/world/scene_hash.h"
-#include "tests/support/scratch_folder.h"
+#include "tests/engine/world/scene_file_fixture.h"
 
 namespace tandem {
 namespace {
 
 using ::testing::EndsWith;
 using ::testing::HasSubstr;
-
-const std::string kScene = R"({
-  "name": "peg",
-  "voxel_m": 0.0005,
-  "force_layer": 1,
-  "bodies": [
-    {"name": "block", "mesh": "block.stl", "fixed": true, "colour": "#ff8000"},
-    {"name": "peg", "mesh": "peg.stl", "scale": 0.001, "mass_kg": 0.3, "sharing": "shared",
-     "pose": {"p_W": [0.1, 0.2, 0.3], "q_xyzw": [0, 0, 0.6, 0.8]}, "inward_shift_voxels": 0.5},
-    {"name": "ring", "mesh": "peg.stl", "density_kg_m3": 2700}
-  ],
-  "hands": [{"body": "peg", "file": "left.json"}]
-})";
-
-class SceneFile : public ::testing::Test {
- protected:
-  void SetUp() override {
-    folder_.Write("block.stl", "block");
-    folder_.Write("peg.stl", "peg");
-    folder_.Write("left.json", "{}");
-  }
-
-  std::filesystem::path File(const std::string& text) { return folder_.Write("scene.json", text); }
-
-  /// Returns the scene with `from` replaced by `to`; `from` must be there.
-  static std::string Changed(const std::string& from, const std::string& to) {
-    std::string text = kScene;
-    const std::size_t at = text.find(from);
-    EXPECT_NE(at, std::string::npos) << from;
-    return text.replace(at, from.size(), to);
-  }
-
-  std::string ErrorAfter(const std::string& from, const std::string& to) {
-    const Result<Scene> scene = LoadScene(File(Changed(from, to)));
-    if (scene) return "no error";
-    const std::string start = (folder_.path() / "scene.json").string() + ": ";
-    EXPECT_EQ(scene.error().what.substr(0, start.size()), start);
-    return scene.error().what.substr(start.size());
-  }
-
-  /// Returns the scene with more keys for the ring, and for itself.
-  static std::string WithKeys(const std::string& of_ring, const std::string& of_scene = "") {
-    std::string text = Changed("2700}", "2700, " + of_ring + "}");
-    return text.replace(text.find("\"bodies\""), 0, of_scene + "\n  ");
-  }
-
-  /// Returns what is wrong then, less the file's name.
-  std::string ErrorOf(const std::string& of_ring, const std::string& of_scene = "") {
-    const Result<Scene> scene = LoadScene(File(WithKeys(of_ring, of_scene)));
-    if (scene) return "no error";
-    return scene.error().what.substr((folder_.path() / "scene.json: ").string().size());
-  }
-
-  SceneHash Hashes(const std::string& text) {
-    const Result<Scene> scene = LoadScene(File(text));
-    EXPECT_TRUE(scene) << scene.error().what;
-    return HashScene(*scene).value();
-  }
-  std::uint64_t Hash(const std::string& text) { return Hashes(text).content; }
-
-  ScratchFolder folder_;
-};
+using testing::kScene;
+using testing::SceneFile;
 
 TEST_F(SceneFile, IsReadInFull) {
   const Result<Scene> loaded = LoadScene(File(kScene));
@@ -124,16 +63,6 @@ TEST_F(SceneFile, WhatMovesIsNotGreyUnlessItSaysSo) {
   EXPECT_NE(scene->bodies[1].colour, scene->bodies[2].colour);
 }
 
-TEST_F(SceneFile, APartOfAMeshFileIsOtherContentThanTheWhole) {
-  const std::string part = WithKeys("\"part\": \"Object_2\"");
-  const Result<Scene> scene = LoadScene(File(part));
-  ASSERT_TRUE(scene) << scene.error().what;
-  EXPECT_EQ(scene->bodies[2].part, "Object_2");
-  EXPECT_NE(Hash(part), Hash(kScene));
-  EXPECT_NE(Hash(part), Hash(WithKeys("\"part\": \"Object_3\"")));
-  EXPECT_EQ(Hash(part), Hash(part));
-}
-
 TEST_F(SceneFile, AHandsScriptInItsPlaceIsToldFromAScene) {
   EXPECT_EQ(ErrorOf("\"colour\": \"#000000\"", "\"waypoints\": [],"),
             "this is a hand's script, not a scene: --hand takes it");
@@ -168,21 +97,6 @@ TEST_F(SceneFile, PointSpacingIsTheScenesOrABodysOwn) {
   EXPECT_EQ(ErrorAfter("\"density_kg_m3\": 2700",
                        "\"merge_with\": \"peg\", \"point_spacing_voxels\": 0.5"),
             "bodies[2].point_spacing_voxels: give it to the body that this one is merged with");
-}
-
-// Peers must have the same hash of content. One point a voxel leaves the hash as it is without the
-// key.
-TEST_F(SceneFile, HashFollowsThePointSpacingUnlessItIsAVoxel) {
-  const SceneHash hash = Hashes(kScene);
-  EXPECT_EQ(Hash(WithKeys("\"point_spacing_voxels\": 1")), hash.content);
-  const SceneHash finer = Hashes(WithKeys("\"point_spacing_voxels\": 0.4"));
-  EXPECT_NE(finer.bodies[2].values, hash.bodies[2].values);
-  EXPECT_EQ(finer.bodies[1], hash.bodies[1]);
-  EXPECT_EQ(finer.parameters, hash.parameters);
-  // the key stands once for all bodies, or for each
-  const SceneHash all = Hashes(WithKeys("\"free\": false", "\"point_spacing_voxels\": 0.4,"));
-  EXPECT_EQ(all.bodies[2], finer.bodies[2]);
-  EXPECT_EQ(all.bodies[0], hash.bodies[0]);  // fixed: it has no points
 }
 
 TEST_F(SceneFile, PlainContactMayHaveAnyLayer) {
@@ -399,101 +313,6 @@ TEST_F(SceneFile, AnyShortenedFileIsAnErrorAndNeverACrash) {
   for (std::size_t length = 0; length <= end; ++length) {
     EXPECT_FALSE(LoadScene(File(kScene.substr(0, length)))) << length;
   }
-}
-
-TEST_F(SceneFile, HashFollowsWhatTheBodiesAre) {
-  const std::uint64_t hash = Hash(kScene);
-  for (const auto& [from, to] : std::vector<std::pair<std::string, std::string>>{
-           {"0.3, \"sharing\"", "0.31, \"sharing\""},
-           {"\"shared\"", "\"own\""},
-           {"\"scale\": 0.001", "\"scale\": 0.002"},
-           {"[0.1, 0.2, 0.3]", "[0.1, 0.2, 0.4]"},
-           {"0.6, 0.8", "0.8, 0.6"},
-           {"\"inward_shift_voxels\": 0.5", "\"inward_shift_voxels\": 0"},
-           {"2700", "2701"}}) {
-    EXPECT_NE(Hash(Changed(from, to)), hash) << from;
-  }
-  EXPECT_NE(Hash(WithKeys("\"free\": true")), hash);
-  EXPECT_NE(Hash(WithKeys("\"free\": false", "\"gravity_m_s2\": [0, 0, -1],")), hash);
-  EXPECT_NE(Hash(WithKeys(R"("constraint": {"ball": {"p_W": [0, 0, 0]}})")), hash);
-  EXPECT_NE(Hash(WithKeys(R"("constraint": {"ball": {"p_W": [0, 0, 0]}})")),
-            Hash(WithKeys(R"("constraint": {"ball": {"p_W": [0, 0, 1]}})")));
-  const std::string pair = R"("pairs": [{"pointshell": "ring", "voxmap": "peg"}],)";
-  EXPECT_NE(Hash(WithKeys("\"free\": false", pair)), hash);
-  EXPECT_EQ(Hash(WithKeys("\"free\": false")), hash);
-  folder_.Write("peg.stl", "pegs");
-  EXPECT_NE(Hash(kScene), hash);
-}
-
-// Without a scale a 3MF file's own unit counts, with one it does not: these are other bodies.
-TEST_F(SceneFile, HashTellsAFilesOwnUnitFromAScaleOfOne) {
-  folder_.Write("peg.3mf", "peg");
-  folder_.Write("peg.stl", "peg");
-  const auto hash_of = [this](const std::string& mesh, const std::string& scale) {
-    return Hash(R"({"name": "s", "voxel_m": 0.001, "bodies": [{"name": "peg", "mesh": ")" + mesh +
-                "\", " + scale + "\"mass_kg\": 1}]}");
-  };
-  EXPECT_NE(hash_of("peg.3mf", ""), hash_of("peg.3mf", "\"scale\": 1, "));
-  EXPECT_NE(hash_of("peg.3mf", ""), hash_of("peg.3mf", "\"scale\": 0.001, "));
-  // other files have none: a scale of one is what they are read by
-  EXPECT_EQ(hash_of("peg.stl", ""), hash_of("peg.stl", "\"scale\": 1, "));
-  EXPECT_EQ(hash_of("peg.stl", ""), hash_of("peg.3mf", "\"scale\": 1, "));
-}
-
-TEST_F(SceneFile, ForceParametersHaveAHashOfTheirOwn) {
-  const SceneHash hash = Hashes(kScene);
-  for (const auto& [from, to] : std::vector<std::pair<std::string, std::string>>{
-           {"0.0005", "0.001"},
-           {"\"force_layer\": 1", "\"force_layer\": 2"},
-           {"\"force_layer\": 1", "\"contact\": \"plain\", \"force_layer\": 1"},
-           {"\"force_layer\": 1", "\"friction\": 0.4, \"force_layer\": 1"}}) {
-    const SceneHash changed = Hashes(Changed(from, to));
-    EXPECT_NE(changed.parameters, hash.parameters) << to;
-    EXPECT_EQ(changed.content, hash.content) << to;
-    EXPECT_EQ(changed.bodies, hash.bodies) << to;
-  }
-  EXPECT_EQ(Hashes(WithKeys("\"free\": false", "\"friction\": 0,")).parameters, hash.parameters);
-  EXPECT_EQ(Hashes(Changed("2700", "2701")).parameters, hash.parameters);
-}
-
-TEST_F(SceneFile, EveryBodyHasHashesOfItsValuesAndItsMesh) {
-  const SceneHash hash = Hashes(kScene);
-  ASSERT_EQ(hash.bodies.size(), 3U);
-  EXPECT_EQ(hash.bodies[1].mesh, hash.bodies[2].mesh);  // both are from one file
-  EXPECT_NE(hash.bodies[0].mesh, hash.bodies[1].mesh);
-  const SceneHash denser = Hashes(Changed("2700", "2701"));
-  EXPECT_EQ(denser.bodies[1], hash.bodies[1]);
-  EXPECT_NE(denser.bodies[2].values, hash.bodies[2].values);
-  EXPECT_EQ(denser.bodies[2].mesh, hash.bodies[2].mesh);
-  folder_.Write("block.stl", "blocks");
-  const SceneHash other = Hashes(kScene);
-  EXPECT_NE(other.bodies[0].mesh, hash.bodies[0].mesh);
-  EXPECT_EQ(other.bodies[0].values, hash.bodies[0].values);
-  EXPECT_EQ(other.bodies[1], hash.bodies[1]);
-}
-
-TEST_F(SceneFile, HashLeavesOutWhatDoesNot) {
-  const std::uint64_t hash = Hash(kScene);
-  EXPECT_EQ(Hash(Changed("#ff8000", "#000000")), hash);
-  EXPECT_EQ(Hash(Changed("\"body\": \"peg\"", "\"body\": \"ring\"")), hash);
-
-  // the same scene elsewhere
-  const ScratchFolder other;
-  other.Write("block.stl", "block");
-  other.Write("peg.stl", "peg");
-  other.Write("left.json", "{}");
-  const Result<Scene> scene = LoadScene(other.Write("renamed.json", kScene));
-  ASSERT_TRUE(scene);
-  EXPECT_EQ(HashScene(*scene)->content, hash);
-}
-
-TEST_F(SceneFile, HashOfAMissingMeshIsAnError) {
-  Result<Scene> scene = LoadScene(File(kScene));
-  ASSERT_TRUE(scene);
-  scene->bodies[0].mesh = folder_.path() / "gone.stl";
-  const Result<SceneHash> hash = HashScene(*scene);
-  ASSERT_FALSE(hash);
-  EXPECT_THAT(hash.error().what, HasSubstr("gone.stl"));
 }
 
 // A shift of a hundred thousand voxels must not end the program when its contact is set up.
