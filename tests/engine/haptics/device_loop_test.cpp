@@ -2,125 +2,21 @@
 #include "engine/haptics/device_loop.h"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <memory>
 
 #include <gtest/gtest.h>
 
 #include "engine/haptics/process_device.h"
+#include "tests/engine/haptics/device_link.h"
 
 namespace tandem {
 namespace {
 
-constexpr std::int64_t kPeriod = DeviceLoop::kPeriodNs;
-
-class HandClock : public LoopClock {
- public:
-  std::int64_t NowNs() noexcept override { return now_ns; }
-  std::int64_t ThreadCpuNs() noexcept override { return now_ns; }
-  void SleepUntil(std::int64_t deadline_ns) noexcept override { now_ns = deadline_ns; }
-  std::int64_t now_ns = kPeriod;
-};
-
-/// A handle that goes a micrometre a tick, so that a force tells which tick it answers.
-class CountingDriver : public Device {
- public:
-  void Start() noexcept override { started = true; }
-  Anchor Read() noexcept override {
-    Anchor handle;
-    handle.X_WA.p.x() = 1e-6 * ++reads;
-    if (clock != nullptr) clock->now_ns += read_ns;
-    return handle;
-  }
-  void Render(const Wrench& F_D_W) noexcept override { given = F_D_W; }
-  void Stop() noexcept override { given = {}; }
-  DeviceCapabilities capabilities() const noexcept override { return can; }
-  bool failed() const noexcept override { return in_trouble; }
-
-  DeviceCapabilities can;
-  Wrench given;
-  int reads = 0;
-  HandClock* clock = nullptr;  // clock of which its reads take time; null: they take none
-  std::int64_t read_ns = 0;
-  bool started = false;
-  bool in_trouble = false;
-};
-
-/// Both ends. The controller answers within the wait of a tick, a quarter of a millisecond later.
-class Link {
- public:
-  explicit Link(double rate_hz = 1000, int motors = 6) : memory(std::make_unique<DeviceMemory>()) {
-    driver.can.rate_hz = rate_hz;
-    driver.can.freedoms_out = motors;
-    loop = std::make_unique<DeviceLoop>(driver, *memory, clock, DeviceLoop::Options{{12, 0.5}});
-    controller = std::make_unique<ProcessDevice>(*memory);
-    loop->SetWait(
-        [](void* of, std::uint32_t, std::int64_t until_ns) {
-          static_cast<Link*>(of)->WhileWaiting(until_ns);
-        },
-        this);
-  }
-  void Tick(bool alive = true) {
-    answers = alive;
-    answered = false;
-    const std::int64_t deadline_ns = clock.now_ns;
-    loop->Tick({.deadline_ns = deadline_ns});
-    if (alive && !answered) Answer();  // it was not waited for
-    // the controller's other frames before the next tick of a slow device
-    for (std::int64_t ns = kPeriod; alive && ns < loop->period_ns(); ns += kPeriod) {
-      clock.now_ns = deadline_ns + ns;
-      Answer();
-    }
-    clock.now_ns = deadline_ns + loop->period_ns();
-  }
-  void Ticks(int count, bool alive = true) {
-    for (int i = 0; i < count; ++i) Tick(alive);
-  }
-  void Begin() {
-    Ticks(3);
-    controller->Start();
-    Ticks(1200);
-  }
-  SafetyState state() const { return loop->guard().state(); }
-
-  HandClock clock;
-  CountingDriver driver;
-  std::unique_ptr<DeviceMemory> memory;
-  std::unique_ptr<DeviceLoop> loop;
-  std::unique_ptr<ProcessDevice> controller;
-  double force_at_micrometre = 1;  // N
-  bool answers = true;
-  bool answered = false;
-  std::int64_t answer_ns = kPeriod / 4;  // time that an answer takes
-  bool stray_ring = false;               // before each answer, the bell rings for nothing new
-
- private:
-  void WhileWaiting(std::int64_t until_ns) {
-    if (NextIsStray()) {
-      memory->order_bell.Ring();
-    } else if (answers && clock.now_ns + answer_ns <= until_ns) {
-      clock.now_ns += answer_ns;
-      Answer();
-    } else {
-      clock.now_ns = until_ns;
-    }
-  }
-  /// Returns whether the next ring is stray: every second one is, where there are stray ones.
-  bool NextIsStray() {
-    stray_ = stray_ring && !stray_;
-    return stray_;
-  }
-  bool stray_ = false;
-  void Answer() {
-    answered = true;
-    const Anchor handle = controller->Read();
-    Wrench force;
-    // the force tells the tick's last three digits
-    force.f.x() = force_at_micrometre * 1e-3 * std::fmod(std::round(1e6 * handle.X_WA.p.x()), 1000);
-    controller->Render(force);
-  }
-};
+using testing::CountingDriver;
+using testing::HandClock;
+using testing::kPeriod;
+using testing::Link;
 
 TEST(DeviceLoop, TheForceOfATicksInputIsWrittenInThatTick) {
   Link link;
@@ -358,48 +254,6 @@ TEST(DeviceLoop, TroubleOfADeviceWithoutMotorsTakesNoForceAway) {
     EXPECT_EQ(link.state(), motors == 0 ? SafetyState::kOn : SafetyState::kFault);
     EXPECT_NEAR(link.driver.given.f.x(), motors == 0 ? 12 : 0, 1e-9);
   }
-}
-
-TEST(ProcessDevice, TellsInWhichAxesItsHandleMoves) {
-  for (const bool in_scene : {false, true}) {
-    DeviceMemory memory;
-    CountingDriver driver;
-    driver.can.in_scene = in_scene;
-    driver.can.asks_us = !in_scene;
-    HandClock clock;
-    const DeviceLoop loop(driver, memory, clock, {});
-    const DeviceCapabilities can = ProcessDevice(memory).capabilities();
-    EXPECT_EQ(can.in_scene, in_scene);
-    EXPECT_EQ(can.asks_us, !in_scene);
-    EXPECT_EQ(can.freedoms_out, 6);
-  }
-}
-
-TEST(ProcessDevice, ASilentDeviceLeavesTheHandAtRestWhereItWas) {
-  Link link;
-  link.Begin();
-  const Vec3 last = link.controller->Read().X_WA.p;
-  Anchor handle;
-  for (int i = 0; i < 10; ++i) handle = link.controller->Read();
-  EXPECT_EQ(handle.X_WA.p, last);
-  EXPECT_TRUE(handle.V_WA.v.isZero());
-  EXPECT_GE(link.controller->silent_frames(), ProcessDevice::kSilent);
-}
-
-TEST(Device, CouplingGainsStayWithinWhatItBears) {
-  const CouplingGains gains{800, 8, Vec3(0.4, 0.2, 0.1).asDiagonal(), 0.004 * Mat3::Identity()};
-  const CouplingGains all = BorneBy({}, gains);
-  EXPECT_EQ(all.stiffness, 800);
-  EXPECT_EQ(all.rotation_stiffness, gains.rotation_stiffness);
-  DeviceCapabilities weak;
-  weak.stiffness = 500;
-  weak.damping = 5;
-  weak.rotation_stiffness = 0.1;
-  const CouplingGains borne = BorneBy(weak, gains);
-  EXPECT_EQ(borne.stiffness, 500);
-  EXPECT_EQ(borne.damping, 5);
-  EXPECT_NEAR((borne.rotation_stiffness.diagonal() - Vec3(0.1, 0.05, 0.025)).norm(), 0, 1e-15);
-  EXPECT_EQ(borne.rotation_damping, gains.rotation_damping);
 }
 
 }  // namespace

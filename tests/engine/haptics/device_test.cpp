@@ -37,5 +37,21 @@ TEST(BorneBy, AGainThatIsNoneLeavesNoSpringAndAnInfiniteOneIsAny) {
   EXPECT_EQ(WhatGainsBecame("it", DeviceCapabilities{}), "");
 }
 
+TEST(Device, CouplingGainsStayWithinWhatItBears) {
+  const CouplingGains gains{800, 8, Vec3(0.4, 0.2, 0.1).asDiagonal(), 0.004 * Mat3::Identity()};
+  const CouplingGains all = BorneBy({}, gains);
+  EXPECT_EQ(all.stiffness, 800);
+  EXPECT_EQ(all.rotation_stiffness, gains.rotation_stiffness);
+  DeviceCapabilities weak;
+  weak.stiffness = 500;
+  weak.damping = 5;
+  weak.rotation_stiffness = 0.1;
+  const CouplingGains borne = BorneBy(weak, gains);
+  EXPECT_EQ(borne.stiffness, 500);
+  EXPECT_EQ(borne.damping, 5);
+  EXPECT_NEAR((borne.rotation_stiffness.diagonal() - Vec3(0.1, 0.05, 0.025)).norm(), 0, 1e-15);
+  EXPECT_EQ(borne.rotation_damping, gains.rotation_damping);
+}
+
 }  // namespace
 }  // namespace tandem
