@@ -1,5 +1,6 @@
 // The driver `forcedimension` against a library with the published interface of Force Dimension's.
-// Faults that are injected (numbers: the library's error codes):
+// Faults that are injected, here or in forcedimension_faults_test.cpp (numbers: the library's error
+// codes):
 //
 // | fault | test |
 // |---|---|
@@ -21,73 +22,23 @@
 // | dhdStop() that fails | EndsTheForceHoweverOftenTheStopFails |
 // | a force that is no number | WritesNoForceThatIsNone |
 // | calls of a wrong device, order, thread or unit | counted by the fake in every test |
-#include <array>
-#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <cstdlib>
 #include <limits>
-#include <memory>
-#include <new>
 #include <thread>
 #include <utility>
 
-#include <dlfcn.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "tests/app/device/driver_trial.h"
-#include "tests/app/device/drivers/forcedimension/fake_dhd.h"
+#include "tests/app/device/drivers/forcedimension/forcedimension_fixture.h"
 
 namespace tandem::testing {
 namespace {
 
 using ::testing::Contains;
 using ::testing::HasSubstr;
-
-class ForceDimensionTest : public ::testing::Test {
- protected:
-  ForceDimensionTest() {
-    setenv("FDSDK", TANDEM_FAKE_SDK, 1);
-    void* library = dlopen(TANDEM_FAKE_SDK "/lib/libdrd.so", RTLD_NOW | RTLD_LOCAL);
-    EXPECT_NE(library, nullptr);
-    const auto fake_of = reinterpret_cast<FakeDhd* (*)()>(dlsym(library, "fake_dhd"));
-    fake_ = fake_of();
-    fake_->~FakeDhd();
-    new (fake_) FakeDhd;  // each test begins with a new device
-    trial_ = std::make_unique<DriverTrial>("forcedimension");
-    trial_->SetTake([this](TandemDeviceForce& force) {
-      for (int i = 0; i < 3; ++i) {
-        force.force[i] = wanted_[i];
-        force.moment[i] = wanted_[3 + i];
-      }
-    });
-  }
-  ~ForceDimensionTest() override {
-    trial_.reset();
-    EXPECT_EQ(fake_->faults, 0);
-    EXPECT_FALSE(fake_->opened);
-  }
-  void OpenAndStart(const std::string& options = "") {
-    ASSERT_EQ(trial_->Open(options), TANDEM_OK) << trial_->Error();
-    trial_->Capabilities();
-    ASSERT_EQ(trial_->Start(), TANDEM_OK);
-    ASSERT_TRUE(trial_->TicksUntil([&] {
-      return trial_->state().valid != 0;
-    }));
-  }
-  bool Reads(std::int32_t result) {
-    return trial_->TicksUntil([&] {
-      return trial_->read() == result;
-    });
-  }
-  /// Returns the force that the device got last, in V's axes.
-  Vec3 Given() const { return {fake_->force[1], fake_->force[2], fake_->force[0]}; }
-
-  FakeDhd* fake_;
-  std::unique_ptr<DriverTrial> trial_;
-  std::array<std::atomic<double>, 6> wanted_{};
-};
 
 TEST_F(ForceDimensionTest, SaysWhatIsMissingAndWhatMendsIt) {
   auto found = trial_->List();
@@ -249,116 +200,6 @@ TEST_F(ForceDimensionTest, MovesTheArmWhereThatIsAllowedAlone) {
   EXPECT_EQ(fake_->auto_inits, 2);
 }
 
-TEST_F(ForceDimensionTest, SaysWhyTheDeviceHasSwitchedItsForceOff) {
-  OpenAndStart();
-  wanted_[0] = 2;
-  const std::pair<int, const char*> causes[] = {
-      {1, "force button"}, {2, "too fast"}, {3, "20 ms"}, {5, "USB"}, {6, "take hold"}};
-  for (const auto& [cause, words] : causes) {
-    fake_->vx = cause == 2 ? 1.0 : 0.0;
-    trial_->Ticks(5);
-    const int enabled = fake_->force_enabled;
-    fake_->force_off_cause = cause;
-    EXPECT_TRUE(Reads(TANDEM_FAILED)) << cause;
-    EXPECT_THAT(trial_->Error(), HasSubstr(words));
-    EXPECT_TRUE(trial_->TicksUntil([&] {
-      return Given().isZero();
-    }));
-    trial_->Ticks(50);
-    // a person's own switch is left alone, and so is a brake while the handle is fast
-    const bool waits = cause == 1 || cause == 2 || cause == 6;
-    EXPECT_EQ(fake_->force_enabled > enabled, !waits) << cause;
-    if (cause == 2) {
-      fake_->vx = 0;
-      EXPECT_TRUE(trial_->TicksUntil([&] {
-        return fake_->force_enabled > enabled;
-      }));
-    }
-    fake_->force_off_cause = 0;
-    EXPECT_TRUE(Reads(TANDEM_OK)) << cause;
-  }
-}
-
-TEST_F(ForceDimensionTest, AFailedCallIsAFailureAndPasses) {
-  OpenAndStart();
-  fake_->error = 12;
-  for (std::atomic<int>* result : {&fake_->read_result, &fake_->force_result}) {
-    *result = -1;
-    EXPECT_TRUE(Reads(TANDEM_FAILED));
-    trial_->Ticks(50);
-    EXPECT_EQ(trial_->read(), TANDEM_FAILED);
-    EXPECT_THAT(trial_->Error(), HasSubstr("a call to the device failed"));
-    *result = 0;
-    EXPECT_TRUE(Reads(TANDEM_OK));
-  }
-  EXPECT_EQ(fake_->closes, 0);
-}
-
-TEST_F(ForceDimensionTest, ACallThatHangsIsAFailureAndPasses) {
-  OpenAndStart();
-  fake_->acts_as_watchdog = true;
-  fake_->hang_ms = 60;
-  EXPECT_TRUE(Reads(TANDEM_FAILED));
-  EXPECT_THAT(trial_->Error(), HasSubstr("hangs"));
-  EXPECT_TRUE(trial_->TicksUntil([&] {
-    return fake_->watchdog_trips > 0 && fake_->force_off_cause == 0;
-  }));
-  EXPECT_TRUE(Reads(TANDEM_OK));  // it was switched on again
-  trial_->ExpectRealtime();       // read() did not wait for the call
-}
-
-TEST_F(ForceDimensionTest, AnUnpluggedDeviceIsFoundAgain) {
-  OpenAndStart();
-  int opens = fake_->opens;
-  fake_->connected = 0;
-  EXPECT_TRUE(Reads(TANDEM_UNPLUGGED));
-  EXPECT_THAT(trial_->Error(), HasSubstr("plug it in"));
-  fake_->connected = 1;
-  fake_->y = 0.07;
-  EXPECT_TRUE(Reads(TANDEM_OK));
-  EXPECT_EQ(trial_->position().x(), 0.07);
-  EXPECT_EQ(fake_->opens, opens + 1);
-  EXPECT_EQ(fake_->closes, 1);
-  // unplugged by errors alone
-  fake_->status_result = -1;
-  for (const int code : {2, 5, 7}) {
-    opens = fake_->opens;
-    fake_->error = code;
-    fake_->read_result = -1;
-    EXPECT_TRUE(Reads(TANDEM_UNPLUGGED)) << code;
-    EXPECT_THAT(trial_->Error(), HasSubstr("does not answer"));
-    fake_->read_result = 0;
-    fake_->status_result = 0;
-    EXPECT_TRUE(Reads(TANDEM_OK)) << code;
-    EXPECT_EQ(fake_->opens, opens + 1) << code;
-  }
-  wanted_[1] = 1;
-  EXPECT_TRUE(trial_->TicksUntil([&] {
-    return Given() == Vec3(0, 1, 0);
-  }));
-}
-
-TEST_F(ForceDimensionTest, ADeviceThatIsBackGetsNoForceBeforeItsStateIsKnown) {
-  OpenAndStart();
-  wanted_[0] = 2;
-  EXPECT_TRUE(trial_->TicksUntil([&] {
-    return Given().x() == 2;
-  }));
-  fake_->connected = 0;
-  EXPECT_TRUE(Reads(TANDEM_UNPLUGGED));
-  fake_->most_given = 0;
-  fake_->reset = 0;  // it was switched off and on
-  fake_->connected = 1;
-  EXPECT_TRUE(Reads(TANDEM_UNCALIBRATED));
-  trial_->Ticks(20);
-  EXPECT_EQ(fake_->most_given, 0);
-  fake_->reset = 1;
-  EXPECT_TRUE(Reads(TANDEM_OK));
-  EXPECT_TRUE(trial_->TicksUntil([&] {
-    return Given().x() == 2;
-  }));
-}
-
 TEST_F(ForceDimensionTest, AStopIsZeroUntilTheNextWrite) {
   OpenAndStart();
   wanted_[0] = 2;
@@ -385,19 +226,6 @@ TEST_F(ForceDimensionTest, WritesNoForceThatIsNone) {
     return fake_->forces > forces + 3;
   }));
   EXPECT_TRUE(Given().isZero());
-}
-
-TEST_F(ForceDimensionTest, EndsTheForceHoweverOftenTheStopFails) {
-  OpenAndStart();
-  wanted_[0] = 2;
-  EXPECT_TRUE(trial_->TicksUntil([&] {
-    return Given().x() == 2;
-  }));
-  fake_->failing_stops = 5;
-  trial_->Close();
-  EXPECT_EQ(fake_->stops, 6);
-  EXPECT_TRUE(Given().isZero());
-  EXPECT_FALSE(fake_->opened);
 }
 
 }  // namespace
