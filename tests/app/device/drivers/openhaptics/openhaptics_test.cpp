@@ -1,5 +1,6 @@
 // The driver `openhaptics` against a library with the published interface of 3D Systems' libHD.
-// Faults that are injected (numbers: the library's error codes, hexadecimal):
+// Faults that are injected, here or in openhaptics_faults_test.cpp (numbers: the library's error
+// codes, hexadecimal):
 //
 // | fault | test |
 // |---|---|
@@ -26,83 +27,24 @@
 // | a force that is no number | WritesNoForceThatIsNone |
 // | a set outside a frame (402), no force in one, a wrong thread | counted by the fake |
 // | a wrong order of calls or unit of force | counted by the fake |
-#include <array>
-#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
-#include <filesystem>
-#include <fstream>
 #include <limits>
-#include <memory>
-#include <new>
 #include <thread>
 
 #include <dlfcn.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "tests/app/device/driver_trial.h"
-#include "tests/app/device/drivers/openhaptics/fake_hd.h"
-#include "tests/support/scratch_folder.h"
+#include "tests/app/device/drivers/openhaptics/openhaptics_fixture.h"
 
 namespace tandem::testing {
 namespace {
 
 using ::testing::Contains;
 using ::testing::HasSubstr;
-
-class OpenHapticsTest : public ::testing::Test {
- protected:
-  OpenHapticsTest() {
-    setenv("TANDEM_LIBHD", TANDEM_FAKE_LIBHD, 1);
-    setenv("GTDD_HOME", folder_.path().c_str(), 1);
-    std::filesystem::create_directory(folder_.path() / "config");
-    std::ofstream(folder_.path() / "config" / "Default Device.config") << "fake";
-    void* library = dlopen(TANDEM_FAKE_LIBHD, RTLD_NOW | RTLD_LOCAL);
-    EXPECT_NE(library, nullptr);
-    fake_ = reinterpret_cast<FakeHd* (*)()>(dlsym(library, "fake_hd"))();
-    reinterpret_cast<void (*)()>(dlsym(library, "fake_hd_forget"))();
-    fake_->~FakeHd();
-    new (fake_) FakeHd;  // each test begins with a new device
-    trial_ = std::make_unique<DriverTrial>("openhaptics");
-    trial_->SetTake([this](TandemDeviceForce& force) {
-      for (int i = 0; i < 3; ++i) {
-        force.force[i] = wanted_[static_cast<std::size_t>(i)];
-        force.moment[i] = wanted_[static_cast<std::size_t>(3 + i)];
-      }
-    });
-  }
-  ~OpenHapticsTest() override {
-    trial_.reset();
-    EXPECT_EQ(fake_->faults, 0);
-    EXPECT_FALSE(fake_->running);
-  }
-  void OpenAndStart(const std::string& options = "") {
-    ASSERT_EQ(trial_->Open(options), TANDEM_OK) << trial_->Error();
-    ASSERT_EQ(trial_->Start(), TANDEM_OK) << trial_->Error();
-    ASSERT_TRUE(trial_->TicksUntil([&] {
-      return trial_->state().valid != 0 || trial_->read() < 0;
-    }));
-  }
-  bool Reads(std::int32_t result) {
-    return trial_->TicksUntil([&] {
-      return trial_->read() == result;
-    });
-  }
-  bool Gives(const Vec3& force_N) {
-    return trial_->TicksUntil([&] {
-      return (Given() - force_N).norm() < 1e-9;
-    });
-  }
-  Vec3 Given() const { return {fake_->force[0], fake_->force[1], fake_->force[2]}; }
-
-  const ScratchFolder folder_;
-  FakeHd* fake_;
-  std::unique_ptr<DriverTrial> trial_;
-  std::array<std::atomic<double>, 6> wanted_{};
-};
 
 TEST_F(OpenHapticsTest, SaysWhatIsMissingAndWhatMendsIt) {
   EXPECT_EQ(trial_->List()[0].present, 1U);
@@ -239,157 +181,12 @@ TEST_F(OpenHapticsTest, GoesOnWithoutWhatADeviceHasNot) {
   }
 }
 
-TEST_F(OpenHapticsTest, AForceErrorEndsTheForceAndItRampsBack) {
-  OpenAndStart();
-  wanted_[0] = 2;
-  const std::pair<unsigned, const char*> errors[] = {{0x200, "too warm"},
-                                                     {0x201, "more force"},
-                                                     {0x202, "too fast"},
-                                                     {0x203, "handle"},
-                                                     {0x204, "force error"}};
-  for (const auto& [code, words] : errors) {
-    ASSERT_TRUE(Gives(Vec3(2, 0, 0))) << code;
-    fake_->frame_error = code;
-    EXPECT_TRUE(Reads(TANDEM_FAILED)) << code;
-    EXPECT_THAT(trial_->Error(), HasSubstr(words));
-    EXPECT_TRUE(Gives(Vec3::Zero())) << code;
-    // from nothing to all in 200 frames
-    ASSERT_TRUE(trial_->TicksUntil([&] {
-      return Given().x() > 0;
-    }));
-    EXPECT_LT(Given().x(), 1);
-    const long begun = fake_->frames;
-    ASSERT_TRUE(Gives(Vec3(2, 0, 0))) << code;
-    EXPECT_GT(fake_->frames - begun, 100);
-    EXPECT_TRUE(Reads(TANDEM_OK)) << code;
-  }
-}
-
-TEST_F(OpenHapticsTest, TheWorstOfSeveralErrorsCounts) {
-  OpenAndStart();
-  fake_->frame_error = 0x302;
-  fake_->later_error = 0x104;  // the handle is bad because the device is gone
-  EXPECT_TRUE(Reads(TANDEM_UNPLUGGED));
-  EXPECT_TRUE(Reads(TANDEM_OK));
-  fake_->frame_error = 0x501;
-  fake_->later_error = 0x201;
-  EXPECT_TRUE(Reads(TANDEM_BROKEN));
-}
-
-TEST_F(OpenHapticsTest, AnUnpluggedDeviceIsOpenedAnew) {
-  OpenAndStart();
-  const int inits = fake_->inits;
-  fake_->plugged = false;
-  EXPECT_TRUE(Reads(TANDEM_UNPLUGGED));
-  EXPECT_THAT(trial_->Error(), HasSubstr("plug it in"));
-  trial_->Ticks(100);
-  fake_->plugged = true;
-  fake_->x_mm = 55;
-  EXPECT_TRUE(Reads(TANDEM_OK));
-  EXPECT_EQ(trial_->position().x(), 0.055);
-  EXPECT_GT(fake_->inits, inits);
-  wanted_[1] = 1;
-  EXPECT_TRUE(Gives(Vec3(0, 1, 0)));
-  for (const unsigned code : {0x300U, 0x303U, 0x304U}) {
-    trial_->Ticks(50);
-    fake_->frame_error = code;
-    EXPECT_TRUE(Reads(TANDEM_UNPLUGGED)) << code;
-    EXPECT_TRUE(Reads(TANDEM_OK)) << code;
-  }
-}
-
-TEST_F(OpenHapticsTest, AFatalErrorIsForGood) {
-  wanted_[0] = 2;
-  for (const unsigned code : {0x402U, 0x500U, 0x501U}) {
-    OpenAndStart();
-    ASSERT_TRUE(Gives(Vec3(2, 0, 0)));
-    fake_->frame_error = code;
-    EXPECT_TRUE(Reads(TANDEM_BROKEN)) << code;
-    EXPECT_THAT(trial_->Error(), HasSubstr("begin anew"));
-    EXPECT_TRUE(Gives(Vec3::Zero()));
-    trial_->Ticks(50);
-    EXPECT_EQ(trial_->read(), TANDEM_BROKEN);
-    trial_->Close();
-  }
-}
-
-TEST_F(OpenHapticsTest, WarmMotorsGetLess) {
-  OpenAndStart();
-  wanted_[0] = 2;
-  ASSERT_TRUE(Gives(Vec3(2, 0, 0)));
-  fake_->temperature = 0.8;
-  // 0.999 a tick: 0.7 after 357
-  EXPECT_TRUE(trial_->TicksUntil([&] {
-    return Given().x() < 1.4;
-  }));
-  fake_->temperature = 0.4;
-  EXPECT_TRUE(Gives(Vec3(2, 0, 0)));
-}
-
-TEST_F(OpenHapticsTest, UncalibratedIsSaidWithWhatToDo) {
-  fake_->calibration = 0x5002;  // a person has to
-  OpenAndStart();
-  EXPECT_TRUE(Reads(TANDEM_UNCALIBRATED));
-  EXPECT_THAT(trial_->Error(), HasSubstr("inkwell"));
-  fake_->calibration = 0x5001;  // the library can by itself
-  EXPECT_TRUE(trial_->TicksUntil([&] {
-    return fake_->updates > 0;
-  }));
-  EXPECT_EQ(fake_->updated_style, 4U);
-  fake_->calibration = 0x5000;
-  EXPECT_TRUE(Reads(TANDEM_OK));
-  wanted_[0] = 1;
-  EXPECT_TRUE(Gives(Vec3(1, 0, 0)));
-  fake_->style = 1;
-  // an uncalibrated Touch is stuck there
-  fake_->x_mm = 0;
-  fake_->y_mm = -110;
-  fake_->z_mm = -35;
-  EXPECT_TRUE(Reads(TANDEM_UNCALIBRATED));
-  EXPECT_THAT(trial_->Error(), HasSubstr("take it out"));
-  EXPECT_TRUE(Gives(Vec3::Zero()));
-  fake_->x_mm = 3;
-  EXPECT_TRUE(Reads(TANDEM_OK));
-  // arms without an inkwell
-  trial_->Close();
-  fake_->calibration = 0x5002;
-  OpenAndStart();
-  EXPECT_TRUE(Reads(TANDEM_UNCALIBRATED));
-  EXPECT_THAT(trial_->Error(), HasSubstr("calibrate=yes"));
-}
-
-TEST_F(OpenHapticsTest, ANewCalibrationComesWithoutForce) {
-  fake_->style = 2;
-  OpenAndStart();
-  wanted_[0] = 2;
-  ASSERT_TRUE(Gives(Vec3(2, 0, 0)));
-  fake_->calibration = 0x5001;
-  EXPECT_TRUE(Reads(TANDEM_UNCALIBRATED));  // the pose jumps: the host takes it up anew
-  EXPECT_THAT(trial_->Error(), HasSubstr("calibrates itself"));
-  EXPECT_TRUE(trial_->TicksUntil([&] {
-    return fake_->updates > 0;
-  }));
-  EXPECT_EQ(fake_->updated_style, 2U);
-  fake_->calibration = 0x5000;
-  EXPECT_TRUE(Reads(TANDEM_OK));
-  EXPECT_TRUE(Gives(Vec3(2, 0, 0)));
-}
-
 TEST_F(OpenHapticsTest, ResetsEncodersBeforeTheSchedulerStartsWhereThatIsAsked) {
   fake_->style = 1;
   ASSERT_EQ(trial_->Open("calibrate=yes"), TANDEM_OK);
   EXPECT_EQ(fake_->updates, 1);
   EXPECT_EQ(fake_->updated_style, 1U);
   EXPECT_FALSE(fake_->running);
-}
-
-TEST_F(OpenHapticsTest, ASchedulerThatStandsStillIsAFailure) {
-  OpenAndStart();
-  fake_->hang_ms = 60;
-  EXPECT_TRUE(Reads(TANDEM_FAILED));
-  EXPECT_THAT(trial_->Error(), HasSubstr("stands still"));
-  EXPECT_TRUE(Reads(TANDEM_OK));
-  trial_->ExpectRealtime();
 }
 
 TEST_F(OpenHapticsTest, ButtonsAreTheClutchAndTheStopAsAsked) {
