@@ -89,99 +89,88 @@ void ForgetLabels(Pointshell& points) {
   for (Pointshell::Chunk& chunk : points.chunks) chunk.labels = {0, 0, chunk.count};
 }
 
-int RunFrame(const FrameArguments& arguments) {
-  BenchScene asked = arguments.scene;
-  asked.needs_fixture = true;
-  const auto loaded = LoadBenchScene(asked);
-  if (!loaded) return Fail(kExitFile, loaded.error().what);
-  std::shared_ptr<const WorldModel> model = *loaded;
-  if (!model->has_fixture) return Fail(kExitFile, arguments.scene.scene + ": no fixed body");
+/// The world and the limits that the frames of a bench run with.
+struct FrameSetup {
+  std::shared_ptr<const WorldModel> model;
   ScheduleOptions schedule;
-  schedule.printed = arguments.schedule == "printed";
-  for (const std::string& what : arguments.without) {
+  FrameCapacity capacity;
+  double budget_s = 0;  // 0: a capacity from the options stays
+};
+
+/// The frames of a bench, among the parts and in free space.
+struct FrameRuns {
+  FrameFigures figures;
+  FrameFigures free;
+  bool has_free = false;  // there is a place with nothing near
+  TestPrices prices;
+  nlohmann::ordered_json back_to_back;
+
+  double count() const { return static_cast<double>(figures.frames); }
+  double at_bound() const { return static_cast<double>(figures.at_bound) / count(); }
+};
+
+bool IsPlain(const WorldModel& model) {
+  return model.scene.contact == ContactModel::kPlain;
+}
+
+/// Leaves the savings out that the options name. Error: plain contact alone has one of them.
+std::optional<Error> LeaveOut(const std::vector<std::string>& savings, FrameSetup& setup) {
+  ScheduleOptions& schedule = setup.schedule;
+  for (const std::string& what : savings) {
     const bool of_points = what == "awareness" || what == "drift";
-    if (of_points && model->scene.contact != ContactModel::kPlain) {
-      return Fail(kExitUsage, "--without " + what + ": only plain contact has it");
+    if (of_points && !IsPlain(*setup.model)) {
+      return Error{"--without " + what + ": only plain contact has it"};
     }
     if (what == "coherence") schedule.coherence = schedule.chunks = schedule.drift = false;
     if (what == "chunks") schedule.chunks = false;
     if (what == "drift") schedule.drift = false;
     if (what != "awareness") continue;
-    auto blind = std::make_shared<WorldModel>(*model);
+    auto blind = std::make_shared<WorldModel>(*setup.model);
     for (BodyModel& body : blind->bodies) ForgetLabels(body.points);
-    model = std::move(blind);
+    setup.model = std::move(blind);
   }
-  if (model->scene.hands.empty()) return Fail(kExitFile, arguments.scene.scene + ": no hand");
-  const Result<HandScript> script = LoadHandScript(model->scene.hands[0].file);
-  if (!script) return Fail(kExitFile, script.error().what);
-  FrameHelpers helpers({.threads = arguments.threads, .priority = kFramePriority});
-  if (helpers.threads() > 1) schedule.helpers = &helpers;
-  // a capacity from the options stays
-  const double budget_s = arguments.capacity > 0 ? 0.0 : 1e-6 * arguments.budget_us;
-  const FrameCapacity capacity = arguments.capacity > 0
-                                     ? FrameCapacity{.tests = arguments.capacity}
-                                     : MeasureCapacity(*model, budget_s, schedule.helpers);
+  return std::nullopt;
+}
 
-  const BodyModel& body = model->bodies[0];
-  World world(model, schedule);
+/// Runs frames in which the hand leads the body by the script.
+void RunAmongParts(const FrameArguments& arguments, const FrameSetup& setup,
+                   const HandScript& script, const FrameHelpers& helpers, FrameRuns& runs) {
+  World world(setup.model, setup.schedule);
   const double seconds = 1e-3 * (arguments.frames + kWarmUp);
-  const HandScript working = Working(*script, seconds);
+  const HandScript working = Working(script, seconds);
   ScriptedHand hand(world, working);
-  FrameFigures figures;
-  RunFrames(world, std::ref(hand), working.X_BD, capacity, budget_s, arguments.frames,
-            arguments.check_every, helpers, figures);
-  const bool plain = model->scene.contact == ContactModel::kPlain;
-  const TestPrices prices = plain ? MeasureTestPrices(world.point_pair(0)) : TestPrices{};
-  const nlohmann::ordered_json back_to_back = BackToBackJson(
-      LeastOfPasses(model, schedule, working, capacity, arguments.frames, arguments.passes),
-      arguments.passes);
+  RunFrames(world, std::ref(hand), working.X_BD, setup.capacity, setup.budget_s, arguments.frames,
+            arguments.check_every, helpers, runs.figures);
+  runs.prices = IsPlain(*setup.model) ? MeasureTestPrices(world.point_pair(0)) : TestPrices{};
+  runs.back_to_back =
+      BackToBackJson(LeastOfPasses(setup.model, setup.schedule, working, setup.capacity,
+                                   arguments.frames, arguments.passes),
+                     arguments.passes);
+}
 
-  FrameFigures free;
-  World free_world(model, schedule);
-  const std::optional<Pose> place = FreePlace(free_world);
-  if (place) {
-    free_world.Place(0, *place);
-    RunFrames(
-        free_world,
-        [&](std::int64_t frame, const StepReport&) {
-          // the goal goes to and fro and turns, by 20 mm and half a radian, at up to 0.13 m/s
-          const double t = 1e-3 * static_cast<double>(frame);
-          const Vec3 way = 0.02 * Vec3(std::sin(6 * t), std::sin(5 * t), std::sin(4 * t));
-          const Vec3 turn = 0.5 * Vec3(std::sin(0.5 * t), std::sin(0.4 * t), std::sin(0.3 * t));
-          return Anchor{{RotationBy(turn) * place->q, place->p + way}, {}};
-        },
-        Pose{}, capacity, budget_s, kFreeFrames, arguments.check_every, helpers, free);
-  }
+/// Runs frames at a place with nothing near, if there is one.
+void RunInFreeSpace(const FrameArguments& arguments, const FrameSetup& setup,
+                    const FrameHelpers& helpers, FrameRuns& runs) {
+  World world(setup.model, setup.schedule);
+  const std::optional<Pose> place = FreePlace(world);
+  runs.has_free = place.has_value();
+  if (!place) return;
+  world.Place(0, *place);
+  RunFrames(
+      world,
+      [&](std::int64_t frame, const StepReport&) {
+        // the goal goes to and fro and turns, by 20 mm and half a radian, at up to 0.13 m/s
+        const double t = 1e-3 * static_cast<double>(frame);
+        const Vec3 way = 0.02 * Vec3(std::sin(6 * t), std::sin(5 * t), std::sin(4 * t));
+        const Vec3 turn = 0.5 * Vec3(std::sin(0.5 * t), std::sin(0.4 * t), std::sin(0.3 * t));
+        return Anchor{{RotationBy(turn) * place->q, place->p + way}, {}};
+      },
+      Pose{}, setup.capacity, setup.budget_s, kFreeFrames, arguments.check_every, helpers,
+      runs.free);
+}
 
-  const auto count = static_cast<double>(figures.frames);
-  const std::size_t points = TestedPoints(*model, body);
-  const std::size_t voxels = FixtureVoxels(*model);
-  const double at_bound = static_cast<double>(figures.at_bound) / count;
-  if (arguments.json) {
-    nlohmann::ordered_json out{
-        {"scene", arguments.scene.scene},
-        {"without", arguments.without},
-        {"schedule", arguments.schedule},
-        {"voxel_m", model->scene.voxel_size},
-        {"points", points},
-        {"voxels", voxels},
-        {"frames", figures.frames},
-        {"threads", helpers.threads()},
-        {"budget_us", arguments.budget_us},
-        {"capacity", capacity.tests},
-        {"capacity_mean", figures.capacity / count},
-        {"look_price", capacity.look_price},
-        {"contacts", figures.contacts / count},
-        {"clear", 0},  // no point is known to be clear; the key is for readers of older figures
-        {"looks", figures.looks / count},
-        {"sifted", 0},  // likewise
-        {"loaded", figures.loaded / count},
-        {"cpu_p50_us", Us(figures.cpu, 0.5)},
-        {"cpu_p99_us", Us(figures.cpu, 0.99)},
-        {"cpu_p999_us", Us(figures.cpu, 0.999)},
-        {"helpers_cpu_p50_us", Us(figures.helpers_cpu, 0.5)},
-        {"longest",
-         {{"cpu_us", 1e-3 * static_cast<double>(figures.worst_ns)},
+nlohmann::ordered_json LongestJson(const FrameFigures& figures) {
+  return {{"cpu_us", 1e-3 * static_cast<double>(figures.worst_ns)},
           {"contacts", figures.worst.contact_points},
           {"clear", 0},
           {"looks", figures.worst.looks},
@@ -189,67 +178,142 @@ int RunFrame(const FrameArguments& arguments) {
           {"loaded", figures.worst.loaded_points},
           {"tests", figures.worst.tests.looked_up + figures.worst.tests.compared},
           {"drifted", figures.worst.tests.drifted},
-          {"chunks", figures.worst.tests.chunks}}},
-        {"back_to_back", back_to_back},
-        {"wall_p999_us", Us(figures.wall, 0.999)},
-        {"frames_over_1ms", figures.over_1ms},
-        {"missed", figures.missed},
-        {"noise_p999_us", Us(figures.noise, 0.999)},
-        {"tests_per_frame", figures.tests / count},
-        {"tests_owed_p50", figures.owed.Quantile(0.5)},
-        {"tests_owed_max", figures.owed.max()},
-        {"drifted_per_frame", figures.drifted / count},
-        {"looked_up_ns", prices.looked_up_ns},
-        {"drifted_ns", prices.drifted_ns},
-        {"chunks_per_frame", figures.chunks / count},
-        {"travel_at_bound_share", at_bound},
-        {"travel_limited_share", static_cast<double>(figures.held_back) / count},
-        {"violations", figures.violations + free.violations},
-        {"point_frames_checked", figures.point_frames + free.point_frames},
-        {"page_faults", figures.page_faults + free.page_faults},
-        {"free_cpu_p99_us", nullptr}};
-    if (place) {
-      out["free_cpu_p50_us"] = Us(free.cpu, 0.5);
-      out["free_cpu_p99_us"] = Us(free.cpu, 0.99);
-      out["free_contacts"] = free.contacts / static_cast<double>(free.frames);
-    }
-    std::printf("%s\n", JsonText(out, 2).c_str());
-    return kExitOk;
+          {"chunks", figures.worst.tests.chunks}};
+}
+
+nlohmann::ordered_json FrameJson(const FrameArguments& arguments, const FrameSetup& setup,
+                                 const FrameRuns& runs, int threads) {
+  const FrameFigures& figures = runs.figures;
+  const FrameFigures& free = runs.free;
+  const double count = runs.count();
+  nlohmann::ordered_json out{
+      {"scene", arguments.scene.scene},
+      {"without", arguments.without},
+      {"schedule", arguments.schedule},
+      {"voxel_m", setup.model->scene.voxel_size},
+      {"points", TestedPoints(*setup.model, setup.model->bodies[0])},
+      {"voxels", FixtureVoxels(*setup.model)},
+      {"frames", figures.frames},
+      {"threads", threads},
+      {"budget_us", arguments.budget_us},
+      {"capacity", setup.capacity.tests},
+      {"capacity_mean", figures.capacity / count},
+      {"look_price", setup.capacity.look_price},
+      {"contacts", figures.contacts / count},
+      {"clear", 0},  // no point is known to be clear; the key is for readers of older figures
+      {"looks", figures.looks / count},
+      {"sifted", 0},  // likewise
+      {"loaded", figures.loaded / count},
+      {"cpu_p50_us", Us(figures.cpu, 0.5)},
+      {"cpu_p99_us", Us(figures.cpu, 0.99)},
+      {"cpu_p999_us", Us(figures.cpu, 0.999)},
+      {"helpers_cpu_p50_us", Us(figures.helpers_cpu, 0.5)},
+      {"longest", LongestJson(figures)},
+      {"back_to_back", runs.back_to_back},
+      {"wall_p999_us", Us(figures.wall, 0.999)},
+      {"frames_over_1ms", figures.over_1ms},
+      {"missed", figures.missed},
+      {"noise_p999_us", Us(figures.noise, 0.999)},
+      {"tests_per_frame", figures.tests / count},
+      {"tests_owed_p50", figures.owed.Quantile(0.5)},
+      {"tests_owed_max", figures.owed.max()},
+      {"drifted_per_frame", figures.drifted / count},
+      {"looked_up_ns", runs.prices.looked_up_ns},
+      {"drifted_ns", runs.prices.drifted_ns},
+      {"chunks_per_frame", figures.chunks / count},
+      {"travel_at_bound_share", runs.at_bound()},
+      {"travel_limited_share", static_cast<double>(figures.held_back) / count},
+      {"violations", figures.violations + free.violations},
+      {"point_frames_checked", figures.point_frames + free.point_frames},
+      {"page_faults", figures.page_faults + free.page_faults},
+      {"free_cpu_p99_us", nullptr}};
+  if (runs.has_free) {
+    out["free_cpu_p50_us"] = Us(free.cpu, 0.5);
+    out["free_cpu_p99_us"] = Us(free.cpu, 0.99);
+    out["free_contacts"] = free.contacts / static_cast<double>(free.frames);
   }
-  std::printf("%zu points against %zu voxels, %.0f contacts, %.0f tests a frame (capacity %.0f)\n",
-              points, voxels, figures.contacts / count, figures.tests / count, capacity.tests);
+  return out;
+}
+
+void PrintTimes(const FrameArguments& arguments, const FrameRuns& runs, int threads) {
+  const FrameFigures& figures = runs.figures;
   std::printf("  processor   p50 %.1f us, p99 %.1f us, p99.9 %.1f us\n", Us(figures.cpu, 0.5),
               Us(figures.cpu, 0.99), Us(figures.cpu, 0.999));
-  if (helpers.threads() > 1) {
+  if (threads > 1) {
     std::printf("  helpers     p50 %.1f us, of %s together beside the haptic thread\n",
                 Us(figures.helpers_cpu, 0.5),
-                Counted(static_cast<std::uint64_t>(helpers.threads()) - 1, "thread").c_str());
+                Counted(static_cast<std::uint64_t>(threads) - 1, "thread").c_str());
   }
   std::printf("  wall        p99.9 %.1f us; empty work of the same length %.1f us\n",
               Us(figures.wall, 0.999), Us(figures.noise, 0.999));
   std::printf("  deadlines   %ld of %ld frames took more than 1 ms; %ld deadlines missed\n",
               figures.over_1ms, figures.frames, figures.missed);
-  if (!back_to_back.is_null()) {
+  if (!runs.back_to_back.is_null()) {
     std::printf(
         "  of %d passes back to back, each frame's least: p50 %.1f us, p99 %.1f us, p99.9 %.1f "
         "us\n",
-        arguments.passes, back_to_back["cpu_p50_us"].get<double>(),
-        back_to_back["cpu_p99_us"].get<double>(), back_to_back["cpu_p999_us"].get<double>());
+        arguments.passes, runs.back_to_back["cpu_p50_us"].get<double>(),
+        runs.back_to_back["cpu_p99_us"].get<double>(),
+        runs.back_to_back["cpu_p999_us"].get<double>());
   }
+}
+
+void PrintFrame(const FrameArguments& arguments, const FrameSetup& setup, const FrameRuns& runs,
+                int threads) {
+  const FrameFigures& figures = runs.figures;
+  const FrameFigures& free = runs.free;
+  const double count = runs.count();
+  std::printf("%zu points against %zu voxels, %.0f contacts, %.0f tests a frame (capacity %.0f)\n",
+              TestedPoints(*setup.model, setup.model->bodies[0]), FixtureVoxels(*setup.model),
+              figures.contacts / count, figures.tests / count, setup.capacity.tests);
+  PrintTimes(arguments, runs, threads);
   std::printf("  drift       %.0f points a frame put back; %.0f chunks looked at\n",
               figures.drifted / count, figures.chunks / count);
-  if (plain) {
+  if (IsPlain(*setup.model)) {
+    const TestPrices& prices = runs.prices;
     std::printf("  a point     looked up %.2f ns, drifted %.2f ns: %.1f times less\n",
                 prices.looked_up_ns, prices.drifted_ns, prices.looked_up_ns / prices.drifted_ns);
   }
   std::printf("  owed        p50 %lld tests, max %lld tests in every frame\n",
               static_cast<long long>(figures.owed.Quantile(0.5)),
               static_cast<long long>(figures.owed.max()));
-  std::printf("  MaxTravel   at its bound in %.2f %% of the frames\n", 100 * at_bound);
+  std::printf("  MaxTravel   at its bound in %.2f %% of the frames\n", 100 * runs.at_bound());
   std::printf("  violations  %zu in %.3g point-frames; %ld page faults\n",
               figures.violations + free.violations, figures.point_frames + free.point_frames,
               figures.page_faults + free.page_faults);
-  if (place) std::printf("  free space  p99 %.1f us\n", Us(free.cpu, 0.99));
+  if (runs.has_free) std::printf("  free space  p99 %.1f us\n", Us(free.cpu, 0.99));
+}
+
+int RunFrame(const FrameArguments& arguments) {
+  BenchScene asked = arguments.scene;
+  asked.needs_fixture = true;
+  const auto loaded = LoadBenchScene(asked);
+  if (!loaded) return Fail(kExitFile, loaded.error().what);
+  FrameSetup setup;
+  setup.model = *loaded;
+  if (!setup.model->has_fixture) return Fail(kExitFile, arguments.scene.scene + ": no fixed body");
+  setup.schedule.printed = arguments.schedule == "printed";
+  if (const auto fault = LeaveOut(arguments.without, setup)) return Fail(kExitUsage, fault->what);
+  const Scene& scene = setup.model->scene;
+  if (scene.hands.empty()) return Fail(kExitFile, arguments.scene.scene + ": no hand");
+  const Result<HandScript> script = LoadHandScript(scene.hands[0].file);
+  if (!script) return Fail(kExitFile, script.error().what);
+  FrameHelpers helpers({.threads = arguments.threads, .priority = kFramePriority});
+  if (helpers.threads() > 1) setup.schedule.helpers = &helpers;
+  setup.budget_s = arguments.capacity > 0 ? 0.0 : 1e-6 * arguments.budget_us;
+  setup.capacity = arguments.capacity > 0
+                       ? FrameCapacity{.tests = arguments.capacity}
+                       : MeasureCapacity(*setup.model, setup.budget_s, setup.schedule.helpers);
+
+  FrameRuns runs;
+  RunAmongParts(arguments, setup, *script, helpers, runs);
+  RunInFreeSpace(arguments, setup, helpers, runs);
+  if (arguments.json) {
+    const nlohmann::ordered_json out = FrameJson(arguments, setup, runs, helpers.threads());
+    std::printf("%s\n", JsonText(out, 2).c_str());
+  } else {
+    PrintFrame(arguments, setup, runs, helpers.threads());
+  }
   return kExitOk;
 }
 
