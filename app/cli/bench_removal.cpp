@@ -83,123 +83,151 @@ std::size_t PeakBytes() {
   return static_cast<std::size_t>(usage.ru_maxrss) << 10U;
 }
 
-int RunRemoval(const RemovalArguments& arguments) {
-  const auto loaded = LoadRemoval(arguments);
-  if (!loaded) return Fail(kExitFile, loaded.error().what);
-  const std::shared_ptr<const WorldModel>& model = *loaded;
-  if (!model->has_fixture) return Fail(kExitFile, arguments.scene + ": no fixed body");
-  if (arguments.hand.empty() && model->scene.hands.empty()) {
-    return Fail(kExitFile, arguments.scene + ": no hand; give one by --hand");
-  }
-  if (arguments.hand.empty() && model->BodyNamed(model->scene.hands[0].body) != 0) {
-    return Fail(kExitFile, arguments.scene + ": the first hand is to hold the first moving body");
-  }
-  const std::filesystem::path file =
-      arguments.hand.empty() ? model->scene.hands[0].file : std::filesystem::path(arguments.hand);
-  const Result<HandScript> script = LoadHandScript(file);
-  if (!script) return Fail(kExitFile, script.error().what);
+/// A removal to run: a scene, the hand's script and the frames' limits.
+struct Removal {
+  std::shared_ptr<const WorldModel> model;
+  HandScript script;
+  FrameCapacity capacity;
+  double budget_s = 0;  // 0: a capacity from the options stays
+  int frames = 0;
+};
 
+/// The findings of a removal's run.
+struct RemovalRun {
+  RemovalTrace trace;
+  FrameFigures figures;
+  Hash64 poses;
+  std::size_t voxel_bytes = 0;
+  ResidentCounts paged;
+  Outcome outcome;
+  int most_contacts = 0;
+  float most_force = 0;
+  Histogram least;  // least times of the passes back to back
+
+  double count() const { return static_cast<double>(figures.frames); }
+  double at_bound() const { return static_cast<double>(figures.at_bound) / count(); }
+};
+
+/// Returns the file of the hand that the options name, or of the scene's first hand.
+Result<std::filesystem::path> HandFileOf(const RemovalArguments& arguments,
+                                         const WorldModel& model) {
+  if (!arguments.hand.empty()) return std::filesystem::path(arguments.hand);
+  if (model.scene.hands.empty()) {
+    return Error{arguments.scene + ": no hand; give one by --hand"};
+  }
+  if (model.BodyNamed(model.scene.hands[0].body) != 0) {
+    return Error{arguments.scene + ": the first hand is to hold the first moving body"};
+  }
+  return model.scene.hands[0].file;
+}
+
+Result<Removal> PrepareRemoval(const RemovalArguments& arguments) {
+  const auto loaded = LoadRemoval(arguments);
+  if (!loaded) return loaded.error();
+  Removal removal;
+  removal.model = *loaded;
+  if (!removal.model->has_fixture) return Error{arguments.scene + ": no fixed body"};
+  const Result<std::filesystem::path> file = HandFileOf(arguments, *removal.model);
+  if (!file) return file.error();
+  Result<HandScript> script = LoadHandScript(*file);
+  if (!script) return script.error();
+  removal.script = *std::move(script);
   if (!arguments.plots.empty()) {
     std::error_code failed;
     std::filesystem::create_directories(arguments.plots, failed);
-    if (failed) return Fail(kExitFile, arguments.plots + ": " + failed.message());
+    if (failed) return Error{arguments.plots + ": " + failed.message()};
   }
+  removal.budget_s = arguments.capacity > 0 ? 0.0 : 1e-6 * arguments.budget_us;
+  removal.capacity = arguments.capacity > 0
+                         ? FrameCapacity{.tests = arguments.capacity}
+                         : MeasureCapacity(*removal.model, removal.budget_s, nullptr);
+  removal.frames =
+      static_cast<int>(std::lround(1e3 * (removal.script.duration() + kRest))) - kWarmUp;
+  return removal;
+}
 
-  const FrameHelpers helpers({.threads = 1, .priority = kFramePriority});
-  const ScheduleOptions schedule;
-  // a capacity from the options stays
-  const double budget_s = arguments.capacity > 0 ? 0.0 : 1e-6 * arguments.budget_us;
-  const FrameCapacity capacity = arguments.capacity > 0
-                                     ? FrameCapacity{.tests = arguments.capacity}
-                                     : MeasureCapacity(*model, budget_s, nullptr);
-  const int frames = static_cast<int>(std::lround(1e3 * (script->duration() + kRest))) - kWarmUp;
-
-  std::optional<World> made(std::in_place, model, schedule);
-  World& world = *made;
-  ScriptedHand hand(world, *script);
-  RemovalTrace trace;
-  trace.frames.reserve(static_cast<std::size_t>(frames + kWarmUp));
-  FrameFigures figures;
-  Hash64 poses;
+/// Runs the removal once at 1 kHz. Error: voxels did not come.
+std::optional<Error> RunOnceTimed(const Removal& removal, const FrameHelpers& helpers,
+                                  RemovalRun& run) {
+  World world(removal.model, ScheduleOptions());
+  ScriptedHand hand(world, removal.script);
+  run.trace.frames.reserve(static_cast<std::size_t>(removal.frames + kWarmUp));
   RunFrames(
       world,
       [&](std::int64_t frame, const StepReport& report) {
-        trace.frames.push_back({.contact_N = static_cast<float>(report.contact_B_W.f.norm()),
-                                .hand_N = static_cast<float>(report.hand_B_W.f.norm()),
-                                .contacts = report.contact_points});
+        run.trace.frames.push_back({.contact_N = static_cast<float>(report.contact_B_W.f.norm()),
+                                    .hand_N = static_cast<float>(report.hand_B_W.f.norm()),
+                                    .contacts = report.contact_points});
         const Pose& X_WB = world.state(0).X_WB;
-        poses.AddBytes(X_WB.p.data(), sizeof X_WB.p);
-        poses.AddBytes(X_WB.q.coeffs().data(), 4 * sizeof(double));
+        run.poses.AddBytes(X_WB.p.data(), sizeof X_WB.p);
+        run.poses.AddBytes(X_WB.q.coeffs().data(), 4 * sizeof(double));
         return hand(frame, report);
       },
-      script->X_BD, capacity, budget_s, frames, frames, helpers, figures);
-  const std::size_t voxel_bytes = VoxelMemory(world);
-  ResidentCounts paged;
-  if (world.resident_voxels() != nullptr) paged = world.resident_voxels()->counts();
-  if (figures.waits.longest >= kLongestVoxelWait) {
-    return Fail(kExitFile, world.WhyVoxelsLack());
+      removal.script.X_BD, removal.capacity, removal.budget_s, removal.frames, removal.frames,
+      helpers, run.figures);
+  run.voxel_bytes = VoxelMemory(world);
+  if (world.resident_voxels() != nullptr) run.paged = world.resident_voxels()->counts();
+  if (run.figures.waits.longest >= kLongestVoxelWait) return Error{world.WhyVoxelsLack()};
+  run.outcome = OutcomeOf(*removal.model, 0, world.state(0).X_WB);
+  for (const RemovalTrace::Frame& frame : run.trace.frames) {
+    run.most_contacts = std::max(run.most_contacts, frame.contacts);
+    run.most_force = std::max(run.most_force, frame.hand_N);
   }
-  const Outcome outcome = OutcomeOf(*model, 0, world.state(0).X_WB);
-  made.reset();  // else its voxels would be in memory twice
-  const Histogram least =
-      LeastOfPasses(model, schedule, *script, capacity, frames, arguments.passes);
+  return std::nullopt;
+}
 
-  const auto count = static_cast<double>(figures.frames);
-  const double at_bound = static_cast<double>(figures.at_bound) / count;
-  int most_contacts = 0;
-  float most_force = 0;
-  for (const RemovalTrace::Frame& frame : trace.frames) {
-    most_contacts = std::max(most_contacts, frame.contacts);
-    most_force = std::max(most_force, frame.hand_N);
+std::optional<Error> WritePlots(const std::string& folder, const RemovalRun& run) {
+  if (folder.empty()) return std::nullopt;
+  for (const Picture& picture : RemovalPictures(run.trace, run.figures.cpu, run.least)) {
+    const std::filesystem::path to = std::filesystem::path(folder) / (picture.name + ".svg");
+    if (auto fault = WriteWholeFile(to, SvgOf(picture, SvgPlace::kFile))) return fault;
   }
-  if (!arguments.plots.empty()) {
-    for (const Picture& picture : RemovalPictures(trace, figures.cpu, least)) {
-      const std::filesystem::path to =
-          std::filesystem::path(arguments.plots) / (picture.name + ".svg");
-      if (const auto fault = WriteWholeFile(to, SvgOf(picture, SvgPlace::kFile))) {
-        return Fail(kExitFile, fault->what);
-      }
-    }
-  }
-  const std::size_t points = TestedPoints(*model, model->bodies[0]);
-  const std::size_t voxels = FixtureVoxels(*model);
-  if (arguments.json) {
-    const nlohmann::ordered_json out{
-        {"scene", arguments.scene},
-        {"voxel_mm", 1e3 * model->scene.voxel_size},
-        {"points", points},
-        {"voxels", voxels},
-        {"out", outcome.out},
-        {"travel_m", outcome.travel},
-        {"frames", figures.frames},
-        {"capacity", capacity.tests},
-        {"cpu_p50_us", Us(figures.cpu, 0.5)},
-        {"cpu_p99_us", Us(figures.cpu, 0.99)},
-        {"cpu_p999_us", Us(figures.cpu, 0.999)},
-        {"noise_p999_us", Us(figures.noise, 0.999)},
-        {"missed", figures.missed},
-        {"back_to_back", BackToBackJson(least, arguments.passes)},
-        {"travel_at_bound_share", at_bound},
-        {"travel_limited_share", static_cast<double>(figures.held_back) / count},
-        {"contacts_mean", figures.contacts / count},
-        {"contacts_max", most_contacts},
-        {"hand_force_max_N", most_force},
-        {"stalls", figures.waits.count},
-        {"stall_s", 1e-3 * static_cast<double>(figures.waits.frames)},
-        {"longest_stall_ms", figures.waits.longest},
-        {"pages_read", paged.pages_read},
-        {"pages_given_up", paged.pages_given_up},
-        {"page_faults", figures.page_faults},
-        {"poses_digest", Hex(poses.value())},
-        {"peak_bytes", PeakBytes()},
-        {"voxel_memory_bytes", voxel_bytes}};
-    std::printf("%s\n", JsonText(out, 2).c_str());
-    return kExitOk;
-  }
-  std::printf("%zu points against %zu voxels: the part moved %.0f mm and is %s\n", points, voxels,
-              1e3 * outcome.travel, outcome.out ? "out" : "NOT out");
+  return std::nullopt;
+}
+
+nlohmann::ordered_json RemovalJson(const RemovalArguments& arguments, const Removal& removal,
+                                   const RemovalRun& run) {
+  const FrameFigures& figures = run.figures;
+  const double count = run.count();
+  return {{"scene", arguments.scene},
+          {"voxel_mm", 1e3 * removal.model->scene.voxel_size},
+          {"points", TestedPoints(*removal.model, removal.model->bodies[0])},
+          {"voxels", FixtureVoxels(*removal.model)},
+          {"out", run.outcome.out},
+          {"travel_m", run.outcome.travel},
+          {"frames", figures.frames},
+          {"capacity", removal.capacity.tests},
+          {"cpu_p50_us", Us(figures.cpu, 0.5)},
+          {"cpu_p99_us", Us(figures.cpu, 0.99)},
+          {"cpu_p999_us", Us(figures.cpu, 0.999)},
+          {"noise_p999_us", Us(figures.noise, 0.999)},
+          {"missed", figures.missed},
+          {"back_to_back", BackToBackJson(run.least, arguments.passes)},
+          {"travel_at_bound_share", run.at_bound()},
+          {"travel_limited_share", static_cast<double>(figures.held_back) / count},
+          {"contacts_mean", figures.contacts / count},
+          {"contacts_max", run.most_contacts},
+          {"hand_force_max_N", run.most_force},
+          {"stalls", figures.waits.count},
+          {"stall_s", 1e-3 * static_cast<double>(figures.waits.frames)},
+          {"longest_stall_ms", figures.waits.longest},
+          {"pages_read", run.paged.pages_read},
+          {"pages_given_up", run.paged.pages_given_up},
+          {"page_faults", figures.page_faults},
+          {"poses_digest", Hex(run.poses.value())},
+          {"peak_bytes", PeakBytes()},
+          {"voxel_memory_bytes", run.voxel_bytes}};
+}
+
+void PrintRemoval(const RemovalArguments& arguments, const Removal& removal,
+                  const RemovalRun& run) {
+  const FrameFigures& figures = run.figures;
+  std::printf("%zu points against %zu voxels: the part moved %.0f mm and is %s\n",
+              TestedPoints(*removal.model, removal.model->bodies[0]), FixtureVoxels(*removal.model),
+              1e3 * run.outcome.travel, run.outcome.out ? "out" : "NOT out");
   std::printf("  contacts    %.0f a frame, at most %d; at most %.1f N in the hand\n",
-              figures.contacts / count, most_contacts, static_cast<double>(most_force));
+              figures.contacts / run.count(), run.most_contacts,
+              static_cast<double>(run.most_force));
   std::printf("  processor   p50 %.1f us, p99 %.1f us, p99.9 %.1f us; empty work p99.9 %.1f us\n",
               Us(figures.cpu, 0.5), Us(figures.cpu, 0.99), Us(figures.cpu, 0.999),
               Us(figures.noise, 0.999));
@@ -207,20 +235,37 @@ int RunRemoval(const RemovalArguments& arguments) {
     std::printf(
         "  of %d passes back to back, each frame's least: p50 %.1f us, p99 %.1f us, p99.9 "
         "%.1f us\n",
-        arguments.passes, Us(least, 0.5), Us(least, 0.99), Us(least, 0.999));
+        arguments.passes, Us(run.least, 0.5), Us(run.least, 0.99), Us(run.least, 0.999));
   }
   std::printf("  MaxTravel   at its bound in %.2f %% of %ld frames; %ld deadlines missed\n",
-              100 * at_bound, figures.frames, figures.missed);
+              100 * run.at_bound(), figures.frames, figures.missed);
   if (arguments.voxel_memory > 0) {
     std::printf(
         "  stalls      %ld, %.3f s in all, the longest %d ms; %llu pages read, %llu given up\n",
         figures.waits.count, 1e-3 * static_cast<double>(figures.waits.frames),
-        figures.waits.longest, static_cast<unsigned long long>(paged.pages_read),
-        static_cast<unsigned long long>(paged.pages_given_up));
+        figures.waits.longest, static_cast<unsigned long long>(run.paged.pages_read),
+        static_cast<unsigned long long>(run.paged.pages_given_up));
   }
   std::printf("  memory      %.0f MB of voxels, %.0f MB at most in all; %ld page faults\n",
-              1e-6 * static_cast<double>(voxel_bytes), 1e-6 * static_cast<double>(PeakBytes()),
+              1e-6 * static_cast<double>(run.voxel_bytes), 1e-6 * static_cast<double>(PeakBytes()),
               figures.page_faults);
+}
+
+int RunRemoval(const RemovalArguments& arguments) {
+  const Result<Removal> removal = PrepareRemoval(arguments);
+  if (!removal) return Fail(kExitFile, removal.error().what);
+  const FrameHelpers helpers({.threads = 1, .priority = kFramePriority});
+  RemovalRun run;
+  if (const auto fault = RunOnceTimed(*removal, helpers, run)) return Fail(kExitFile, fault->what);
+  // the first world is gone: else its voxels would be in memory twice
+  run.least = LeastOfPasses(removal->model, ScheduleOptions(), removal->script, removal->capacity,
+                            removal->frames, arguments.passes);
+  if (const auto fault = WritePlots(arguments.plots, run)) return Fail(kExitFile, fault->what);
+  if (arguments.json) {
+    std::printf("%s\n", JsonText(RemovalJson(arguments, *removal, run), 2).c_str());
+  } else {
+    PrintRemoval(arguments, *removal, run);
+  }
   return kExitOk;
 }
 
