@@ -74,21 +74,131 @@ Result<std::size_t> WriteSurface(const VoxelizeArguments& arguments, const Trian
   return surface->field.bytes().size() + surface->features.bytes().size();
 }
 
+/// A voxelized mesh and its figures.
+struct Voxelized {
+  TriangleMesh mesh;
+  MeshDiagnosis diagnosis;
+  MassProperties mass;
+  std::size_t threads = 0;
+  double seconds = 0;
+  VoxelCounts counts;
+  VoxelCounts unmerged;  // without merging, where every edge of every triangle is a feature
+  std::size_t polygons = 0;
+  std::size_t points = 0;
+  std::size_t surface_bytes = 0;
+  std::uint64_t digest = 0;
+};
+
+/// Voxelizes the mesh, makes its points and writes the files that the options name. Returns the
+/// exit code.
+int MakeVoxels(const VoxelizeArguments& arguments, VoxelizeOptions options, Voxelized& made) {
+  const std::int64_t start_ns = MonotonicNowNs();
+  std::stop_source stop;
+  options.stop = stop.get_token();
+  options.progress = Watch(stop);
+  const TriangleMesh& mesh = made.mesh;
+  const MeshSides sides(mesh);
+  const Features features = FindFeatures(mesh, sides, options.flatness_voxels * options.voxel_size);
+  const Result<Voxmap> voxmap = Voxelize(mesh, sides, features, options);
+  if (!voxmap) return Fail(kExitFile, arguments.file + ": " + voxmap.error().what);
+  if (const std::string hint = UnitHint(arguments.file, mesh, arguments.scale); !hint.empty()) {
+    Say(arguments.file + ": " + hint);
+  }
+  if (!arguments.out.empty()) {
+    if (const auto fault = SaveVoxmap(*voxmap, arguments.out)) return Fail(kExitFile, fault->what);
+  }
+  if (!arguments.surface.empty()) {
+    const Result<std::size_t> bytes =
+        WriteSurface(arguments, mesh, options.voxel_size, options.stop);
+    if (!bytes) return Fail(kExitFile, bytes.error().what);
+    made.surface_bytes = *bytes;
+  }
+  const Result<Pointshell> points =
+      MakePointshell(mesh, features, Pose{},
+                     {.spacing = options.voxel_size, .max_memory_bytes = arguments.max_memory});
+  if (!points) return Fail(kExitFile, arguments.file + ": " + points.error().what);
+  made.seconds = 1e-9 * static_cast<double>(MonotonicNowNs() - start_ns);
+
+  const Result<Voxmap> unmerged = Voxelize(mesh, sides, FindFeatures(mesh, sides, 0.0), options);
+  if (!unmerged) return Fail(kExitFile, arguments.file + ": " + unmerged.error().what);
+  made.counts = voxmap->Count();
+  made.unmerged = unmerged->Count();
+  made.polygons = features.polygons;
+  made.points = points->size();
+  Hash64 digest;
+  digest.Add(voxmap->Digest());
+  digest.Add(Digest(*points));
+  made.digest = digest.value();
+  return kExitOk;
+}
+
+nlohmann::ordered_json VoxelizedJson(const VoxelizeArguments& arguments,
+                                     const VoxelizeOptions& options, const Voxelized& made) {
+  return {{"file", arguments.file},
+          {"triangles", made.mesh.triangles.size()},
+          {"bodies", made.diagnosis.bodies},
+          {"closed", made.diagnosis.closed()},
+          {"open_edges", made.diagnosis.open_edges},
+          {"seconds", made.seconds},
+          {"threads", made.threads},
+          {"voxels",
+           {{"interior", made.counts.interior},
+            {"surface", made.counts.surface},
+            {"free", made.counts.free},
+            {"total", made.counts.total()}}},
+          {"polygons", made.polygons},
+          {"edge_voxels", made.counts.edge},
+          {"vertex_voxels", made.counts.vertex},
+          {"edge_voxels_unmerged", made.unmerged.edge},
+          {"vertex_voxels_unmerged", made.unmerged.vertex},
+          {"planes", made.counts.planes},
+          {"hyperchunks", made.counts.hyperchunks},
+          {"bytes", made.counts.bytes},
+          {"surface_bytes", made.surface_bytes},
+          {"points", {{"total", made.points}}},
+          {"volume_m3", made.mass.volume},
+          {"voxel_m", options.voxel_size},
+          {"range_voxels", options.range},
+          {"bits", options.bits},
+          {"digest", Hex(made.digest)}};
+}
+
+void PrintVoxelized(const VoxelizeArguments& arguments, const VoxelizeOptions& options,
+                    const Voxelized& made) {
+  const Vec3 size = BoundsOf(made.mesh).size();
+  std::printf("%s: %s, %s, %.6g x %.6g x %.6g m, %.6g m^3%s\n", arguments.file.c_str(),
+              Counted(made.mesh.triangles.size(), "triangle").c_str(),
+              Describe(made.diagnosis).c_str(), size.x(), size.y(), size.z(), made.mass.volume,
+              made.mass.solid ? "" : " (encloses no sound volume)");
+  std::printf("voxels of %.6g m: %zu surface, %zu free, %zu interior, in %zu planes, %.1f MB\n",
+              options.voxel_size, made.counts.surface, made.counts.free, made.counts.interior,
+              made.counts.planes, 1e-6 * static_cast<double>(made.counts.bytes));
+  if (!arguments.surface.empty()) {
+    std::printf("surface for refined contact: %.1f MB\n",
+                1e-6 * static_cast<double>(made.surface_bytes));
+  }
+  std::printf("%s of %s: %zu edge and %zu vertex voxels instead of %zu and %zu\n",
+              Counted(made.polygons, "polygon").c_str(),
+              Counted(made.mesh.triangles.size(), "triangle").c_str(), made.counts.edge,
+              made.counts.vertex, made.unmerged.edge, made.unmerged.vertex);
+  std::printf("%s; %.3f s on %s; digest %s\n", Counted(made.points, "point").c_str(), made.seconds,
+              Counted(made.threads, "thread").c_str(), Hex(made.digest).c_str());
+}
+
 int RunVoxelize(const VoxelizeArguments& arguments) {
   const std::optional<double> given = AsNumber(arguments.voxel);
-  const Result<TriangleMesh> mesh = ImportMesh(arguments.file, {.scale = arguments.scale});
+  Result<TriangleMesh> mesh = ImportMesh(arguments.file, {.scale = arguments.scale});
   if (!mesh) return Fail(kExitFile, mesh.error().what);
-  const MeshDiagnosis diagnosis = Diagnose(*mesh);
-  const MassProperties mass = ComputeMassProperties(*mesh);
-  const double voxel_size = given ? *given : AutoVoxelSize(*mesh);
-
-  const std::size_t threads =
+  Voxelized made;
+  made.mesh = *std::move(mesh);
+  made.diagnosis = Diagnose(made.mesh);
+  made.mass = ComputeMassProperties(made.mesh);
+  made.threads =
       arguments.threads > 0
           ? arguments.threads
           : tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism);
-  const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
-  const std::int64_t start_ns = MonotonicNowNs();
-  VoxelizeOptions options{.voxel_size = voxel_size,
+  const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, made.threads);
+  VoxelizeOptions options{.voxel_size = given ? *given : AutoVoxelSize(made.mesh),
                           .range = arguments.range,
                           .bits = arguments.bits > 0 ? arguments.bits : BitsFor(arguments.range),
                           .max_memory_bytes = arguments.max_memory};
@@ -97,90 +207,17 @@ int RunVoxelize(const VoxelizeArguments& arguments) {
                                 std::to_string(WidestRange(options.bits)) +
                                 " voxels at the most; give more bits or a --range within");
   }
-  if (const auto fault = VoxelSizeFault(*mesh, options)) {
+  if (const auto fault = VoxelSizeFault(made.mesh, options)) {
     return Fail(kExitFile, arguments.file + ": " + fault->what +
-                               AndUnitHint(arguments.file, *mesh, arguments.scale));
+                               AndUnitHint(arguments.file, made.mesh, arguments.scale));
   }
-  std::stop_source stop;
-  options.stop = stop.get_token();
-  options.progress = Watch(stop);
-  const MeshSides sides(*mesh);
-  const Features features = FindFeatures(*mesh, sides, options.flatness_voxels * voxel_size);
-  const Result<Voxmap> voxmap = Voxelize(*mesh, sides, features, options);
-  if (!voxmap) return Fail(kExitFile, arguments.file + ": " + voxmap.error().what);
-  if (const std::string hint = UnitHint(arguments.file, *mesh, arguments.scale); !hint.empty()) {
-    Say(arguments.file + ": " + hint);
-  }
-  if (!arguments.out.empty()) {
-    if (const auto fault = SaveVoxmap(*voxmap, arguments.out)) return Fail(kExitFile, fault->what);
-  }
-  Result<std::size_t> surface_bytes = std::size_t{0};
-  if (!arguments.surface.empty()) {
-    surface_bytes = WriteSurface(arguments, *mesh, voxel_size, options.stop);
-    if (!surface_bytes) return Fail(kExitFile, surface_bytes.error().what);
-  }
-  const Result<Pointshell> points = MakePointshell(
-      *mesh, features, Pose{}, {.spacing = voxel_size, .max_memory_bytes = arguments.max_memory});
-  if (!points) return Fail(kExitFile, arguments.file + ": " + points.error().what);
-  const double seconds = 1e-9 * static_cast<double>(MonotonicNowNs() - start_ns);
-
-  const VoxelCounts counts = voxmap->Count();
-  // without merging, every edge of every triangle would be a feature
-  const Result<Voxmap> unmerged = Voxelize(*mesh, sides, FindFeatures(*mesh, sides, 0.0), options);
-  if (!unmerged) return Fail(kExitFile, arguments.file + ": " + unmerged.error().what);
-  const VoxelCounts saved_of = unmerged->Count();
-  Hash64 digest;
-  digest.Add(voxmap->Digest());
-  digest.Add(Digest(*points));
+  if (const int failed = MakeVoxels(arguments, options, made); failed != kExitOk) return failed;
   if (arguments.json) {
-    const nlohmann::ordered_json out{{"file", arguments.file},
-                                     {"triangles", mesh->triangles.size()},
-                                     {"bodies", diagnosis.bodies},
-                                     {"closed", diagnosis.closed()},
-                                     {"open_edges", diagnosis.open_edges},
-                                     {"seconds", seconds},
-                                     {"threads", threads},
-                                     {"voxels",
-                                      {{"interior", counts.interior},
-                                       {"surface", counts.surface},
-                                       {"free", counts.free},
-                                       {"total", counts.total()}}},
-                                     {"polygons", features.polygons},
-                                     {"edge_voxels", counts.edge},
-                                     {"vertex_voxels", counts.vertex},
-                                     {"edge_voxels_unmerged", saved_of.edge},
-                                     {"vertex_voxels_unmerged", saved_of.vertex},
-                                     {"planes", counts.planes},
-                                     {"hyperchunks", counts.hyperchunks},
-                                     {"bytes", counts.bytes},
-                                     {"surface_bytes", *surface_bytes},
-                                     {"points", {{"total", points->size()}}},
-                                     {"volume_m3", mass.volume},
-                                     {"voxel_m", voxel_size},
-                                     {"range_voxels", options.range},
-                                     {"bits", options.bits},
-                                     {"digest", Hex(digest.value())}};
+    const nlohmann::ordered_json out = VoxelizedJson(arguments, options, made);
     std::printf("%s\n", JsonText(out, 2).c_str());
-    return kExitOk;
+  } else {
+    PrintVoxelized(arguments, options, made);
   }
-  const Vec3 size = BoundsOf(*mesh).size();
-  std::printf("%s: %s, %s, %.6g x %.6g x %.6g m, %.6g m^3%s\n", arguments.file.c_str(),
-              Counted(mesh->triangles.size(), "triangle").c_str(), Describe(diagnosis).c_str(),
-              size.x(), size.y(), size.z(), mass.volume,
-              mass.solid ? "" : " (encloses no sound volume)");
-  std::printf("voxels of %.6g m: %zu surface, %zu free, %zu interior, in %zu planes, %.1f MB\n",
-              voxel_size, counts.surface, counts.free, counts.interior, counts.planes,
-              1e-6 * static_cast<double>(counts.bytes));
-  if (!arguments.surface.empty()) {
-    std::printf("surface for refined contact: %.1f MB\n",
-                1e-6 * static_cast<double>(*surface_bytes));
-  }
-  std::printf("%s of %s: %zu edge and %zu vertex voxels instead of %zu and %zu\n",
-              Counted(features.polygons, "polygon").c_str(),
-              Counted(mesh->triangles.size(), "triangle").c_str(), counts.edge, counts.vertex,
-              saved_of.edge, saved_of.vertex);
-  std::printf("%s; %.3f s on %s; digest %s\n", Counted(points->size(), "point").c_str(), seconds,
-              Counted(threads, "thread").c_str(), Hex(digest.value()).c_str());
   return kExitOk;
 }
 
