@@ -211,6 +211,103 @@ class Reporter {
   std::uint64_t samples_told_ = 0;
 };
 
+/// Reads the scene that was given with --scene, if one was. Error: it cannot be read.
+Result<std::optional<OwnScene>> ReadOwnScene(const std::string& file) {
+  std::optional<OwnScene> own;
+  if (file.empty()) return own;
+  Result<Scene> scene = LoadNamedScene(file);
+  if (!scene) return scene.error();
+  Result<SceneHash> hash = HashScene(*scene);
+  if (!hash) return hash.error();
+  own.emplace(OwnScene{*std::move(scene), *std::move(hash)});
+  RememberSceneFolder(own->scene.file);
+  return own;
+}
+
+/// Looks for the session's scene and puts its file into the options. Returns the exit code.
+int TakeSceneOfSession(WatchOptions& options, PeerId id) {
+  SessionSceneOptions sought =
+      SceneSearchOptions(options.session, id, Role::kViewer, options.reach, options.fetch);
+  sought.from_relay = options.from_relay;
+  const SessionScene found = FindSessionScene(sought);
+  if (!found.fault.empty()) return Fail(found.exit_code, found.fault);
+  options.scene = found.file.string();
+  return kExitOk;
+}
+
+/// Looks on at a session until a signal, the end of the keys or of the time.
+class Watching {
+ public:
+  Watching(const WatchOptions& options, const DdsOptions& dds, const Viewer& viewer,
+           Transport& transport, std::optional<OwnScene> own)
+      : options_(options),
+        dds_(dds),
+        viewer_(viewer),
+        transport_(transport),
+        reporter_(std::move(own), {dds.session, !dds.secure.empty()},
+                  SecurityOf(options.reach, options.session), options.as_part) {
+    info_.peer = dds.peer;
+    info_.role = Role::kViewer;
+    info_.name = options.name;
+    joined_ns_ = MonotonicNowNs();
+    beat_ns_ = joined_ns_ - kBeatNs;
+    status_ns_ = joined_ns_;
+  }
+
+  /// Returns the exit code.
+  int LookOn() {
+    int exit_code = kExitOk;
+    std::int64_t now_ns = joined_ns_;
+    do {
+      const ViewerPicture picture = viewer_.Picture();
+      reporter_.TellNews(picture, now_ns);
+      if (now_ns - beat_ns_ >= kBeatNs) Beat(picture, now_ns);
+      if (now_ns - status_ns_ >= kStatusNs) TellStatus(picture, now_ns);
+      if (const std::string ended = transport_.KeysEnd(); !ended.empty()) {
+        exit_code = Fail(kExitSecurity, ended);
+        break;
+      }
+      if (StopAskedWithin(std::chrono::nanoseconds(kTurnNs))) break;
+      now_ns = MonotonicNowNs();
+    } while (options_.seconds <= 0 ||
+             static_cast<double>(now_ns - joined_ns_) < 1e9 * options_.seconds);
+    reporter_.TellRest();
+    return exit_code;
+  }
+
+  std::int64_t joined_ns() const noexcept { return joined_ns_; }
+
+ private:
+  void Beat(const ViewerPicture& picture, std::int64_t now_ns) {
+    if (picture.scene) info_.scene_hash = picture.scene->content_hash;
+    transport_.Publish(info_);
+    ++info_.beat;
+    beat_ns_ = now_ns;
+  }
+
+  void TellStatus(const ViewerPicture& picture, std::int64_t now_ns) {
+    if (!picture.peers.empty()) {
+      nearby_.reset();
+    } else if (!nearby_) {
+      nearby_ = ListenForSessions(dds_);
+    }
+    reporter_.TellStatus(picture, static_cast<double>(now_ns - status_ns_) * 1e-9,
+                         nearby_ ? nearby_->Heard() : std::vector<AnnouncedSession>{});
+    status_ns_ = now_ns;
+  }
+
+  const WatchOptions& options_;
+  const DdsOptions& dds_;
+  const Viewer& viewer_;
+  Transport& transport_;
+  std::unique_ptr<SessionsNearby> nearby_;  // only while nobody is heard: it takes a DDS port
+  PeerInfo info_;
+  Reporter reporter_;
+  std::int64_t joined_ns_ = 0;
+  std::int64_t beat_ns_ = 0;
+  std::int64_t status_ns_ = 0;
+};
+
 }  // namespace
 
 int WatchCommand(const WatchOptions& asked) {
@@ -222,22 +319,10 @@ int WatchCommand(const WatchOptions& asked) {
   const Result<PeerId> id = Identify(options.reach, Role::kViewer, options.name);
   if (!id) return Fail(kExitSecurity, id.error().what);
   if (options.scene_from_session) {
-    SessionSceneOptions sought =
-        SceneSearchOptions(options.session, *id, Role::kViewer, options.reach, options.fetch);
-    sought.from_relay = options.from_relay;
-    const SessionScene found = FindSessionScene(sought);
-    if (!found.fault.empty()) return Fail(found.exit_code, found.fault);
-    options.scene = found.file.string();
+    if (const int failed = TakeSceneOfSession(options, *id); failed != kExitOk) return failed;
   }
-  std::optional<OwnScene> own;
-  if (!options.scene.empty()) {
-    Result<Scene> scene = LoadNamedScene(options.scene);
-    if (!scene) return Fail(kExitFile, scene.error().what);
-    Result<SceneHash> hash = HashScene(*scene);
-    if (!hash) return Fail(kExitFile, hash.error().what);
-    own.emplace(OwnScene{*std::move(scene), *std::move(hash)});
-    RememberSceneFolder(own->scene.file);
-  }
+  Result<std::optional<OwnScene>> own = ReadOwnScene(options.scene);
+  if (!own) return Fail(kExitFile, own.error().what);
   StopOnSignals();
 
   Viewer viewer;
@@ -257,51 +342,13 @@ int WatchCommand(const WatchOptions& asked) {
   });
   Say("watching session " + options.session);
   if (options.on_entered) options.on_entered({.peer = *id, .name = options.name, .holding = {}});
-  std::unique_ptr<SessionsNearby> nearby;  // only while nobody is heard: it takes a DDS port
-
-  PeerInfo info;
-  info.peer = dds.peer;
-  info.role = Role::kViewer;
-  info.name = options.name;
-  Reporter reporter(std::move(own), {dds.session, !dds.secure.empty()},
-                    SecurityOf(options.reach, options.session), options.as_part);
-  const std::int64_t joined_ns = MonotonicNowNs();
-  std::int64_t beat_ns = joined_ns - kBeatNs;
-  std::int64_t status_ns = joined_ns;
-  std::int64_t now_ns = joined_ns;
-  int exit_code = kExitOk;
-  do {
-    const ViewerPicture picture = viewer.Picture();
-    reporter.TellNews(picture, now_ns);
-    if (now_ns - beat_ns >= kBeatNs) {
-      if (picture.scene) info.scene_hash = picture.scene->content_hash;
-      transport.Publish(info);
-      ++info.beat;
-      beat_ns = now_ns;
-    }
-    if (now_ns - status_ns >= kStatusNs) {
-      if (!picture.peers.empty()) {
-        nearby.reset();
-      } else if (!nearby) {
-        nearby = ListenForSessions(dds);
-      }
-      reporter.TellStatus(picture, static_cast<double>(now_ns - status_ns) * 1e-9,
-                          nearby ? nearby->Heard() : std::vector<AnnouncedSession>{});
-      status_ns = now_ns;
-    }
-    if (const std::string ended = transport.KeysEnd(); !ended.empty()) {
-      exit_code = Fail(kExitSecurity, ended);
-      break;
-    }
-    if (StopAskedWithin(std::chrono::nanoseconds(kTurnNs))) break;
-    now_ns = MonotonicNowNs();
-  } while (options.seconds <= 0 || static_cast<double>(now_ns - joined_ns) < 1e9 * options.seconds);
-  reporter.TellRest();
+  Watching watching(options, dds, viewer, transport, *std::move(own));
+  const int exit_code = watching.LookOn();
   transport.Leave();
   StillEnding();
 
-  const ViewerReport report =
-      ReportOf(&viewer, getpid(), static_cast<double>(MonotonicNowNs() - joined_ns) * 1e-9);
+  const ViewerReport report = ReportOf(
+      &viewer, getpid(), static_cast<double>(MonotonicNowNs() - watching.joined_ns()) * 1e-9);
   if (options.json) std::printf("%s\n", AsJson(report).c_str());
   if (options.report.empty()) return exit_code;
   const Result<bool> written = WriteReport(report, options.report);
