@@ -4,13 +4,13 @@
 #include <filesystem>
 #include <map>
 #include <memory>
-#include <mutex>
 #include <optional>
 
 #include <nlohmann/json.hpp>
 
 #include "app/cli/commands.h"
 #include "app/cli/recorded_scene.h"
+#include "app/cli/replay_audience.h"
 #include "app/cli/replay_network.h"
 #include "app/cli/start_gaps.h"
 #include "app/cli/talk.h"
@@ -22,19 +22,18 @@
 #include "collab/recording/poses_export.h"
 #include "collab/recording/recording_export.h"
 #include "collab/recording/replay.h"
-#include "collab/viewer.h"
 #include "engine/base/json_text.h"
 #include "engine/realtime/clock.h"
 
 namespace tandem {
+
 namespace {
 
 using nlohmann::ordered_json;
 
 constexpr std::int64_t kFramesPerSecond = 1000;
-constexpr std::int64_t kControlFrames = 20;              // from one ControlFrame to the next
-constexpr std::int64_t kReplayPoseFrames = 5;            // from one pose that is judged to the next
-constexpr std::int64_t kReplaySettleNs = 1'000'000'000;  // to discover peers in the session
+constexpr std::int64_t kControlFrames = 20;    // from one ControlFrame to the next
+constexpr std::int64_t kReplayPoseFrames = 5;  // from one pose that is judged to the next
 
 struct ReplayArguments {
   std::string file;
@@ -49,115 +48,6 @@ struct ReplayArguments {
   bool adopt_any = false;  // take the recorded voxels, however far from the scene file's
   bool json = false;
 };
-
-/// Sends nothing, for a replay without viewers.
-class Nowhere final : public Transport {
- public:
-  void Publish(const ObjectState&) override {}
-  void Publish(const ObjectState&, const CouplingLinks&) override {}
-  void Publish(const ViewFrame&) override {}
-  void Publish(const PeerInfo&) override {}
-  void Publish(const Event&) override {}
-  void Publish(const SceneManifest&) override {}
-  void Leave() override {}
-};
-
-/// Sends only what viewers need of a peer, under an id of the replay's own. A replay is seen, and
-/// does not take part.
-class ViewersOnly final : public Transport {
- public:
-  ViewersOnly(std::unique_ptr<Transport> to, PeerId as) : to_(std::move(to)), as_(as) {}
-  void Publish(const ObjectState&) override {}
-  void Publish(const ObjectState&, const CouplingLinks&) override {}
-  void Publish(const ViewFrame& frame) override {
-    ViewFrame ours = frame;
-    ours.peer = as_;
-    to_->Publish(ours);
-  }
-  void Publish(const PeerInfo& info) override {
-    PeerInfo ours = info;
-    ours.peer = as_;
-    ours.name = ReplayName(info.name);
-    ours.claims.clear();  // the replay answers for nothing
-    to_->Publish(ours);
-  }
-  void Publish(const Event&) override {}
-  void Publish(const SceneManifest& manifest) override {
-    SceneManifest ours = manifest;
-    ours.offered_by = as_;
-    to_->Publish(ours);
-  }
-  void Leave() override { to_->Leave(); }
-
- private:
-  std::unique_ptr<Transport> to_;
-  PeerId as_;
-};
-
-/// Hears only which other active peers are in the session. Nothing from there may reach the replay.
-class Ears final : public Inbox {
- public:
-  void OnState(const ObjectState&, std::int64_t) override {}
-  void OnLinks(const CouplingLinks&, std::int64_t) override {}
-  void OnView(const ViewFrame&, std::int64_t) override {}
-  void OnPeerInfo(const PeerInfo& info, std::int64_t) override {
-    if (info.role != Role::kActive) return;
-    const std::lock_guard lock(mutex_);
-    active_[info.peer] = info.name;
-  }
-  void OnPeerLeft(PeerId peer) override { Forget(peer); }
-  void OnPeerLost(PeerId peer) override { Forget(peer); }
-  void OnEvent(const Event&, std::int64_t) override {}
-  void OnScene(const SceneManifest&) override {}
-
-  /// Returns the name of an active peer that is here; nothing: none is.
-  std::optional<std::string> Active() const {
-    const std::lock_guard lock(mutex_);
-    return active_.empty() ? std::nullopt : std::optional(active_.begin()->second);
-  }
-
- private:
-  void Forget(PeerId peer) {
-    const std::lock_guard lock(mutex_);
-    active_.erase(peer);
-  }
-
-  mutable std::mutex mutex_;
-  std::map<PeerId, std::string> active_;
-};
-
-/// Returns why a replay cannot be shown beside an active peer. Such a peer would take it for one
-/// that answers for bodies and is deaf.
-std::string NotBeside(const std::string& name, const ReplayArguments& arguments) {
-  return name + " takes part in session " + arguments.session +
-         ": a replay is shown in a session of its own";
-}
-
-/// Joins the viewers' session; without a session it returns a transport that sends nothing.
-/// `exit_code`: code of a failure.
-Result<std::unique_ptr<Transport>> JoinForViewers(const ReplayArguments& arguments, Ears& ears,
-                                                  int& exit_code) {
-  if (arguments.session.empty()) return std::unique_ptr<Transport>(std::make_unique<Nowhere>());
-  exit_code = kExitSecurity;
-  std::string name;
-  const Result<PeerId> id = Identify(arguments.reach, Role::kActive, name);
-  if (!id) return id.error();
-  if (arguments.reach.secure.empty()) exit_code = kExitNetwork;
-  DdsOptions dds;
-  dds.session = arguments.session;
-  dds.peer = *id;
-  ApplyReach(arguments.reach, dds);
-  Result<std::unique_ptr<Transport>> joined = JoinOverDds(dds, ears);
-  if (!joined) return joined.error();
-  exit_code = kExitNetwork;
-  for (const std::int64_t begin_ns = MonotonicNowNs();
-       MonotonicNowNs() - begin_ns < kReplaySettleNs;) {
-    if (const auto other = ears.Active()) return Error{NotBeside(*other, arguments)};
-    MachineClock().SleepUntil(MonotonicNowNs() + 10'000'000);
-  }
-  Say(SecurityOf(arguments.reach, arguments.session));
-  return std::unique_ptr<Transport>(std::make_unique<ViewersOnly>(*std::move(joined), *id));
-}
 
 /// Writes a replay into a file, frame by frame.
 class Export {
@@ -257,6 +147,50 @@ class Player {
   std::int64_t begin_ns_ = MonotonicNowNs();
 };
 
+/// Opens the file that the replay is exported to. Returns the exit code.
+int OpenExport(const ReplayArguments& arguments, const RecordingHeader& header,
+               const WorldModel& model, std::unique_ptr<Export>& exported) {
+  std::error_code not_there;  // set if there is no such file: then it differs
+  if (std::filesystem::equivalent(arguments.file, arguments.exported, not_there)) {
+    return Fail(kExitUsage, arguments.exported + ": is the recording itself, export to another");
+  }
+  auto created = ExportInto(arguments.exported, header, model, NamesIn(arguments.file));
+  if (!created) return Fail(kExitFile, created.error().what);
+  exported = *std::move(created);
+  return kExitOk;
+}
+
+ordered_json ReplayJson(const ReplayResult& result, const RecordingReader& reader, double wall_s) {
+  ordered_json json{{"frames", result.frames},
+                    {"identical", !result.first_different},
+                    {"first_different", nullptr},
+                    {"torn", reader.torn()},
+                    {"damaged", reader.damaged()},
+                    {"unread_bytes", reader.unread_bytes()},
+                    {"wall_s", wall_s}};
+  if (result.first_different) json["first_different"] = *result.first_different;
+  return json;
+}
+
+/// Says whether all frames were as recorded. Returns the exit code.
+int TellWhetherSame(const std::string& file, const ReplayResult& result,
+                    const RecordingReader& reader, bool stopped) {
+  if (reader.damaged()) {
+    return Fail(kExitFailed, file + ": damaged at frame " + std::to_string(result.frames) + ", " +
+                                 std::to_string(reader.unread_bytes()) +
+                                 " bytes not replayed; the frames before are bit for bit as "
+                                 "recorded");
+  }
+  if (!result.first_different) {
+    Say(Counted(static_cast<std::uint64_t>(result.frames), "frame") + ", bit for bit as recorded" +
+        (stopped ? "; stopped there" : ""));
+    return kExitOk;
+  }
+  return Fail(kExitFailed, "frame " + std::to_string(*result.first_different) +
+                               " is the first that differs: recorded " + Hex(result.recorded_hash) +
+                               ", replayed " + Hex(result.replayed_hash));
+}
+
 int RunReplay(const ReplayArguments& arguments) {
   if (!arguments.network.empty()) {
     return RunAsNetwork(arguments.file, arguments.network, arguments.from, arguments.json);
@@ -276,17 +210,14 @@ int RunReplay(const ReplayArguments& arguments) {
   if (!replay) return Fail(kExitFile, arguments.file + ": " + replay.error().what);
   std::unique_ptr<Export> exported;
   if (!arguments.exported.empty()) {
-    std::error_code not_there;  // set if there is no such file: then it differs
-    if (std::filesystem::equivalent(arguments.file, arguments.exported, not_there)) {
-      return Fail(kExitUsage, arguments.exported + ": is the recording itself, export to another");
+    if (const int failed = OpenExport(arguments, header, **model, exported); failed != kExitOk) {
+      return failed;
     }
-    auto created = ExportInto(arguments.exported, header, **model, NamesIn(arguments.file));
-    if (!created) return Fail(kExitFile, created.error().what);
-    exported = *std::move(created);
   }
   Ears ears;
   int exit_code = kExitOk;
-  const Result<std::unique_ptr<Transport>> transport = JoinForViewers(arguments, ears, exit_code);
+  const Result<std::unique_ptr<Transport>> transport =
+      JoinForViewers(arguments.session, arguments.reach, ears, exit_code);
   if (!transport) return Fail(exit_code, transport.error().what);
   Say(header.name + " as recorded by version " + header.program + ", scene " + header.scene);
   if (header.contact) TellStart(FindStartGaps(**model));
@@ -308,41 +239,20 @@ int RunReplay(const ReplayArguments& arguments) {
     Say(arguments.exported + ": " + *written);
   }
 
-  if (player.newcomer()) return Fail(kExitNetwork, NotBeside(*player.newcomer(), arguments));
-  const bool identical = !result.first_different;
+  if (player.newcomer())
+    return Fail(kExitNetwork, NotBeside(*player.newcomer(), arguments.session));
   if (reader->torn()) Say("the recording is torn off after its last whole frame");
   const std::vector<BodyVerdict> verdicts =
       Judge(**model, player.poses(), player.met(), LastPlaces((*replay)->node().world()),
             !header.contact);
   for (const BodyVerdict& verdict : verdicts) Say(Describe(verdict));
   if (arguments.json) {
-    ordered_json json{{"frames", result.frames},
-                      {"identical", identical},
-                      {"first_different", nullptr},
-                      {"torn", reader->torn()},
-                      {"damaged", reader->damaged()},
-                      {"unread_bytes", reader->unread_bytes()},
-                      {"wall_s", wall_s},
-                      {"verdicts", AsJson(verdicts)},
-                      {"hash_each_second", player.golden()}};
-    if (!identical) json["first_different"] = *result.first_different;
+    ordered_json json = ReplayJson(result, *reader, wall_s);
+    json["verdicts"] = AsJson(verdicts);
+    json["hash_each_second"] = player.golden();
     std::printf("%s\n", JsonText(json, 2).c_str());
   }
-  if (reader->damaged()) {
-    return Fail(kExitFailed, arguments.file + ": damaged at frame " +
-                                 std::to_string(result.frames) + ", " +
-                                 std::to_string(reader->unread_bytes()) +
-                                 " bytes not replayed; the frames before are bit for bit as "
-                                 "recorded");
-  }
-  if (identical) {
-    Say(Counted(static_cast<std::uint64_t>(result.frames), "frame") + ", bit for bit as recorded" +
-        (stop_asked.load() ? "; stopped there" : ""));
-    return kExitOk;
-  }
-  return Fail(kExitFailed, "frame " + std::to_string(*result.first_different) +
-                               " is the first that differs: recorded " + Hex(result.recorded_hash) +
-                               ", replayed " + Hex(result.replayed_hash));
+  return TellWhetherSame(arguments.file, result, *reader, stop_asked.load());
 }
 
 }  // namespace
