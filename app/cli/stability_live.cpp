@@ -66,6 +66,71 @@ OrderedJson MetricsJson(const Metrics& metrics) {
   return json;
 }
 
+/// A comparison of both runs, figure by figure.
+struct LiveFigures {
+  bool within = true;  // all judged figures agree
+  OrderedJson comparison = OrderedJson::array();
+  OrderedJson rows = OrderedJson::array();  // the judged figures, as rows of a table of bars
+};
+
+LiveFigures CompareFigures(const Metrics& real, const Metrics& simulated, double bar) {
+  LiveFigures figures;
+  for (const ComparedFigure& figure : ComparedFigures()) {
+    const double off = Off(figure, real, simulated);
+    figures.comparison.push_back({{"figure", figure.name},
+                                  {"unit", figure.unit},
+                                  {"virtual", figure.scale * simulated.*figure.value},
+                                  {"live", figure.scale * real.*figure.value},
+                                  {"off", off}});
+    if (!figure.judged) continue;
+    const bool pass = std::abs(off) <= bar;
+    figures.within = figures.within && pass;
+    figures.rows.push_back(
+        {{"name", std::string("live beside virtual time, off in ") + figure.name},
+         {"bar", "<= " + ShortNumber(bar)},
+         {"value", std::abs(off)},
+         {"pass", pass}});
+  }
+  return figures;
+}
+
+OrderedJson LiveJson(const LiveArguments& arguments, const LabCase& test, const LiveTries& tries,
+                     const CaseResult& simulated, const LiveFigures& figures) {
+  const LiveRun& live = tries.last;
+  return {{"case", test.name},
+          {"users", test.users},
+          {"network", arguments.tap ? "TAP hub" : "link conditioner"},
+          {"runs", tries.count},
+          {"kept", arguments.keep.empty() ? OrderedJson() : OrderedJson(tries.folder.string())},
+          {"scheduler", live.scheduler},
+          {"frames", live.frames},
+          {"missed", live.missed},
+          {"missed_share", live.missed_share()},
+          {"bar", arguments.bar},
+          {"within", figures.within},
+          {"verdict_virtual", NameOf(simulated.verdict)},
+          {"verdict_live", NameOf(live.run.verdict)},
+          {"rows", figures.rows},
+          {"comparison", figures.comparison},
+          {"metrics_virtual", MetricsJson(simulated.metrics)},
+          {"metrics_live", MetricsJson(live.run.metrics)}};
+}
+
+void PrintLive(const LiveArguments& arguments, const std::string& name, const LiveRun& live,
+               const CaseResult& simulated) {
+  const Metrics& real = live.run.metrics;
+  std::printf("%-26s %12s %12s %8s\n", name.c_str(), "virtual", "live", "off");
+  for (const ComparedFigure& figure : ComparedFigures()) {
+    std::printf("%-26s %12.3f %12.3f %+7.1f %% %s%s\n", figure.name,
+                figure.scale * simulated.metrics.*figure.value, figure.scale * real.*figure.value,
+                1e2 * Off(figure, real, simulated.metrics), figure.unit, figure.judged ? " *" : "");
+  }
+  std::printf("%-26s %12s %12s\n", "verdict", NameOf(simulated.verdict), NameOf(live.run.verdict));
+  std::printf("* must agree to %.0f %%; frames missed: %.2f %%, %s, delays by the %s\n",
+              1e2 * arguments.bar, 1e2 * live.missed_share(), live.scheduler.c_str(),
+              arguments.tap ? "TAP hub" : "link conditioner");
+}
+
 int RunStabilityLive(const LiveArguments& arguments) {
   const Result<LabCase> read = LoadCase(arguments.file);
   if (!read) return Fail(kExitFile, read.error().what);
@@ -87,67 +152,21 @@ int RunStabilityLive(const LiveArguments& arguments) {
   };
   const Result<LiveTries> tries = TryLive(arguments.keep, run);
   if (!tries) return Fail(kExitFailed, arguments.file + ": " + tries.error().what);
-  const LiveRun* const live = &tries->last;
+  const LiveRun& live = tries->last;
 
-  const Metrics& real = live->run.metrics;
-  bool within = true;
-  OrderedJson comparison = OrderedJson::array();
-  OrderedJson rows = OrderedJson::array();
-  for (const ComparedFigure& figure : ComparedFigures()) {
-    const double off = Off(figure, real, simulated.metrics);
-    comparison.push_back({{"figure", figure.name},
-                          {"unit", figure.unit},
-                          {"virtual", figure.scale * simulated.metrics.*figure.value},
-                          {"live", figure.scale * real.*figure.value},
-                          {"off", off}});
-    if (!figure.judged) continue;
-    const bool pass = std::abs(off) <= arguments.bar;
-    within = within && pass;
-    rows.push_back({{"name", std::string("live beside virtual time, off in ") + figure.name},
-                    {"bar", "<= " + ShortNumber(arguments.bar)},
-                    {"value", std::abs(off)},
-                    {"pass", pass}});
-  }
+  const LiveFigures figures = CompareFigures(live.run.metrics, simulated.metrics, arguments.bar);
   if (arguments.json) {
-    const OrderedJson out{
-        {"case", test.name},
-        {"users", test.users},
-        {"network", arguments.tap ? "TAP hub" : "link conditioner"},
-        {"runs", tries->count},
-        {"kept", arguments.keep.empty() ? OrderedJson() : OrderedJson(tries->folder.string())},
-        {"scheduler", live->scheduler},
-        {"frames", live->frames},
-        {"missed", live->missed},
-        {"missed_share", live->missed_share()},
-        {"bar", arguments.bar},
-        {"within", within},
-        {"verdict_virtual", NameOf(simulated.verdict)},
-        {"verdict_live", NameOf(live->run.verdict)},
-        {"rows", rows},
-        {"comparison", comparison},
-        {"metrics_virtual", MetricsJson(simulated.metrics)},
-        {"metrics_live", MetricsJson(real)}};
+    const OrderedJson out = LiveJson(arguments, test, *tries, simulated, figures);
     std::printf("%s\n", JsonText(out, 2).c_str());
   } else {
-    std::printf("%-26s %12s %12s %8s\n", test.name.c_str(), "virtual", "live", "off");
-    for (const ComparedFigure& figure : ComparedFigures()) {
-      std::printf("%-26s %12.3f %12.3f %+7.1f %% %s%s\n", figure.name,
-                  figure.scale * simulated.metrics.*figure.value, figure.scale * real.*figure.value,
-                  1e2 * Off(figure, real, simulated.metrics), figure.unit,
-                  figure.judged ? " *" : "");
-    }
-    std::printf("%-26s %12s %12s\n", "verdict", NameOf(simulated.verdict),
-                NameOf(live->run.verdict));
-    std::printf("* must agree to %.0f %%; frames missed: %.2f %%, %s, delays by the %s\n",
-                1e2 * arguments.bar, 1e2 * live->missed_share(), live->scheduler.c_str(),
-                arguments.tap ? "TAP hub" : "link conditioner");
+    PrintLive(arguments, test.name, live, simulated);
   }
   if (!arguments.keep.empty()) Say("kept in " + tries->folder.string());
-  if (live->too_busy()) {
-    Say("the machine was too busy, twice: " + std::to_string(live->missed) + " of " +
-        std::to_string(live->frames) + " frames came too late");
+  if (live.too_busy()) {
+    Say("the machine was too busy, twice: " + std::to_string(live.missed) + " of " +
+        std::to_string(live.frames) + " frames came too late");
   }
-  return within
+  return figures.within
              ? kExitOk
              : Fail(kExitFailed, arguments.file + ": live and virtual time differ by more than " +
                                      std::to_string(std::lround(1e2 * arguments.bar)) + " %");
