@@ -62,6 +62,103 @@ std::string HowToRepeat(const SimulateArguments& arguments, std::uint64_t seed) 
   return how + " --verbose";
 }
 
+/// Seeds to run.
+struct SeedRange {
+  std::uint64_t first = 1;
+  std::uint64_t count = 1;
+  unsigned threads = 1;
+};
+
+SeedRange SeedsOf(const SimulateArguments& arguments) {
+  const bool one = arguments.seed != 0;
+  const std::uint64_t count = one ? 1 : arguments.seeds;
+  const unsigned processors = std::max(1U, std::thread::hardware_concurrency());
+  const auto threads = static_cast<unsigned>(
+      std::min<std::uint64_t>(count, arguments.threads == 0 ? processors : arguments.threads));
+  return {.first = one ? arguments.seed : arguments.first, .count = count, .threads = threads};
+}
+
+/// Prints what a single seed stands for. Returns a function that prints what happens in its
+/// session; null: nobody wants it.
+SeedLog TellSeed(const SimulateArguments& arguments) {
+  for (const std::string& line :
+       arguments.hands ? std::vector<std::string>{} : Describe(DrawSchedule(arguments.seed))) {
+    std::printf("%s\n", line.c_str());
+  }
+  if (!arguments.verbose) return {};
+  return [](const std::string& line) {
+    std::printf("%s\n", line.c_str());
+  };
+}
+
+std::vector<SeedResult> RunRange(const SimulateArguments& arguments, const SeedRange& range,
+                                 const SeedLog& log) {
+  const double seconds = arguments.seconds > 0 ? arguments.seconds : kHandsSeconds;
+  return arguments.hands ? SimulateHandSeeds(range.first, range.count, range.threads, seconds,
+                                             MakeLightScene(), log)
+                         : SimulateSeeds(range.first, range.count, range.threads, MakeLightScene(),
+                                         log, arguments.hostile);
+}
+
+/// The results of all seeds together.
+struct SeedTotals {
+  double peer_seconds = 0;
+  double session_seconds = 0;
+  Tally tally;
+  std::uint64_t broken = 0;
+  std::uint64_t digest = 0;
+  nlohmann::ordered_json found = nlohmann::ordered_json::array();
+};
+
+SeedTotals TotalsOf(const SimulateArguments& arguments, const std::vector<SeedResult>& results) {
+  SeedTotals totals;
+  for (const SeedResult& result : results) {
+    totals.peer_seconds += result.peer_seconds;
+    totals.session_seconds += result.seconds;
+    totals.digest = totals.digest * 0x100000001b3U ^ result.digest;
+    for (const auto& [what, times] : result.tally) totals.tally[what] += times;
+    if (result.broken.empty()) continue;
+    ++totals.broken;
+    totals.found.push_back({{"seed", result.seed},
+                            {"broken", result.broken},
+                            {"repeat", HowToRepeat(arguments, result.seed)}});
+  }
+  return totals;
+}
+
+nlohmann::ordered_json SeedsJson(const SeedTotals& totals, const SeedRange& range, double wall_s) {
+  return {{"seeds", range.count},
+          {"broken", totals.broken},
+          {"wall_s", wall_s},
+          {"simulated_s", totals.session_seconds},
+          {"simulated_peer_s", totals.peer_seconds},
+          {"threads", range.threads},
+          {"digest", Hex(totals.digest)},
+          {"happened", totals.tally},
+          {"found", totals.found}};
+}
+
+void PrintSeeds(const SimulateArguments& arguments, const std::vector<SeedResult>& results,
+                const SeedTotals& totals, const SeedRange& range, double wall_s) {
+  for (const auto& [what, times] : totals.tally) {
+    std::printf("%6llu %s\n", static_cast<unsigned long long>(times), what.c_str());
+  }
+  for (const SeedResult& result : results) {
+    for (const std::string& line : result.broken) {
+      std::printf("seed %llu %s\n", static_cast<unsigned long long>(result.seed), line.c_str());
+    }
+    if (!result.broken.empty()) {
+      std::printf("seed %llu: repeat it with '%s'\n", static_cast<unsigned long long>(result.seed),
+                  HowToRepeat(arguments, result.seed).c_str());
+    }
+  }
+  std::printf(
+      "%s, %llu broken, %.1f s, %.0f s of sessions, %.0f peer-seconds simulated, "
+      "digest %s\n",
+      Counted(range.count, "seed").c_str(), static_cast<unsigned long long>(totals.broken), wall_s,
+      totals.session_seconds, totals.peer_seconds, Hex(totals.digest).c_str());
+}
+
 int RunSimulate(const SimulateArguments& arguments) {
   if (!arguments.scene.empty()) return RunScene(arguments);
   if (arguments.seconds > 0 && !arguments.hands) {
@@ -70,81 +167,19 @@ int RunSimulate(const SimulateArguments& arguments) {
   if (arguments.hands && arguments.seconds > 0 && arguments.seconds < kLeastHandsSeconds) {
     return Fail(kExitUsage, "--seconds: a session of hands takes at least 10 s");
   }
-  const bool one = arguments.seed != 0;
-  const std::uint64_t first = one ? arguments.seed : arguments.first;
-  const std::uint64_t count = one ? 1 : arguments.seeds;
-  const unsigned processors = std::max(1U, std::thread::hardware_concurrency());
-  const auto threads = static_cast<unsigned>(
-      std::min<std::uint64_t>(count, arguments.threads == 0 ? processors : arguments.threads));
+  const SeedRange range = SeedsOf(arguments);
   SeedLog log;
-  if (one && !arguments.json) {
-    for (const std::string& line :
-         arguments.hands ? std::vector<std::string>{} : Describe(DrawSchedule(first))) {
-      std::printf("%s\n", line.c_str());
-    }
-    if (arguments.verbose) {
-      log = [](const std::string& line) {
-        std::printf("%s\n", line.c_str());
-      };
-    }
-  }
+  if (arguments.seed != 0 && !arguments.json) log = TellSeed(arguments);
   const auto began = std::chrono::steady_clock::now();
-  const double seconds = arguments.seconds > 0 ? arguments.seconds : kHandsSeconds;
-  const std::vector<SeedResult> results =
-      arguments.hands
-          ? SimulateHandSeeds(first, count, threads, seconds, MakeLightScene(), log)
-          : SimulateSeeds(first, count, threads, MakeLightScene(), log, arguments.hostile);
+  const std::vector<SeedResult> results = RunRange(arguments, range, log);
   const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - began;
-
-  double peer_seconds = 0;
-  double session_seconds = 0;
-  Tally tally;
-  std::uint64_t broken = 0;
-  std::uint64_t digest = 0;
-  nlohmann::ordered_json found = nlohmann::ordered_json::array();
-  for (const SeedResult& result : results) {
-    peer_seconds += result.peer_seconds;
-    session_seconds += result.seconds;
-    digest = digest * 0x100000001b3U ^ result.digest;
-    for (const auto& [what, times] : result.tally) tally[what] += times;
-    if (result.broken.empty()) continue;
-    ++broken;
-    found.push_back({{"seed", result.seed},
-                     {"broken", result.broken},
-                     {"repeat", HowToRepeat(arguments, result.seed)}});
-  }
+  const SeedTotals totals = TotalsOf(arguments, results);
   if (arguments.json) {
-    const nlohmann::ordered_json out{{"seeds", count},
-                                     {"broken", broken},
-                                     {"wall_s", wall.count()},
-                                     {"simulated_s", session_seconds},
-                                     {"simulated_peer_s", peer_seconds},
-                                     {"threads", threads},
-                                     {"digest", Hex(digest)},
-                                     {"happened", tally},
-                                     {"found", found}};
-    std::printf("%s\n", JsonText(out, 2).c_str());
+    std::printf("%s\n", JsonText(SeedsJson(totals, range, wall.count()), 2).c_str());
   } else {
-    for (const auto& [what, times] : tally) {
-      std::printf("%6llu %s\n", static_cast<unsigned long long>(times), what.c_str());
-    }
-    for (const SeedResult& result : results) {
-      for (const std::string& line : result.broken) {
-        std::printf("seed %llu %s\n", static_cast<unsigned long long>(result.seed), line.c_str());
-      }
-      if (!result.broken.empty()) {
-        std::printf("seed %llu: repeat it with '%s'\n",
-                    static_cast<unsigned long long>(result.seed),
-                    HowToRepeat(arguments, result.seed).c_str());
-      }
-    }
-    std::printf(
-        "%s, %llu broken, %.1f s, %.0f s of sessions, %.0f peer-seconds simulated, "
-        "digest %s\n",
-        Counted(count, "seed").c_str(), static_cast<unsigned long long>(broken), wall.count(),
-        session_seconds, peer_seconds, Hex(digest).c_str());
+    PrintSeeds(arguments, results, totals, range, wall.count());
   }
-  return broken == 0 ? kExitOk : kExitFailed;
+  return totals.broken == 0 ? kExitOk : kExitFailed;
 }
 
 }  // namespace
