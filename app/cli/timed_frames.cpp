@@ -49,6 +49,84 @@ std::int64_t OwedTests(const World& world) {
   return std::llround(load.mandatory);
 }
 
+/// The times and counts of one frame.
+struct StepTimes {
+  std::int64_t start_ns = 0;  // start of the frame by the loop
+  std::int64_t end_ns = 0;
+  std::int64_t cpu_ns = 0;
+  std::int64_t wall_ns = 0;
+  std::int64_t helpers_ns = 0;
+  long faults = 0;
+};
+
+/// Steps the world and takes the frame's times.
+StepTimes TimeStep(World& world, const StepInputs& inputs, const FrameHelpers& helpers,
+                   std::optional<CapacityFollower>& follower, StepReport& report) {
+  LoopClock& clock = MachineClock();
+  StepTimes times;
+  const long faults = PageFaults(helpers);
+  const std::int64_t helped = helpers.CpuNs();
+  const std::int64_t wall = clock.NowNs();
+  const std::int64_t cpu = clock.ThreadCpuNs();
+  report = world.Step(inputs);
+  times.cpu_ns = clock.ThreadCpuNs() - cpu;
+  times.end_ns = clock.NowNs();
+  times.wall_ns = times.end_ns - wall;
+  if (follower && report.waited == 0) {
+    follower->Count(report, 1e-9 * static_cast<double>(times.cpu_ns));
+  }
+  times.faults = PageFaults(helpers) - faults;
+  times.helpers_ns = helpers.CpuNs() - helped;
+  return times;
+}
+
+/// Counts a frame that waits for voxels. Returns whether it may wait longer.
+bool CountWait(const StepReport& report, long faults, FrameFigures& figures) {
+  VoxelWaits& waits = figures.waits;
+  ++waits.frames;
+  waits.count += report.waited == 1 ? 1 : 0;
+  waits.longest = std::max(waits.longest, report.waited);
+  figures.page_faults += faults;
+  return report.waited < kLongestVoxelWait;
+}
+
+/// Does empty work of the frames' length, and times it once its size is known.
+void RunNoise(EmptyWork& noise, FrameFigures& figures) {
+  LoopClock& clock = MachineClock();
+  if (figures.frames % kSizeEvery == 0 && figures.frames > 0) {
+    noise.Size(static_cast<double>(figures.cpu.Quantile(0.5)));
+  }
+  const std::int64_t begin = clock.ThreadCpuNs();
+  noise();
+  if (figures.frames >= kSizeEvery) figures.noise.Add(clock.ThreadCpuNs() - begin);
+}
+
+void CountTimes(const StepTimes& times, const StepReport& report, std::int64_t origin_ns,
+                FrameFigures& figures) {
+  figures.cpu.Add(times.cpu_ns);
+  figures.helpers_cpu.Add(times.helpers_ns);
+  if (times.cpu_ns > figures.worst_ns) {
+    figures.worst_ns = times.cpu_ns;
+    figures.worst = report;
+  }
+  figures.wall.Add(times.wall_ns);
+  figures.over_1ms += times.wall_ns > kPeriodNs ? 1 : 0;
+  figures.missed +=
+      (times.end_ns - origin_ns) / kPeriodNs - (times.start_ns - origin_ns) / kPeriodNs;
+  figures.page_faults += times.faults;
+}
+
+void CountWork(const StepReport& report, FrameFigures& figures) {
+  figures.contacts += report.contact_points;
+  figures.looks += report.looks;
+  figures.loaded += report.loaded_points;
+  figures.tests += static_cast<double>(report.tests.looked_up + report.tests.compared);
+  figures.drifted += static_cast<double>(report.tests.drifted);
+  figures.chunks += static_cast<double>(report.tests.chunks);
+  figures.held_back += (report.flags & StepReport::kTravelLimited) != 0;
+  figures.at_bound += (report.flags & StepReport::kOverCapacity) == 0;
+}
+
 }  // namespace
 
 void RunBackToBack(World& world, const FrameHand& hand, const Pose& X_BD,
@@ -83,7 +161,6 @@ void RunFrames(World& world, const FrameHand& hand, const Pose& X_BD, const Fram
   if (budget_s > 0) follower.emplace(capacity.tests, capacity.look_price, budget_s);
   AllPoints all(world);
   EmptyWork noise;
-  LoopClock& clock = MachineClock();
   StepReport report;
   const std::int64_t origin_ns = MonotonicNowNs();
   PeriodicThread thread(
@@ -95,55 +172,15 @@ void RunFrames(World& world, const FrameHand& hand, const Pose& X_BD, const Fram
         if (!waited) inputs.hand.goal = hand(frame, report);
         if (follower) inputs.capacity = follower->tests();
         all.Remember();
-        const long faults = PageFaults(helpers);
-        const std::int64_t helped = helpers.CpuNs();
-        const std::int64_t wall = clock.NowNs();
-        const std::int64_t cpu = clock.ThreadCpuNs();
-        report = world.Step(inputs);
-        const std::int64_t cpu_ns = clock.ThreadCpuNs() - cpu;
-        const std::int64_t end_ns = clock.NowNs();
-        const std::int64_t wall_ns = end_ns - wall;
-        if (follower && report.waited == 0)
-          follower->Count(report, 1e-9 * static_cast<double>(cpu_ns));
-        const long new_faults = PageFaults(helpers) - faults;
-        const std::int64_t helpers_ns = helpers.CpuNs() - helped;
-        if (report.waited > 0) {
-          VoxelWaits& waits = figures.waits;
-          ++waits.frames;
-          waits.count += report.waited == 1 ? 1 : 0;
-          waits.longest = std::max(waits.longest, report.waited);
-          figures.page_faults += new_faults;
-          return report.waited < kLongestVoxelWait;
-        }
-        if (frame < kWarmUp) {
-          return true;
-        }
-        if (figures.frames % kSizeEvery == 0 && figures.frames > 0) {
-          noise.Size(static_cast<double>(figures.cpu.Quantile(0.5)));
-        }
-        const std::int64_t begin = clock.ThreadCpuNs();
-        noise();
-        if (figures.frames >= kSizeEvery) figures.noise.Add(clock.ThreadCpuNs() - begin);
-        figures.cpu.Add(cpu_ns);
-        figures.helpers_cpu.Add(helpers_ns);
+        StepTimes times = TimeStep(world, inputs, helpers, follower, report);
+        times.start_ns = start_ns;
+        if (report.waited > 0) return CountWait(report, times.faults, figures);
+        if (frame < kWarmUp) return true;
+        RunNoise(noise, figures);
+        CountTimes(times, report, origin_ns, figures);
+        CountWork(report, figures);
         figures.owed.Add(OwedTests(world));
-        if (cpu_ns > figures.worst_ns) {
-          figures.worst_ns = cpu_ns;
-          figures.worst = report;
-        }
-        figures.wall.Add(wall_ns);
-        figures.over_1ms += wall_ns > kPeriodNs ? 1 : 0;
-        figures.missed += (end_ns - origin_ns) / kPeriodNs - (start_ns - origin_ns) / kPeriodNs;
         figures.capacity += inputs.capacity;
-        figures.contacts += report.contact_points;
-        figures.looks += report.looks;
-        figures.loaded += report.loaded_points;
-        figures.tests += static_cast<double>(report.tests.looked_up + report.tests.compared);
-        figures.drifted += static_cast<double>(report.tests.drifted);
-        figures.chunks += static_cast<double>(report.tests.chunks);
-        figures.held_back += (report.flags & StepReport::kTravelLimited) != 0;
-        figures.at_bound += (report.flags & StepReport::kOverCapacity) == 0;
-        figures.page_faults += new_faults;
         ++figures.frames;
         // violations cannot be counted where part of the voxels is not in memory
         if (frame % check_every == 0 && world.resident_voxels() == nullptr) {
