@@ -31,6 +31,70 @@ struct RelayArguments {
   double seconds = 0;
 };
 
+/// Returns how the viewers' side is reached. It is on the session's domain and, by default, on its
+/// interface.
+ReachOptions AudienceOf(const RelayArguments& arguments) {
+  ReachOptions audience = arguments.audience;
+  audience.domain = arguments.reach.domain;
+  audience.external_address = arguments.reach.external_address;
+  if (audience.interface.empty()) audience.interface = arguments.reach.interface;
+  return audience;
+}
+
+/// Opens the viewers' side. Returns the exit code.
+int OpenRelay(const RelayArguments& arguments, std::unique_ptr<Relay>& relay) {
+  const ReachOptions audience = AudienceOf(arguments);
+  DdsOptions viewers;
+  viewers.session = arguments.session;
+  ApplyReach(audience, viewers);
+  GoToRelay(viewers);
+  Result<std::unique_ptr<Relay>> opened = Relay::Open(viewers);
+  if (!opened) {
+    return Fail(audience.secure.empty() ? kExitNetwork : kExitSecurity, opened.error().what);
+  }
+  relay = *std::move(opened);
+  if (!arguments.reach.secure.empty()) {
+    const Result<bool> two = AreOfTwoSessions(arguments.reach.secure, arguments.audience.secure);
+    if (!two) return Fail(kExitSecurity, two.error().what);
+  }
+  return kExitOk;
+}
+
+/// Relays until a signal, the end of the keys or of the time. Returns the exit code.
+int RelayUntilEnd(const RelayArguments& arguments, PeerId id, Relay& relay, Transport& joined) {
+  PeerInfo info;
+  info.peer = id;
+  info.role = Role::kViewer;
+  info.name = arguments.name;
+  const std::int64_t opened_ns = MonotonicNowNs();
+  std::int64_t now_ns = opened_ns;
+  std::int64_t turn_ns = opened_ns;  // due time, so that a turn's length does not add up
+  std::int64_t status_ns = opened_ns;
+  std::uint64_t told = 0;
+  do {
+    joined.Publish(info);
+    ++info.beat;
+    if (now_ns - status_ns >= kStatusNs) {
+      const std::uint64_t passed = relay.views_passed_on();
+      const auto each_s =
+          static_cast<double>(passed - told) / (1e-9 * static_cast<double>(kStatusNs));
+      Say(std::to_string(static_cast<long>(each_s)) + " pictures/s to " +
+          Counted(relay.viewers(), "viewer"));
+      told = passed;
+      status_ns = now_ns;
+    }
+    turn_ns = std::max(turn_ns + kTurnNs, MonotonicNowNs());
+    const std::int64_t left_ns = std::clamp<std::int64_t>(turn_ns - MonotonicNowNs(), 0, kTurnNs);
+    std::string ended = joined.KeysEnd();
+    if (ended.empty()) ended = relay.KeysEnd();
+    if (!ended.empty()) return Fail(kExitSecurity, ended);
+    if (StopAskedWithin(std::chrono::nanoseconds(left_ns))) break;
+    now_ns = MonotonicNowNs();
+  } while (arguments.seconds <= 0 ||
+           static_cast<double>(now_ns - opened_ns) < 1e9 * arguments.seconds);
+  return kExitOk;
+}
+
 int RunRelay(RelayArguments arguments) {
   StopOnSignals();
   if (!arguments.reach.secure.empty() && arguments.audience.secure.empty()) {
@@ -40,76 +104,29 @@ int RunRelay(RelayArguments arguments) {
   }
   const Result<PeerId> id = Identify(arguments.reach, Role::kViewer, arguments.name);
   if (!id) return Fail(kExitSecurity, id.error().what);
-  DdsOptions viewers;
-  viewers.session = arguments.session;
-  ReachOptions audience = arguments.audience;
-  audience.domain = arguments.reach.domain;
-  audience.external_address = arguments.reach.external_address;
-  if (audience.interface.empty()) audience.interface = arguments.reach.interface;
-  ApplyReach(audience, viewers);
-  GoToRelay(viewers);
-  const Result<std::unique_ptr<Relay>> relay = Relay::Open(viewers);
-  if (!relay) {
-    return Fail(audience.secure.empty() ? kExitNetwork : kExitSecurity, relay.error().what);
-  }
-  if (!arguments.reach.secure.empty()) {
-    const Result<bool> two = AreOfTwoSessions(arguments.reach.secure, arguments.audience.secure);
-    if (!two) return Fail(kExitSecurity, two.error().what);
-  }
+  std::unique_ptr<Relay> relay;
+  if (const int failed = OpenRelay(arguments, relay); failed != kExitOk) return failed;
   DdsOptions upstream;
   upstream.session = arguments.session;
   upstream.peer = *id;
   upstream.role = Role::kViewer;
   ApplyReach(arguments.reach, upstream);
-  const Result<std::unique_ptr<Transport>> joined = JoinOverDds(upstream, **relay);
+  const Result<std::unique_ptr<Transport>> joined = JoinOverDds(upstream, *relay);
   if (!joined) {
     return Fail(arguments.reach.secure.empty() ? kExitNetwork : kExitSecurity, joined.error().what);
   }
   const AtForcedEnd goodbye([&joined, &relay] {
     (*joined)->SayGoodbye();
-    (*relay)->SayGoodbyes();
+    relay->SayGoodbyes();
   });
   Say("relaying session " + arguments.session + "; viewers see it with: tandem watch --from-relay" +
-      (audience.secure.empty() ? "" : " --secure KEYS") + " --session " + arguments.session);
+      (arguments.audience.secure.empty() ? "" : " --secure KEYS") + " --session " +
+      arguments.session);
   Say(SecurityOf(arguments.reach, arguments.session));
-
-  PeerInfo info;
-  info.peer = upstream.peer;
-  info.role = Role::kViewer;
-  info.name = arguments.name;
-  const std::int64_t opened_ns = MonotonicNowNs();
-  std::int64_t now_ns = opened_ns;
-  std::int64_t turn_ns = opened_ns;  // due time, so that a turn's length does not add up
-  std::int64_t status_ns = opened_ns;
-  std::uint64_t told = 0;
-  int exit_code = kExitOk;
-  do {
-    (*joined)->Publish(info);
-    ++info.beat;
-    if (now_ns - status_ns >= kStatusNs) {
-      const std::uint64_t passed = (*relay)->views_passed_on();
-      const auto each_s =
-          static_cast<double>(passed - told) / (1e-9 * static_cast<double>(kStatusNs));
-      Say(std::to_string(static_cast<long>(each_s)) + " pictures/s to " +
-          Counted((*relay)->viewers(), "viewer"));
-      told = passed;
-      status_ns = now_ns;
-    }
-    turn_ns = std::max(turn_ns + kTurnNs, MonotonicNowNs());
-    const std::int64_t left_ns = std::clamp<std::int64_t>(turn_ns - MonotonicNowNs(), 0, kTurnNs);
-    std::string ended = (*joined)->KeysEnd();
-    if (ended.empty()) ended = (*relay)->KeysEnd();
-    if (!ended.empty()) {
-      exit_code = Fail(kExitSecurity, ended);
-      break;
-    }
-    if (StopAskedWithin(std::chrono::nanoseconds(left_ns))) break;
-    now_ns = MonotonicNowNs();
-  } while (arguments.seconds <= 0 ||
-           static_cast<double>(now_ns - opened_ns) < 1e9 * arguments.seconds);
+  const int exit_code = RelayUntilEnd(arguments, upstream.peer, *relay, **joined);
   (*joined)->Leave();
   StillEnding();
-  (*relay)->Leave();
+  relay->Leave();
   return exit_code;
 }
 
