@@ -43,15 +43,8 @@ bool LocalDisplayAnswers(const std::string& number) {
   return false;
 }
 
-}  // namespace
-
-std::optional<ViewOptions> ReadOptions(int argc, char** argv, int& exit_code) {
-  ViewOptions options;
-  options.join.name = Environment("USER").empty() ? "viewer" : Environment("USER");
-  CLI::App app{
-      "Look on at a session, or take part in one through a controller. Never simulates itself."};
-  app.name("tandem-view");
-  app.set_version_flag("--version", TANDEM_VERSION);
+/// Adds the options on the session, the scene and the hand.
+void AddHandOptions(CLI::App& app, ViewOptions& options) {
   AddSessionOption(app, options.join.session, "join this session at once");
   app.add_option("--scene", options.scene, "scene file; otherwise the session's, if it is here");
   CLI::Option* open = app.add_option(
@@ -77,6 +70,10 @@ std::optional<ViewOptions> ReadOptions(int argc, char** argv, int& exit_code) {
                "show distances from the start: colours, near voxels, the least distance (key P)");
   app.add_flag("--blind", options.blind,
                "show the scene alone: no figures of delay or force, no tables, no menus");
+}
+
+/// Adds the options on pictures and reports.
+void AddPictureOptions(CLI::App& app, ViewOptions& options) {
   app.add_option("--screenshot", options.screenshot,
                  "write the window as a picture (PNG), then end unless --seconds is given");
   app.add_option("--screenshot-after", options.screenshot_after,
@@ -99,18 +96,10 @@ std::optional<ViewOptions> ReadOptions(int argc, char** argv, int& exit_code) {
       ->needs(time)
       ->check(WholeNumberFrom(1, 99))
       ->capture_default_str();
-  app.add_option("--seconds", options.seconds, "end after this; 0: when the window is closed")
-      ->check(NumberFrom(0, kLongestRun));
-  app.footer(
-      "Exit codes: 0 ok, 1 failed, 2 usage, 3 file, 4 no display or OpenGL, 5 network, 9 "
-      "security.\n"
-      "Without OpenGL the window opens all the same and says why; a picture then shows that page, "
-      "and the\n"
-      "exit code is 4.");
-  if (const std::optional<int> ended = ParseOrExplain(app, argc, argv)) {
-    exit_code = *ended;
-    return std::nullopt;
-  }
+}
+
+/// Derives the requests to the hand's controller and to the session from the options.
+void FillRequests(ViewOptions& options) {
   if (options.hand.control.empty()) options.hand.control = "window-" + std::to_string(getpid());
   options.hand.scene = options.open;
   std::istringstream words(options.peer_options);
@@ -125,17 +114,51 @@ std::optional<ViewOptions> ReadOptions(int argc, char** argv, int& exit_code) {
   options.hand.secure = options.reach.secure;
   options.join.domain = options.reach.domain;
   options.join.interface = options.reach.interface;
+}
+
+/// Identifies the viewer in a secured session. Returns the exit code.
+int IdentifyViewer(ViewOptions& options) {
   // a controller identifies the user that takes part
   const bool looks_on = options.open.empty() && !options.take_part && !options.attach;
   if (looks_on && !options.reach.secure.empty()) {
     const Result<PeerId> id = Identify(options.reach, Role::kViewer, options.join.name);
     if (!id) {
       std::fprintf(stderr, "tandem-view: %s\n", id.error().what.c_str());
-      exit_code = kExitSecurity;
-      return std::nullopt;
+      return kExitSecurity;
     }
     options.join.peer = *id;
     options.join.secured = true;
+  }
+  return kExitOk;
+}
+
+}  // namespace
+
+std::optional<ViewOptions> ReadOptions(int argc, char** argv, int& exit_code) {
+  ViewOptions options;
+  options.join.name = Environment("USER").empty() ? "viewer" : Environment("USER");
+  CLI::App app{
+      "Look on at a session, or take part in one through a controller. Never simulates itself."};
+  app.name("tandem-view");
+  app.set_version_flag("--version", TANDEM_VERSION);
+  AddHandOptions(app, options);
+  AddPictureOptions(app, options);
+  app.add_option("--seconds", options.seconds, "end after this; 0: when the window is closed")
+      ->check(NumberFrom(0, kLongestRun));
+  app.footer(
+      "Exit codes: 0 ok, 1 failed, 2 usage, 3 file, 4 no display or OpenGL, 5 network, 9 "
+      "security.\n"
+      "Without OpenGL the window opens all the same and says why; a picture then shows that page, "
+      "and the\n"
+      "exit code is 4.");
+  if (const std::optional<int> ended = ParseOrExplain(app, argc, argv)) {
+    exit_code = *ended;
+    return std::nullopt;
+  }
+  FillRequests(options);
+  if (const int failed = IdentifyViewer(options); failed != kExitOk) {
+    exit_code = failed;
+    return std::nullopt;
   }
   return options;
 }
