@@ -28,6 +28,8 @@ HandDesk::HandDesk(HandModel& hand, SessionModel& session, SceneModel& scene, QM
     connect(mouse_, &HandMouse::Changed, this, &HandDesk::Changed);
   }
   MakeActions();
+  FillBar();
+  ConnectActions();
   words_end_.setSingleShot(true);
   words_end_.setInterval(kWordsMs);
   connect(&words_end_, &QTimer::timeout, this, [this] {
@@ -90,7 +92,9 @@ void HandDesk::MakeActions() {
               tr("The hand lets go, and a device gets no force, until you resume"));
   resume_ = Add("hand_resume", tr("Resu&me"), QKeySequence(Qt::CTRL | Qt::Key_Space),
                 tr("Go on after an emergency stop"));
+}
 
+void HandDesk::FillBar() {
   for (QAction* action :
        {grab_, release_, give_, ask_, back_, undo_, reset_, triad_, stop_, resume_}) {
     bar_->addAction(action);
@@ -106,7 +110,9 @@ void HandDesk::MakeActions() {
   // inserted before Help
   const QList<QAction*> menus = window_.menuBar()->actions();
   window_.menuBar()->insertMenu(menus.isEmpty() ? nullptr : menus.back(), menu_);
+}
 
+void HandDesk::ConnectActions() {
   connect(grab_, &QAction::triggered, this, &HandDesk::TakeUnderCursor);
   connect(release_, &QAction::triggered, this, [this] {
     if (mouse_ != nullptr) mouse_->EndDrag();

@@ -56,6 +56,9 @@ class HandDesk : public QObject {
 
  private:
   void MakeActions();
+  /// Puts the actions into the tool bar and the menu bar.
+  void FillBar();
+  void ConnectActions();
   QAction* Add(const char* name, const QString& text, const QKeySequence& key, const QString& tip);
   void Refresh();
   void OnHandState();
