@@ -78,24 +78,8 @@ bool DrawSeedSpans(const Results& results, Chart& chart) {
   return any;
 }
 
-}  // namespace
-
-Picture MarginPictureOf(const Results& results, const std::string& name) {
-  Picture picture{
-      name, "Prediction and measurement: growth over the distance to the boundary", 940, 490, {}};
-  picture.shapes.emplace_back(LabelShape{{kMarginPlot.x, 26},
-                                         "Prediction and measurement of " + results.header.sweep,
-                                         15,
-                                         TextAnchor::kStart,
-                                         kBlack,
-                                         true,
-                                         false});
-  Chart chart(picture, kMarginPlot,
-              {"stiffness over that of the boundary (what is beyond stands at the edges)", kLeast,
-               kMost, true},
-              {"growth, 1/s", -1.05 * kMostGrowth, 1.05 * kMostGrowth, false});
-  chart.DrawGrid();
-  // the region predicted stable
+/// Shades the region that is predicted stable, and draws its boundary and the line of no growth.
+void DrawPrediction(Chart& chart, Picture& picture) {
   const PicturePoint corner = chart.At(kPredicted, 0);
   picture.shapes.emplace_back(
       RectangleShape{{kMarginPlot.x, kMarginPlot.y, corner.x - kMarginPlot.x, kMarginPlot.height},
@@ -104,10 +88,18 @@ Picture MarginPictureOf(const Results& results, const std::string& name) {
                      {}});
   chart.DrawCurve({{kLeast, 0}, {kMost, 0}}, {{120, 120, 120}, 1, {}});
   chart.DrawCurve({{kPredicted, -10}, {kPredicted, 10}}, {kBlack, 1.6, {6, 4}});
-  const bool several_seeds = DrawSeedSpans(results, chart);
+}
+
+/// Numbers of cells that are shown, and that were measured otherwise than predicted.
+struct MarginCounts {
   std::size_t shown = 0;
   std::size_t unstable = 0;
   std::size_t undecided = 0;
+};
+
+/// Draws a mark for each cell that has a prediction and a measurement.
+MarginCounts DrawCells(const Results& results, const Chart& chart, Picture& picture) {
+  MarginCounts counts;
   for (const auto& numbered : results.records) {
     const CellRecord& record = numbered.second;
     const CaseResult& result = record.outcome.result;
@@ -116,10 +108,10 @@ Picture MarginPictureOf(const Results& results, const std::string& name) {
     const double growth = ShownGrowth(result);
     if (std::isnan(ratio) || std::isnan(growth)) continue;
     if (record.outcome.predicted->is_stable()) {
-      unstable += result.verdict == Verdict::kUnstable ? 1U : 0U;
-      undecided += result.verdict == Verdict::kUndecided ? 1U : 0U;
+      counts.unstable += result.verdict == Verdict::kUnstable ? 1U : 0U;
+      counts.undecided += result.verdict == Verdict::kUndecided ? 1U : 0U;
     }
-    ++shown;
+    ++counts.shown;
     const PicturePoint at = chart.At(std::clamp(ratio, kLeast, kMost), Within(growth));
     const CellFacts facts = FactsOf(record);
     const MarginMark mark = MarginMarkOf(result.verdict);
@@ -128,17 +120,10 @@ Picture MarginPictureOf(const Results& results, const std::string& name) {
         LineOf(record, facts) + ": " + NameOf(result.verdict) + ", " + TableNumber(ratio) +
             " of the boundary, growth " + TableNumber(result.metrics.growth) + "/s"});
   }
-  chart.DrawAxes();
-  picture.shapes.emplace_back(LabelShape{
-      {kMarginPlot.x, 47},
-      std::to_string(shown) + " cells; shaded: predicted stable, below 0.9 of the boundary; " +
-          std::to_string(unstable) + " of those measured unstable, " + std::to_string(undecided) +
-          " undecided",
-      12,
-      TextAnchor::kStart,
-      {80, 80, 80},
-      false,
-      false});
+  return counts;
+}
+
+void DrawMarginLegend(bool several_seeds, Picture& picture) {
   double y = 90;
   for (const auto& [verdict, text] : {std::pair(Verdict::kStable, "measured stable"),
                                       std::pair(Verdict::kUnstable, "measured unstable"),
@@ -165,6 +150,41 @@ Picture MarginPictureOf(const Results& results, const std::string& name) {
                                          {80, 80, 80},
                                          false,
                                          false});
+}
+
+}  // namespace
+
+Picture MarginPictureOf(const Results& results, const std::string& name) {
+  Picture picture{
+      name, "Prediction and measurement: growth over the distance to the boundary", 940, 490, {}};
+  picture.shapes.emplace_back(LabelShape{{kMarginPlot.x, 26},
+                                         "Prediction and measurement of " + results.header.sweep,
+                                         15,
+                                         TextAnchor::kStart,
+                                         kBlack,
+                                         true,
+                                         false});
+  Chart chart(picture, kMarginPlot,
+              {"stiffness over that of the boundary (what is beyond stands at the edges)", kLeast,
+               kMost, true},
+              {"growth, 1/s", -1.05 * kMostGrowth, 1.05 * kMostGrowth, false});
+  chart.DrawGrid();
+  DrawPrediction(chart, picture);
+  const bool several_seeds = DrawSeedSpans(results, chart);
+  const MarginCounts counts = DrawCells(results, chart, picture);
+  chart.DrawAxes();
+  picture.shapes.emplace_back(
+      LabelShape{{kMarginPlot.x, 47},
+                 std::to_string(counts.shown) +
+                     " cells; shaded: predicted stable, below 0.9 of the boundary; " +
+                     std::to_string(counts.unstable) + " of those measured unstable, " +
+                     std::to_string(counts.undecided) + " undecided",
+                 12,
+                 TextAnchor::kStart,
+                 {80, 80, 80},
+                 false,
+                 false});
+  DrawMarginLegend(several_seeds, picture);
   return picture;
 }
 
