@@ -47,6 +47,9 @@ struct Partner {
 
   bool closed() const noexcept { return present && heard && linked; }
   std::int64_t loop_age_ns(std::int64_t now_ns) const noexcept { return now_ns - echo_ns; }
+  double loop_age_s(std::int64_t now_ns) const noexcept {
+    return 1e-9 * static_cast<double>(loop_age_ns(now_ns));
+  }
 };
 
 /// Another user's instance of a shared body, where last heard.

@@ -21,20 +21,11 @@ constexpr double kGentleStep = 0.05;              // N a frame; force change by 
 constexpr double kMostStep = 0.8;   // N a frame; force change by any move and velocity of a copy
 constexpr double kQuietTime = 0.1;  // s; time of that fade
 constexpr double kForgetting = 1.0 - kFrame / 120;  // factor of a frame on the longest loop age
-constexpr double kSilentLoops = 1.5;                // times the longest loop age, and
-constexpr double kSilentFor = 0.1;                  // s more: then a partner is silent
-constexpr double kBegun = 0.05;      // share of the target stiffness: below it a link begins anew
-constexpr double kNext = 1e-9;       // N/m; sum of links that are to rise from 0
-constexpr double kHeardTime = 0.02;  // s; time in which a copy's velocity comes back
+constexpr double kNext = 1e-9;                      // N/m; sum of links that are to rise from 0
+constexpr double kHeardTime = 0.02;                 // s; time in which a copy's velocity comes back
 
 double Seconds(std::int64_t ns) {
   return 1e-9 * static_cast<double>(ns);
-}
-
-/// Returns the speed in m/s, rotation included. `per_mass`: rotational inertia in W over the mass,
-/// m^2.
-double SpeedOf(const Twist& V_WB, const Mat3& per_mass) {
-  return std::sqrt(V_WB.v.squaredNorm() + V_WB.w.dot(per_mass * V_WB.w));
 }
 
 }  // namespace
@@ -162,7 +153,7 @@ LawInputs SharedBody::MeasureDelays(std::int64_t now_ns) noexcept {
       partner.last_echo_ns = partner.echo_ns;
     }
     longest_loop_age_s_ = std::max(longest_loop_age_s_, partner.meter.peak_loop_age_s());
-    delay_sum_s_ += 0.5 * Seconds(partner.loop_age_ns(now_ns));
+    delay_sum_s_ += 0.5 * partner.loop_age_s(now_ns);
     ++delays_;
     ++users;
     peak = std::max(peak, std::min(partner.meter.peak_loop_age_s(), kLongestCommonLoop));
@@ -205,101 +196,6 @@ void SharedBody::Admit(const RigidState& own, const Mat3& per_mass) noexcept {
     const bool whole = share >= 1 && !(options_.gate && partner.gate.clipped());
     partner.way_force =
         partner.stiffness * (whole ? way : LinkDistance(last, partner.copy_WB, per_mass));
-  }
-}
-
-void SharedBody::Slew(std::int64_t now_ns, const LawInputs& common, const Twist& V_own_WB,
-                      const Mat3& per_mass) noexcept {
-  const double own_speed = SpeedOf(V_own_WB, per_mass);
-  const LinkLaw allowed = options_.law->Link(common);
-  const double most = allowed.stiffness * static_cast<double>(common.users - 1);
-  double sum = 0;  // over the closed links
-  for (const Partner& partner : partners_) {
-    if (partner.closed()) sum += partner.stiffness;
-  }
-  // a newcomer shares the sum of fewer links, and has nothing of it before these have less
-  const bool has_newcomer = std::ranges::any_of(partners_, [](const Partner& partner) {
-    return partner.closed() && !partner.reached;
-  });
-  // gentle is the sum over all links that the hand feels, as when a cut takes or gives back all
-  // partners
-  const auto share_of = [this](bool Partner::*moves) {
-    return 1.0 / std::max(1.0, static_cast<double>(std::ranges::count_if(partners_, moves)));
-  };
-  const double falls_share = share_of(&Partner::falls);
-  const double rises_share = share_of(&Partner::rises);
-  for (Partner& partner : partners_) {
-    if (!partner.heard) continue;
-    StiffnessSlew slew{.h = kFrame,
-                       .stretch = std::sqrt(partner.stretch.square),
-                       .gentle_fall = kGentleFall * falls_share,
-                       .rise_power = kRisePower * rises_share,
-                       .speed = std::max(own_speed, SpeedOf(partner.state.V_WB, per_mass))};
-    // a copy's move costs more with a firmer spring: a full spring leaves half the credit to it
-    if (options_.gate) {
-      const double firmness = std::min(1.0, partner.stiffness / std::max(allowed.stiffness, 1e-9));
-      slew.energy = partner.gate.tank() - 0.5 * firmness * EnergyGate::kCredit;
-    }
-    if (partner.fade_share == 1) partner.fade_from = partner.stiffness * slew.stretch;
-    LinkLaw link = allowed;
-    if (!partner.present) {
-      slew.ceiling = partner.stiffness;
-      slew.gentlest = Planted(Fault::kFadeNever) ? 0.0 : partner.fade_rate;
-    } else if (partner.closed()) {
-      const auto link_at = [this, &common](double loop_age_s) {
-        LawInputs alone = common;
-        alone.peak_loop_age_s = std::max(common.peak_loop_age_s, loop_age_s);
-        alone.te_s = DesignDelay(alone.peak_loop_age_s);
-        return options_.law->Link(alone);
-      };
-      const double own_most = link_at(partner.meter.peak_loop_age_s()).stiffness;
-      // while the partner is silent, the loop grows older with the clock; the resulting fall is
-      // gentle
-      link =
-          link_at(std::max(partner.meter.peak_loop_age_s(), Seconds(partner.loop_age_ns(now_ns))));
-      const double offer =
-          std::min(link.stiffness, partner.most_force / std::max(slew.stretch, 1e-3));
-      const bool capped = offer < link.stiffness;
-      if (capped) slew.gentle_fall = kCappedFall * falls_share;
-      const bool silent =
-          Seconds(partner.loop_age_ns(now_ns)) > kSilentLoops * longest_loop_age_s_ + kSilentFor;
-      slew.falls_unfelt = !capped && !silent && !has_newcomer;
-      // the links of others to a silent partner fall as well, each by itself
-      if (silent) {
-        slew.gentle_fall /= static_cast<double>(std::max<std::size_t>(common.users, 2) - 1);
-      }
-      slew.rises_unfelt = partner.reached;
-      const double share = sum > most ? most / sum : 1.0;
-      const double others = sum - partner.stiffness;
-      const double own_ceiling = std::max(own_most, share * partner.stiffness);
-      partner.offered_stiffness = std::max(offer, partner.stiffness);
-      if (partner.fade_share < 1) {
-        const double faded = partner.fade_share * partner.fade_from / std::max(slew.stretch, 1e-3);
-        partner.stiffness = std::min(partner.stiffness, faded);
-        partner.offered_stiffness = partner.stiffness;
-      }
-      slew.ceiling = own_ceiling;
-      slew.wanted = offer;
-      slew.told = partner.its_stiffness;
-      slew.room = most - others;
-    } else {
-      partner.offered_stiffness = 0;
-      slew.ceiling = partner.stiffness;
-    }
-    const double before = partner.stiffness;
-    partner.stiffness = slew.Next(before);
-    const double goal = std::min(slew.wanted, slew.told);
-    if (partner.stiffness >= goal) partner.reached = goal > 0;
-    if (partner.stiffness < kBegun * goal) partner.reached = false;
-    partner.falls = partner.stiffness < before;
-    partner.rises = partner.stiffness > before;
-    const double rise = std::max(0.0, partner.stiffness - before);
-    partner.gate.Charge(0.5 * rise * slew.stretch * slew.stretch);
-    if (partner.closed()) sum += partner.stiffness - before;
-    // a spring that has yet to fall to the law's value has no more damping than that
-    const double part = link.stiffness > 0 ? partner.stiffness / link.stiffness : 0.0;
-    partner.relative_damping =
-        DragAfter(kFrame, partner.relative_damping, std::min(1.0, part) * link.relative_damping);
   }
 }
 
@@ -416,7 +312,7 @@ std::size_t SharedBody::Links(std::int64_t now_ns,
     const double larger = std::max(size(partner.applied_B_W), size(partner.its_applied_B_W));
     out[link] = {.peer = partner.peer,
                  .closed = partner.closed(),
-                 .loop_age_s = partner.linked ? Seconds(partner.loop_age_ns(now_ns)) : 0.0,
+                 .loop_age_s = partner.linked ? partner.loop_age_s(now_ns) : 0.0,
                  .te_s = DesignDelay(partner.meter.peak_loop_age_s()),
                  .stiffness = partner.stiffness,
                  .force = partner.applied_B_W.f.norm(),
@@ -439,7 +335,7 @@ double SharedBody::delay_s(std::int64_t now_ns) const noexcept {
   double delay = 0;
   for (const Partner& partner : partners_) {
     if (!partner.present || !partner.linked) continue;
-    delay = std::max(delay, 0.5 * Seconds(partner.loop_age_ns(now_ns)));
+    delay = std::max(delay, 0.5 * partner.loop_age_s(now_ns));
   }
   return delay;
 }

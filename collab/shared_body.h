@@ -8,6 +8,7 @@
 #include "collab/messages.h"
 #include "collab/partner.h"
 #include "collab/sent_stamps.h"
+#include "collab/stiffness_slew.h"
 #include "engine/world/step_inputs.h"
 
 namespace tandem {
@@ -84,6 +85,12 @@ class SharedBody {
   /// Updates the stiffnesses. `V_own_WB`: twist of the own instance.
   void Slew(std::int64_t now_ns, const LawInputs& common, const Twist& V_own_WB,
             const Mat3& per_mass) noexcept;
+  struct SlewFrame;
+  void SlewLink(SlewFrame& frame, Partner& partner) noexcept;
+  /// Returns how fast the link's stiffness may change, whatever is wanted of it.
+  StiffnessSlew LimitsOf(const SlewFrame& frame, const Partner& partner) const noexcept;
+  /// Sets the stiffness that is offered to the partner of a closed link. Returns the law's link.
+  LinkLaw OfferTo(const SlewFrame& frame, Partner& partner, StiffnessSlew& slew) const noexcept;
   /// Returns the largest peak age of any closed link's loop, s.
   double WorstLoopAge() const noexcept;
 
