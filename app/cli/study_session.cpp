@@ -12,15 +12,13 @@
 #include <nlohmann/json.hpp>
 #include <unistd.h>
 
+#include "app/cli/study_results.h"
 #include "app/cli/study_trial.h"
 #include "app/cli/talk.h"
 #include "app/exit_codes.h"
-#include "app/picture/svg.h"
-#include "app/study/effect.h"
 #include "app/study/interview.h"
 #include "app/study/results_table.h"
 #include "app/study/study_file.h"
-#include "app/study/study_page.h"
 #include "app/study/trial_case.h"
 #include "app/study/trial_log.h"
 #include "collab/lab/hex.h"
@@ -93,8 +91,7 @@ class StudySession {
   Ended AskQuestions(const TrialOfParticipant& trial);
   void Pause(double seconds);
   fs::path FolderOf(const TrialOfParticipant& trial) const;
-  int WriteResults();
-  void PrintJson(const std::vector<ResultRow>& rows, const std::vector<MeasureEffect>& effects);
+  int WriteResults() { return WriteStudyResults(request_, study_, log_); }
 
   const StudyRequest& request_;
   Study study_;
@@ -272,62 +269,6 @@ StudySession::Ended StudySession::RunParticipant(int participant) {
   }
   if (!request_.dry_run) interview_.Tell("That was the last trial. Thank you.");
   return {};
-}
-
-void StudySession::PrintJson(const std::vector<ResultRow>& rows,
-                             const std::vector<MeasureEffect>& effects) {
-  const auto count = [&rows](TrialState state, const std::string* condition, const Study& study) {
-    return std::ranges::count_if(rows, [&](const ResultRow& row) {
-      return row.logged.state == state &&
-             (condition == nullptr || study.conditions[row.plan.condition].name == *condition);
-    });
-  };
-  OrderedJson conditions = OrderedJson::array();
-  for (const StudyCondition& condition : study_.conditions) {
-    conditions.push_back({{"name", condition.name},
-                          {"delay_ms", condition.delay_ms},
-                          {"jitter_ms", condition.jitter_ms},
-                          {"loss", condition.loss},
-                          {"law", condition.law},
-                          {"done", count(TrialState::kDone, &condition.name, study_)}});
-  }
-  const OrderedJson out{
-      {"study", study_.name},
-      {"mode", log_.header().mode},
-      {"participants", log_.consents().size()},
-      {"trials", static_cast<std::size_t>(study_.participants) * TrialsOf(study_, 0).size()},
-      {"done", count(TrialState::kDone, nullptr, study_)},
-      {"cut", count(TrialState::kCut, nullptr, study_)},
-      {"lost", count(TrialState::kLost, nullptr, study_)},
-      {"conditions", conditions},
-      {"effect", OrderedJson::parse(EffectsJson(study_, effects))},
-      {"results", (request_.folder / "results.csv").string()}};
-  std::printf("%s\n", JsonText(out, 2).c_str());
-}
-
-int StudySession::WriteResults() {
-  const std::vector<ResultRow> rows = RowsOf(study_, log_);
-  const std::vector<MeasureEffect> effects = EffectsOf(study_, rows);
-  std::error_code failed;
-  fs::create_directories(request_.folder / "pictures", failed);
-  if (failed) return Fail(kExitFile, request_.folder.string() + ": " + failed.message());
-  std::vector<std::pair<std::string, std::string>> files{
-      {"results.csv", ResultsCsv(study_, rows)},
-      {"codebook.json", CodebookJson(study_)},
-      {"codebook.md", CodebookText(study_)},
-      {"effect.json", EffectsJson(study_, effects) + "\n"},
-      {"report.html", StudyPage(study_, rows, effects, log_.header().mode)}};
-  for (const MeasureEffect& effect : effects) {
-    const Picture picture = PictureOf(study_, effect);
-    files.emplace_back("pictures/" + picture.name + ".svg", SvgOf(picture, SvgPlace::kFile));
-  }
-  for (const auto& [name, content] : files) {
-    if (const auto fault = WriteWholeFile(request_.folder / name, content)) {
-      return Fail(kExitFile, fault->what);
-    }
-  }
-  if (request_.json) PrintJson(rows, effects);
-  return kExitOk;
 }
 
 int StudySession::Run() {
