@@ -1,5 +1,8 @@
 #pragma once
 
+#include <algorithm>
+#include <cmath>
+
 #include "collab/controller/requests.h"
 #include "engine/base/spatial.h"
 
@@ -17,6 +20,14 @@ inline Vec3 AsVec3(const std::array<double, 3>& v) {
 }
 inline Pose AsPose(const PlainPose& X) {
   return {Quat(X.q_W[3], X.q_W[0], X.q_W[1], X.q_W[2]), AsVec3(X.p_W)};
+}
+
+/// Returns whether all three numbers are plausible as metres, newtons or rates.
+template <typename Three>
+bool AllSound(const Three& v) {
+  return std::all_of(v.begin(), v.end(), [](double x) {
+    return std::isfinite(x) && std::abs(x) < 1e3;
+  });
 }
 
 }  // namespace tandem
