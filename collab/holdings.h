@@ -135,6 +135,8 @@ class Holdings {
 
  private:
   static constexpr std::int64_t kNew = 5'000'000'000;  // ns; exceeds the longest delay of messages
+  static constexpr std::int64_t kAllTold = 5'000'000'000;  // ns; likewise
+  static constexpr std::int64_t kAskAgain = 250'000'000;   // ns; from one request to its repetition
   static constexpr std::int64_t kEpoch =
       100'000'000;  // ns; each peer may raise an epoch by one in it
   static constexpr std::int64_t kLostWait = 300'000'000;  // ns, after the lease of a lost authority
@@ -326,6 +328,10 @@ class Holdings {
   void Pursue() noexcept;
   /// Takes over bodies that have lost their authority, where it is this peer's turn.
   void Succeed() noexcept;
+  /// Takes over a body that another peer had, when it is our turn.
+  void SucceedTo(std::size_t b) noexcept;
+  /// Counts the peers that are to take the body over before us.
+  std::int64_t PeersBefore(std::size_t b) const noexcept;
 
   PeerId self_;
   std::int64_t settle_ns_;

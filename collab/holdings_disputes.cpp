@@ -12,10 +12,8 @@ namespace tandem {
 namespace {
 
 constexpr std::int64_t kReassertAgain = 1000 * kMs;
-constexpr std::int64_t kAllTold = 5000 * kMs;     // exceeds the longest delay of messages
 constexpr std::int64_t kAfterPause = 5000 * kMs;  // until we know what we missed in a pause
 constexpr std::int64_t kAhead = 200 * kMs;        // time in which an authority may yield by itself
-constexpr std::int64_t kHearsay = 1000 * kMs;     // until a newcomer has heard the other peers, too
 constexpr std::int64_t kTied = 200 * kMs;         // until the higher of two equal peers yields
 constexpr std::int64_t kSilent = 3000 * kMs;      // silence of an authority about its body
 // until we follow a lesser claim after its claimant did not raise it
@@ -25,89 +23,6 @@ constexpr std::int64_t kTakenOver = 300 * kMs;  // until the next in line has a 
 constexpr std::int64_t kMostAhead = 50;         // epochs beyond the greatest that any word affords
 
 }  // namespace
-
-const Belief* Holdings::BeliefOf(const Member& member, std::size_t body) noexcept {
-  return body < kMaxClaims && member.beliefs[body] ? &*member.beliefs[body] : nullptr;
-}
-
-PeerId Holdings::NamedBy(const Member& member, std::size_t body) noexcept {
-  // a holder beside others also says which peer is the authority
-  if (const Belief* belief = BeliefOf(member, body)) return belief->peer;
-  return ClaimOf(member, body) != nullptr ? member.peer : 0;
-}
-
-bool Holdings::HadItLately(const Body& body, PeerId peer) const noexcept {
-  return std::ranges::any_of(body.before, [&](const Before& before) {
-    return before.peer == peer && now_ns_ - before.until_ns < kAllTold;
-  });
-}
-
-// The peer that a member names, where that is a vote: a newcomer has it from hearsay.
-PeerId Holdings::VoteOf(const Member& member, std::size_t body) const noexcept {
-  if (member.peer == 0 || !member.present) return 0;
-  const PeerId named = NamedBy(member, body);
-  return named == member.peer || now_ns_ - member.known_ns > kHearsay ? named : 0;
-}
-
-bool Holdings::IsStale(const Member& member, const Body& body, PeerId named) const noexcept {
-  const Belief* const belief = BeliefOf(member, body.index);
-  return belief != nullptr && named != member.peer && belief->epoch < body.began_epoch &&
-         now_ns_ - body.claimed_ns < kAllTold;
-}
-
-bool Holdings::IsSure(const Body& body) const noexcept {
-  return !body.unsure && body.in_absence_of[0] == 0 && !is_new();
-}
-
-int Holdings::VotesFor(const Body& body, PeerId peer) const noexcept {
-  return static_cast<int>(std::ranges::count_if(members_, [&](const Member& member) {
-    return VoteOf(member, body.index) == peer;
-  }));
-}
-
-int Holdings::VotesAgainst(const Body& body, PeerId rival) const noexcept {
-  int votes = 0;
-  for (const Member& member : members_) {
-    const PeerId named = VoteOf(member, body.index);
-    if (named == 0 || named == rival) continue;
-    // a member that names a recent owner has not heard yet
-    votes += named == body.claim.peer || (named != member.peer && HadItLately(body, named)) ? 1 : 0;
-  }
-  return votes;
-}
-
-// Returns the peer to which the body went by the authority's word, followed through several hands.
-// A peer that names another under an epoch that is not greater has not heard yet that it has the
-// body itself; its word counts only if `by_any_word`.
-PeerId Holdings::GoneTo(const Body& body, bool by_any_word) const noexcept {
-  BodyClaim at = body.claim;
-  for (int hands = 0; hands < 4; ++hands) {
-    const Member* member = Find(at.peer);
-    if (member == nullptr || !member->present) return at.peer;
-    const Belief* const said = BeliefOf(*member, body.index);
-    if (said == nullptr || said->peer == 0 || said->peer == at.peer) return at.peer;
-    const bool is_above =
-        said->epoch > at.epoch || (said->epoch == at.epoch && said->peer < at.peer);
-    if (!is_above && !by_any_word) return at.peer;
-    at = {said->epoch, said->peer};
-  }
-  return at.peer;
-}
-
-bool Holdings::SaysGoneTo(const Body& body, PeerId peer) const noexcept {
-  if (body.forsaken) return false;
-  BodyClaim at = body.claim;
-  for (int hands = 0; hands < 4; ++hands) {
-    if (at.peer == peer) return true;
-    const Member* member = Find(at.peer);
-    if (member == nullptr || !member->present) return false;
-    const Belief* const said = BeliefOf(*member, body.index);
-    if (said == nullptr || said->peer == 0) return false;
-    if (said->epoch < at.epoch || (said->epoch == at.epoch && said->peer > at.peer)) return false;
-    at = {said->epoch, said->peer};
-  }
-  return at.peer == peer;
-}
 
 void Holdings::ForgetAbsent(Body& body, PeerId from) noexcept {
   const auto first = std::ranges::find(body.in_absence_of, from);
@@ -123,13 +38,6 @@ void Holdings::LookForAbsent(Body& body) noexcept {
     if (NamedBy(*member, body.index) == body.claim.peer) return ForgetAbsent(body, peer);
   }
   if (body.unsure && now_ns_ - body.unsure_ns > kAllTold) body.unsure = false;
-}
-
-bool Holdings::SaidByReturned(const Body& body, PeerId peer) const noexcept {
-  return std::ranges::any_of(body.in_absence_of, [&](PeerId absent) {
-    const Member* const member = absent == 0 ? nullptr : Find(absent);
-    return member != nullptr && member->present && NamedBy(*member, body.index) == peer;
-  });
 }
 
 // The owner of a body says where it went, of which we may not have heard otherwise.
@@ -255,19 +163,6 @@ void Holdings::JudgeFirst(std::size_t index) noexcept {
   body.unsure_ns = now_ns_;
   // the authority of an unclaimed body has not said yet that it gave the body away
   if (lowest != best->peer && lowest != self_) body.in_absence_of[0] = lowest;
-}
-
-bool Holdings::IsHearsay(const Body& body, PeerId peer) const noexcept {
-  return std::ranges::any_of(members_, [&](const Member& member) {
-    return member.peer != 0 && member.present && NamedBy(member, body.index) == peer &&
-           VoteOf(member, body.index) != peer;
-  });
-}
-
-int Holdings::StaleFor(const Body& body, PeerId peer) const noexcept {
-  return static_cast<int>(std::ranges::count_if(members_, [&](const Member& member) {
-    return VoteOf(member, body.index) == peer && IsStale(member, body, peer);
-  }));
 }
 
 Holdings::Rival Holdings::RivalOf(std::size_t index, bool claims_more) noexcept {
