@@ -15,7 +15,7 @@
 namespace tandem {
 namespace {
 
-constexpr ObjectId kObject = 3;
+constexpr ObjectId kLoopObject = 3;
 
 /// The line between the two, one way. Its delay changes at `change_s`.
 struct Line {
@@ -39,7 +39,7 @@ struct Message {
 /// One end of a link, and beside it what the test itself knows of the true ages.
 struct End {
   End(PeerId self, PeerId other, std::int64_t clock)
-      : body(self, kObject, {0.3, 1e-4 * Mat3::Identity()}, {}), id(self), clock_ns(clock) {
+      : body(self, kLoopObject, {0.3, 1e-4 * Mat3::Identity()}, {}), id(self), clock_ns(clock) {
     inputs.bodies.resize(1);
     body.Join(other);
   }
@@ -68,7 +68,7 @@ struct End {
   Message Say(std::int64_t now_ns, std::uint32_t seq) {
     Message message;
     message.state.peer = id;
-    message.state.object = kObject;
+    message.state.object = kLoopObject;
     message.state.epoch = 1;
     message.state.seq = seq;
     message.state.sample_ns = now_ns + clock_ns;
