@@ -186,6 +186,8 @@ class DistanceField {
 
  private:
   friend class FieldBuilder;
+  friend class FieldPacker;
+  friend class HyperbrickMaker;
   friend class FieldImage;
 
   /// The block must have the size that its header says.
