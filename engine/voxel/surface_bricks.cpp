@@ -127,6 +127,86 @@ std::span<const std::uint32_t> ItemsAt(const Bins& bins, std::size_t cell) {
   return std::span(bins.items).subspan(bins.first[cell], bins.first[cell + 1] - bins.first[cell]);
 }
 
+/// Returns the box of the hyperchunks of all triangles, with a border.
+HyperchunkBox BoxOf(const HugeVector<SnappedPoint>& points, std::span<const Corners> triangles,
+                    int border) {
+  std::array<std::int64_t, 3> low{INT64_MAX, INT64_MAX, INT64_MAX};
+  std::array<std::int64_t, 3> high{INT64_MIN, INT64_MIN, INT64_MIN};
+  for (const Corners& t : triangles) {
+    for (const std::uint32_t v : t) {
+      for (std::size_t k = 0; k < 3; ++k) {
+        low[k] = std::min(low[k], points[v][k]);
+        high[k] = std::max(high[k], points[v][k]);
+      }
+    }
+  }
+  const auto place_of = [](const std::array<std::int64_t, 3>& p) {
+    return GridIndex{static_cast<std::int32_t>(p[0] >> kBrickBits),
+                     static_cast<std::int32_t>(p[1] >> kBrickBits),
+                     static_cast<std::int32_t>(p[2] >> kBrickBits)};
+  };
+  const GridIndex around{border, border, border};
+  HyperchunkBox box;
+  box.first = place_of(low) - around;
+  box.size = place_of(high) + around + GridIndex{1, 1, 1} - box.first;
+  return box;
+}
+
+/// Returns empty bricks, in Morton order, where the surface may be.
+std::vector<SurfaceBricks::Brick> BricksOf(const Bins& surface, const HyperchunkBox& box,
+                                           const HyperchunkLayers& layers) {
+  std::vector<SurfaceBricks::Brick> bricks;
+  for (std::int32_t z = 0; z < box.size.z; ++z) {
+    for (std::int32_t y = 0; y < box.size.y; ++y) {
+      for (std::int32_t x = 0; x < box.size.x; ++x) {
+        const GridIndex place = box.first + GridIndex{x, y, z};
+        if (!layers.Hold(place) || ItemsAt(surface, box.CellOf(place)).empty()) continue;
+        bricks.emplace_back().place = place;
+      }
+    }
+  }
+  std::sort(bricks.begin(), bricks.end(),
+            [](const SurfaceBricks::Brick& a, const SurfaceBricks::Brick& b) {
+              return MortonCode(a.place) < MortonCode(b.place);
+            });
+  return bricks;
+}
+
+using Items = std::array<std::span<const Corners>, kFields>;
+
+void FillBricks(const HugeVector<SnappedPoint>& points, const Items& items,
+                const std::array<Bins, kFields>& bins, const MeshFacing& facing,
+                const HyperchunkBox& box, std::vector<SurfaceBricks::Brick>& bricks) {
+  struct Scratch {
+    std::vector<std::uint64_t> rows =
+        std::vector<std::uint64_t>(kBrickRows + TriangleRows::kPadding, 0);
+    SurfaceBricks::Packer packer;
+    std::vector<Crossing> crossings;
+  };
+  tbb::enumerable_thread_specific<Scratch> scratch;
+  tbb::parallel_for(std::size_t{0}, bricks.size(), [&](std::size_t b) {
+    Scratch& mine = scratch.local();
+    mine.crossings.clear();
+    SurfaceBricks::Brick& brick = bricks[b];
+    const GridIndex first = brick.place * kHyperchunkSide;
+    for (std::size_t f = 0; f < kFields; ++f) {
+      const auto here = ItemsAt(bins[f], box.CellOf(brick.place));
+      if (!here.empty()) {
+        TriangleBatch batch(first, mine.rows.data(), &mine.crossings);
+        for (const std::uint32_t item : here) {
+          const auto& [i, j, k] = items[f][item];
+          const bool crosses = f == 0 && (facing.open.empty() || facing.open[item] == 0);
+          batch.Add(points[i], points[j], points[k], crosses ? facing.of_triangle[item] : 0);
+        }
+        batch.Finish();
+        mine.packer.Take(static_cast<Field>(f), mine.rows.data());
+      }
+    }
+    mine.packer.Fill(brick);
+    brick.crossings.assign(mine.crossings.begin(), mine.crossings.end());
+  });
+}
+
 }  // namespace
 
 constexpr std::array<std::uint64_t, kBrickRows> SurfaceBricks::kFullWords = [] {
@@ -200,74 +280,18 @@ SurfaceBricks::SurfaceBricks(const TriangleMesh& mesh_W, const Features& feature
   std::vector<Corners> vertices;
   vertices.reserve(features.vertices.size());
   for (const std::uint32_t v : features.vertices) vertices.push_back({v, v, v});
-  const std::array<std::span<const Corners>, kFields> items{mesh_W.triangles, edges, vertices};
+  const Items items{mesh_W.triangles, edges, vertices};
 
-  std::array<std::int64_t, 3> low{INT64_MAX, INT64_MAX, INT64_MAX};
-  std::array<std::int64_t, 3> high{INT64_MIN, INT64_MIN, INT64_MIN};
-  for (const Corners& t : mesh_W.triangles) {
-    for (const std::uint32_t v : t) {
-      for (std::size_t k = 0; k < 3; ++k) {
-        low[k] = std::min(low[k], points[v][k]);
-        high[k] = std::max(high[k], points[v][k]);
-      }
-    }
-  }
-  const auto place_of = [](const std::array<std::int64_t, 3>& p) {
-    return GridIndex{static_cast<std::int32_t>(p[0] >> kBrickBits),
-                     static_cast<std::int32_t>(p[1] >> kBrickBits),
-                     static_cast<std::int32_t>(p[2] >> kBrickBits)};
-  };
-  const GridIndex around{border, border, border};
-  box_.first = place_of(low) - around;
-  box_.size = place_of(high) + around + GridIndex{1, 1, 1} - box_.first;
-
+  box_ = BoxOf(points, mesh_W.triangles, border);
   std::array<Bins, kFields> bins;
   for (std::size_t f = 0; f < kFields; ++f) bins[f] = BinByHyperchunk(points, items[f], box_);
 
-  for (std::int32_t z = 0; z < box_.size.z; ++z) {
-    for (std::int32_t y = 0; y < box_.size.y; ++y) {
-      for (std::int32_t x = 0; x < box_.size.x; ++x) {
-        const GridIndex place = box_.first + GridIndex{x, y, z};
-        if (!layers_.Hold(place) || ItemsAt(bins[0], box_.CellOf(place)).empty()) continue;
-        bricks_.emplace_back().place = place;
-      }
-    }
-  }
-  std::sort(bricks_.begin(), bricks_.end(), [](const Brick& a, const Brick& b) {
-    return MortonCode(a.place) < MortonCode(b.place);
-  });
+  bricks_ = BricksOf(bins[0], box_, layers_);
   brick_at_.assign(box_.cells(), 0);
   for (std::size_t b = 0; b < bricks_.size(); ++b) {
     brick_at_[box_.CellOf(bricks_[b].place)] = static_cast<std::uint32_t>(b + 1);
   }
-  struct Scratch {
-    std::vector<std::uint64_t> rows =
-        std::vector<std::uint64_t>(kBrickRows + TriangleRows::kPadding, 0);
-    Packer packer;
-    std::vector<Crossing> crossings;
-  };
-  tbb::enumerable_thread_specific<Scratch> scratch;
-  tbb::parallel_for(std::size_t{0}, bricks_.size(), [&](std::size_t b) {
-    Scratch& mine = scratch.local();
-    mine.crossings.clear();
-    Brick& brick = bricks_[b];
-    const GridIndex first = brick.place * kHyperchunkSide;
-    for (std::size_t f = 0; f < kFields; ++f) {
-      const auto here = ItemsAt(bins[f], box_.CellOf(brick.place));
-      if (!here.empty()) {
-        TriangleBatch batch(first, mine.rows.data(), &mine.crossings);
-        for (const std::uint32_t item : here) {
-          const auto& [i, j, k] = items[f][item];
-          const bool crosses = f == 0 && (facing.open.empty() || facing.open[item] == 0);
-          batch.Add(points[i], points[j], points[k], crosses ? facing.of_triangle[item] : 0);
-        }
-        batch.Finish();
-        mine.packer.Take(static_cast<Field>(f), mine.rows.data());
-      }
-    }
-    mine.packer.Fill(brick);
-    brick.crossings.assign(mine.crossings.begin(), mine.crossings.end());
-  });
+  FillBricks(points, items, bins, facing, box_, bricks_);
 }
 
 }  // namespace tandem
