@@ -38,6 +38,56 @@ std::size_t FirstOf(const Cells& cells) {
   return 64 * word + static_cast<std::size_t>(std::countr_zero(cells[word]));
 }
 
+/// Returns the cells of a chunk that are no surface voxels.
+Cells FreeCells(const GridIndex& chunk, const SurfaceBricks::Source* surface) {
+  Cells free;
+  free.fill(~std::uint64_t{0});
+  if (surface != nullptr && !surface->empty()) {
+    for (std::size_t z = 0; z < 8; ++z) {
+      std::uint64_t taken = 0;
+      const std::uint64_t* octet = surface->Octet(static_cast<std::size_t>(chunk.z) * 8 + z,
+                                                  static_cast<std::size_t>(chunk.y));
+      for (std::size_t y = 0; y < 8 && octet != nullptr; ++y) {
+        taken |= (octet[y] >> (8 * chunk.x) & 0xffU) << (8 * y);
+      }
+      free[z] = ~taken;
+    }
+  }
+  return free;
+}
+
+/// Returns the free cells of a chunk that are inside. One place decides for cells that are
+/// connected, where its winding number is clear.
+template <typename CentreOf>
+Cells InsideOf(const WindingNumber& winding, const Cells& free, const CentreOf& centre_of) {
+  Cells all;
+  all.fill(~std::uint64_t{0});
+  const bool whole = free == all;
+  Cells inside{};
+  for (Cells left = free; left != Cells{};) {
+    Cells seed{};
+    const std::size_t at = whole ? CellInBlock({4, 4, 4}) : FirstOf(left);
+    seed[at >> 6U] = std::uint64_t{1} << (at & 63U);
+    const Cells together = whole ? free : Flood(free, seed);
+    const double number = winding.At(centre_of(at));
+    const bool clear = std::abs(number - kInside) > kClear;
+    for (std::size_t word = 0; word < 8; ++word) {
+      left[word] &= ~together[word];
+      if (clear) {
+        if (number > kInside) inside[word] |= together[word];
+        continue;
+      }
+      for (std::uint64_t rest = together[word]; rest != 0; rest &= rest - 1) {
+        const auto bit = static_cast<std::size_t>(std::countr_zero(rest));
+        if (winding.At(centre_of(64 * word + bit)) > kInside) {
+          inside[word] |= std::uint64_t{1} << bit;
+        }
+      }
+    }
+  }
+  return inside;
+}
+
 }  // namespace
 
 void AddWoundVoxels(const WindingNumber& winding, const Bounds& box_W, double voxel_size,
@@ -58,43 +108,8 @@ void AddWoundVoxels(const WindingNumber& winding, const Bounds& box_W, double vo
       return static_cast<std::size_t>(chunk.y) * 8 + y +
              kHyperchunkSide * (static_cast<std::size_t>(chunk.z) * 8 + z);
     };
-    Cells free;
-    free.fill(~std::uint64_t{0});
-    bool whole = true;
-    if (surface != nullptr && !surface->empty()) {
-      for (std::size_t z = 0; z < 8; ++z) {
-        std::uint64_t taken = 0;
-        const std::uint64_t* octet = surface->Octet(static_cast<std::size_t>(chunk.z) * 8 + z,
-                                                    static_cast<std::size_t>(chunk.y));
-        for (std::size_t y = 0; y < 8 && octet != nullptr; ++y) {
-          taken |= (octet[y] >> (8 * chunk.x) & 0xffU) << (8 * y);
-        }
-        free[z] = ~taken;
-        whole = whole && taken == 0;
-      }
-    }
-    Cells inside{};
-    for (Cells left = free; left != Cells{};) {
-      Cells seed{};
-      const std::size_t at = whole ? CellInBlock({4, 4, 4}) : FirstOf(left);
-      seed[at >> 6U] = std::uint64_t{1} << (at & 63U);
-      const Cells together = whole ? free : Flood(free, seed);
-      const double number = winding.At(centre_of(at));
-      const bool clear = std::abs(number - kInside) > kClear;
-      for (std::size_t word = 0; word < 8; ++word) {
-        left[word] &= ~together[word];
-        if (clear) {
-          if (number > kInside) inside[word] |= together[word];
-          continue;
-        }
-        for (std::uint64_t rest = together[word]; rest != 0; rest &= rest - 1) {
-          const auto bit = static_cast<std::size_t>(std::countr_zero(rest));
-          if (winding.At(centre_of(64 * word + bit)) > kInside) {
-            inside[word] |= std::uint64_t{1} << bit;
-          }
-        }
-      }
-    }
+    const Cells free = FreeCells(chunk, surface);
+    const Cells inside = InsideOf(winding, free, centre_of);
     for (std::size_t z = 0; z < 8; ++z) {
       for (std::size_t y = 0; y < 8; ++y) {
         rows[row_of(y, z)] |= (inside[z] >> (8 * y) & 0xffU) << (8 * chunk.x);
