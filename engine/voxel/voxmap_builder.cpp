@@ -98,7 +98,20 @@ VoxmapBuilder::VoxmapBuilder(double voxel_size, int range, int bits, const Hyper
   for (std::size_t c = 0; c < near.size(); ++c) {
     records += near[c] != 0 && kinds[c] != Kind::kSolid ? 1U : 0U;
   }
+  LayOut(voxel_size, range, bits, records, marked);
+  AddFirstEntries(bits);
+  for (std::size_t c = 0; c < near.size(); ++c) {
+    if (kinds[c] == Kind::kSolid) {
+      index_[c] = kRecordSolid;
+    } else if (near[c] != 0) {
+      index_[c] = static_cast<std::uint32_t>(header_.record_count++);
+      records_[index_[c]] = {};
+    }
+  }
+}
 
+void VoxmapBuilder::LayOut(double voxel_size, int range, int bits, std::size_t records,
+                           std::size_t marked) {
   const auto aligned = [](std::size_t bytes) {
     return (bytes + 63) / 64 * 64;
   };
@@ -107,12 +120,12 @@ VoxmapBuilder::VoxmapBuilder(double voxel_size, int range, int bits, const Hyper
   header_.bits = static_cast<std::uint32_t>(bits);
   header_.range = static_cast<std::uint32_t>(range);
   header_.voxel_size = voxel_size;
-  header_.origin = {box.first.x * kHyperchunkSide, box.first.y * kHyperchunkSide,
-                    box.first.z * kHyperchunkSide};
-  header_.size = {static_cast<std::uint32_t>(box.size.x), static_cast<std::uint32_t>(box.size.y),
-                  static_cast<std::uint32_t>(box.size.z)};
+  header_.origin = {box_.first.x * kHyperchunkSide, box_.first.y * kHyperchunkSide,
+                    box_.first.z * kHyperchunkSide};
+  header_.size = {static_cast<std::uint32_t>(box_.size.x), static_cast<std::uint32_t>(box_.size.y),
+                  static_cast<std::uint32_t>(box_.size.z)};
   header_.index_offset = sizeof(VoxmapHeader);
-  header_.records_offset = aligned(header_.index_offset + box.cells() * sizeof(std::uint32_t));
+  header_.records_offset = aligned(header_.index_offset + box_.cells() * sizeof(std::uint32_t));
   header_.record_count = 2;
   header_.quarters_offset = header_.records_offset + records * sizeof(VoxmapRecord);
   header_.quarter_count = 2;
@@ -122,6 +135,9 @@ VoxmapBuilder::VoxmapBuilder(double voxel_size, int range, int bits, const Hyper
   index_ = reinterpret_cast<std::uint32_t*>(image_.data() + header_.index_offset);
   records_ = reinterpret_cast<VoxmapRecord*>(image_.data() + header_.records_offset);
   quarters_ = reinterpret_cast<std::uint8_t*>(image_.data() + header_.quarters_offset);
+}
+
+void VoxmapBuilder::AddFirstEntries(int bits) {
   planes_ = {VoxmapPlane{}, VoxmapPlane{}};
   planes_[kPlaneInterior].quarters.fill(kQuarterInterior);
   // one mark of 1 after another: its lowest bit at every mark's place
@@ -135,14 +151,6 @@ VoxmapBuilder::VoxmapBuilder(double voxel_size, int range, int bits, const Hyper
   records_[kRecordSolid] = {};
   records_[kRecordSolid].solid.fill(~std::uint64_t{0});
   records_[kRecordSolid].chunk_marks.fill(kSurfaceMark | kSurfaceMark << 4);
-  for (std::size_t c = 0; c < near.size(); ++c) {
-    if (kinds[c] == Kind::kSolid) {
-      index_[c] = kRecordSolid;
-    } else if (near[c] != 0) {
-      index_[c] = static_cast<std::uint32_t>(header_.record_count++);
-      records_[index_[c]] = {};
-    }
-  }
 }
 
 /// Returns the number of a quarter with these bytes, which is kept if there is none like it yet.

@@ -31,6 +31,11 @@ class VoxmapBuilder {
   Voxmap FinishOutline(std::uint64_t band_voxels);
 
  private:
+  /// Makes the image with room for so many records and for the planes of so many marked
+  /// hyperchunks.
+  void LayOut(double voxel_size, int range, int bits, std::size_t records, std::size_t marked);
+  /// Adds the records, planes and quarters that every map has.
+  void AddFirstEntries(int bits);
   void FillChunkLevel();
   Voxmap Written(std::uint64_t band_voxels);
   std::uint32_t NumberOf(const std::uint8_t* quarter, std::uint64_t hash);
