@@ -98,6 +98,10 @@ class TriangleRows {
   };
 
  private:
+  /// Tells whether it lies in one cell or a straight run, beside the centre lines.
+  bool MissesCentres() const;
+  /// Finds the normal and the plane. `extent`: the greatest side of the box, cells.
+  void FindPlane(double extent);
   void FindShadow(std::size_t u, std::size_t v, int sense, Shadow& shadow) const;
   /// Marks a block of `side` cells a side, row y + side z.
   void MarkBlock(const GridIndex& first, std::int32_t side, std::uint64_t* rows, int facing,

@@ -45,6 +45,21 @@ TriangleRows::TriangleRows(const SnappedTriangle& triangle, int side_bits) : vie
   for (std::size_t v = 0; v < 3; ++v) {
     for (std::size_t k = 0; k < 3; ++k) view_.c[v][k] = scale * static_cast<double>(view_.p[v][k]);
   }
+  if (MissesCentres()) {
+    view_.whole_box = true;
+    return;
+  }
+  const double extent = std::max({view_.size.x, view_.size.y, view_.size.z});
+  view_.doubt = 1e-14 * (extent + 1);
+  FindPlane(extent);
+  // a box that is one cell thick casts shadows without bounds on the two planes through that axis:
+  // the box itself is their bound
+  if (view_.size.x > 1 && view_.size.y > 1) FindShadow(0, 1, view_.sense[2], view_.xy);
+  if (view_.size.x > 1 && view_.size.z > 1) FindShadow(0, 2, -view_.sense[1], view_.xz);
+  if (view_.size.y > 1 && view_.size.z > 1) FindShadow(1, 2, view_.sense[0], view_.yz);
+}
+
+bool TriangleRows::MissesCentres() const {
   // many triangles of a fine mesh lie in one voxel or a straight run, beside the centre lines
   const auto& v = view_.c;
   const auto beside = [&](std::size_t k) {
@@ -54,17 +69,14 @@ TriangleRows::TriangleRows(const SnappedTriangle& triangle, int side_bits) : vie
   const bool one_y = view_.size.y == 1;
   const bool one_z = view_.size.z == 1;
   const bool straight = (one_y && one_z) || (view_.size.x == 1 && (one_y || one_z));
-  if (straight && ((one_y && beside(1)) || (one_z && beside(2)))) {
-    view_.whole_box = true;
-    return;
-  }
-  const double extent = std::max({view_.size.x, view_.size.y, view_.size.z});
-  view_.doubt = 1e-14 * (extent + 1);
+  return straight && ((one_y && beside(1)) || (one_z && beside(2)));
+}
 
+void TriangleRows::FindPlane(double extent) {
   // the normal: exact in double precision while the corners are within 2^26 units
   std::array<double, 3> n{};
   const bool small = (std::int64_t{std::max({view_.size.x, view_.size.y, view_.size.z})}
-                      << side_bits) <= (std::int64_t{1} << 26);
+                      << view_.side_bits) <= (std::int64_t{1} << 26);
   for (std::size_t k = 0; k < 3; ++k) {
     const std::size_t i = (k + 1) % 3;
     const std::size_t j = (k + 2) % 3;
@@ -87,11 +99,6 @@ TriangleRows::TriangleRows(const SnappedTriangle& triangle, int side_bits) : vie
     view_.plane_doubt = 1e-14 * (extent + std::abs(view_.rise_y) * (view_.size.y + 1) +
                                  std::abs(view_.rise_z) * (view_.size.z + 1));
   }
-  // a box that is one cell thick casts shadows without bounds on the two planes through that axis:
-  // the box itself is their bound
-  if (view_.size.x > 1 && view_.size.y > 1) FindShadow(0, 1, view_.sense[2], view_.xy);
-  if (view_.size.x > 1 && view_.size.z > 1) FindShadow(0, 2, -view_.sense[1], view_.xz);
-  if (view_.size.y > 1 && view_.size.z > 1) FindShadow(1, 2, view_.sense[0], view_.yz);
 }
 
 void TriangleRows::FindShadow(std::size_t u, std::size_t v, int sense, Shadow& shadow) const {
