@@ -176,6 +176,49 @@ SceneHand ReadHand(const JsonNode& node, const Scene& scene) {
   return hand;
 }
 
+void ReadSettings(const JsonNode& root, Scene& scene) {
+  scene.name = root["name"].Text("the scene's name");
+  scene.voxel_size = root["voxel_m"].NumberAbove(0);
+  if (root.Has("range_voxels")) {
+    scene.range_voxels = root["range_voxels"].WholeNumber(4, WidestRange(8));
+  }
+  if (root.Has("fine_band_voxels")) {
+    scene.fine_band_voxels =
+        root["fine_band_voxels"].NumberBetween(FieldOptions::kLeastBand, FieldOptions::kMostBand);
+  }
+  if (root.Has("clearance_range_voxels")) {
+    scene.clearance_range_voxels = root["clearance_range_voxels"].NumberBetween(
+        DistanceField::kLeastRange, FieldOptions::kMostRange);
+  }
+  if (root.Has("contact")) scene.contact = ReadContact(root["contact"]);
+  scene.force_layer = DefaultForceLayer(scene.contact);
+  if (root.Has("force_layer")) {
+    scene.force_layer = root["force_layer"].WholeNumber(0, scene.range_voxels - kWarningQueues);
+    const std::string fault = LayerFault(scene.contact, scene.force_layer);
+    if (!fault.empty()) root["force_layer"].Fault(fault);
+  }
+  if (root.Has("friction")) scene.friction = root["friction"].NumberBetween(0, kMostFriction);
+  if (root.Has("gravity_m_s2")) scene.gravity_W = root["gravity_m_s2"].Vector();
+  if (scene.gravity_W.cwiseAbs().maxCoeff() > kMostGravity) {
+    root["gravity_m_s2"].Expected("three numbers from -1000 to 1000");
+  }
+}
+
+void ReadBodies(const JsonNode& root, double spacing, Scene& scene) {
+  const std::vector<JsonNode> bodies = root["bodies"].Items();
+  std::size_t uncoloured = 0;
+  for (const JsonNode& node : bodies) {
+    SceneBody body = ReadBody(node, scene.file.parent_path(), spacing);
+    if (!body.fixed && !node.Has("colour")) {
+      body.colour = kMoversColours[uncoloured++ % kMoversColours.size()];
+    }
+    if (scene.BodyNamed(body.name) >= 0) node["name"].Fault("another body has this name already");
+    scene.bodies.push_back(std::move(body));
+  }
+  if (scene.bodies.empty()) root["bodies"].Expected("at least one body");
+  for (std::size_t i = 0; i < bodies.size(); ++i) CheckMerging(bodies[i], scene.bodies[i], scene);
+}
+
 }  // namespace
 
 int Scene::BodyNamed(const std::string& body_name) const {
@@ -219,31 +262,7 @@ Result<Scene> LoadScene(const std::filesystem::path& file) {
 
   Scene scene;
   scene.file = file;
-  scene.name = root["name"].Text("the scene's name");
-  scene.voxel_size = root["voxel_m"].NumberAbove(0);
-  if (root.Has("range_voxels")) {
-    scene.range_voxels = root["range_voxels"].WholeNumber(4, WidestRange(8));
-  }
-  if (root.Has("fine_band_voxels")) {
-    scene.fine_band_voxels =
-        root["fine_band_voxels"].NumberBetween(FieldOptions::kLeastBand, FieldOptions::kMostBand);
-  }
-  if (root.Has("clearance_range_voxels")) {
-    scene.clearance_range_voxels = root["clearance_range_voxels"].NumberBetween(
-        DistanceField::kLeastRange, FieldOptions::kMostRange);
-  }
-  if (root.Has("contact")) scene.contact = ReadContact(root["contact"]);
-  scene.force_layer = DefaultForceLayer(scene.contact);
-  if (root.Has("force_layer")) {
-    scene.force_layer = root["force_layer"].WholeNumber(0, scene.range_voxels - kWarningQueues);
-    const std::string fault = LayerFault(scene.contact, scene.force_layer);
-    if (!fault.empty()) root["force_layer"].Fault(fault);
-  }
-  if (root.Has("friction")) scene.friction = root["friction"].NumberBetween(0, kMostFriction);
-  if (root.Has("gravity_m_s2")) scene.gravity_W = root["gravity_m_s2"].Vector();
-  if (scene.gravity_W.cwiseAbs().maxCoeff() > kMostGravity) {
-    root["gravity_m_s2"].Expected("three numbers from -1000 to 1000");
-  }
+  ReadSettings(root, scene);
   double spacing = 1;
   if (root.Has("point_spacing_voxels")) spacing = ReadPointSpacing(root["point_spacing_voxels"]);
   for (const auto& [list, most] : {std::pair{"bodies", kMostBodies}, std::pair{"pairs", kMostPairs},
@@ -252,18 +271,7 @@ Result<Scene> LoadScene(const std::filesystem::path& file) {
     root[list].Fault("more than " + std::to_string(most));
     return *json->fault();
   }
-  const std::vector<JsonNode> bodies = root["bodies"].Items();
-  std::size_t uncoloured = 0;
-  for (const JsonNode& node : bodies) {
-    SceneBody body = ReadBody(node, file.parent_path(), spacing);
-    if (!body.fixed && !node.Has("colour")) {
-      body.colour = kMoversColours[uncoloured++ % kMoversColours.size()];
-    }
-    if (scene.BodyNamed(body.name) >= 0) node["name"].Fault("another body has this name already");
-    scene.bodies.push_back(std::move(body));
-  }
-  if (scene.bodies.empty()) root["bodies"].Expected("at least one body");
-  for (std::size_t i = 0; i < bodies.size(); ++i) CheckMerging(bodies[i], scene.bodies[i], scene);
+  ReadBodies(root, spacing, scene);
   if (root.Has("pairs")) {
     for (const JsonNode& node : root["pairs"].Items()) scene.pairs.push_back(ReadPair(node, scene));
   }
