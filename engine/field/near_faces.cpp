@@ -115,6 +115,33 @@ bool InPlaneOf(const FieldFace& face, const FieldFace& other) {
   });
 }
 
+/// Sorts faces by the cells in which they can be the nearest. `cells`: bits of these, by face.
+CellCandidates SortByCell(std::span<const std::uint32_t> faces,
+                          std::span<const NearFace::CubeSides> sides,
+                          std::span<const std::uint64_t> cells) {
+  CellCandidates candidates;
+  std::array<std::uint32_t, kCellsPerBrick + 1>& first_of = candidates.first;
+  for (const std::uint64_t bits : cells) {
+    for (std::uint64_t left = bits; left != 0; left &= left - 1) {
+      ++first_of[static_cast<std::size_t>(std::countr_zero(left)) + 1];
+    }
+  }
+  std::partial_sum(first_of.begin(), first_of.end(), first_of.begin());
+  candidates.faces.resize(first_of.back());
+  std::array<std::uint32_t, kCellsPerBrick + 1> next = first_of;
+  for (std::size_t i = 0; i < faces.size(); ++i) {
+    for (std::uint64_t left = cells[i]; left != 0; left &= left - 1) {
+      const auto cell = static_cast<std::size_t>(std::countr_zero(left));
+      unsigned edges = 0;
+      for (unsigned k = 0; k < 3; ++k) {
+        edges |= static_cast<unsigned>(sides[i].before[k] >> cell & 1U) << k;
+      }
+      candidates.faces[next[cell]++] = {faces[i], edges};
+    }
+  }
+  return candidates;
+}
+
 }  // namespace
 
 NearFaces::NearFaces(const GridIndex& first, const std::vector<FieldFace>& all,
@@ -300,25 +327,7 @@ HyperbrickSurvey::BrickCells HyperbrickSurvey::CellsOf(std::size_t brick, double
     sides.push_back(faces_.seen(faces[i]).SidesOf(centre));
   }
   LeaveOut(near, sides, near_cells);
-  std::array<std::uint32_t, kCellsPerBrick + 1>& first_of = cells.candidates.first;
-  for (const std::uint64_t bits : near_cells) {
-    for (std::uint64_t left = bits; left != 0; left &= left - 1) {
-      ++first_of[static_cast<std::size_t>(std::countr_zero(left)) + 1];
-    }
-  }
-  std::partial_sum(first_of.begin(), first_of.end(), first_of.begin());
-  cells.candidates.faces.resize(first_of.back());
-  std::array<std::uint32_t, kCellsPerBrick + 1> next = first_of;
-  for (std::size_t i = 0; i < near.size(); ++i) {
-    for (std::uint64_t left = near_cells[i]; left != 0; left &= left - 1) {
-      const auto cell = static_cast<std::size_t>(std::countr_zero(left));
-      unsigned edges = 0;
-      for (unsigned k = 0; k < 3; ++k) {
-        edges |= static_cast<unsigned>(sides[i].before[k] >> cell & 1U) << k;
-      }
-      cells.candidates.faces[next[cell]++] = {near[i], edges};
-    }
-  }
+  cells.candidates = SortByCell(near, sides, near_cells);
   return cells;
 }
 
