@@ -177,9 +177,8 @@ TriangleMesh Bolts() {
   return bolts.mesh;
 }
 
-TriangleMesh Actuator() {
-  Assembly actuator;
-  // barrel with grooves, shoulder, rod and the rod end's shank
+/// Adds the barrel with grooves, the shoulder, the rod and the rod end's shank.
+void AddBarrel(Assembly& actuator) {
   actuator.Add(Revolved({{11.5, kBarrelBottom},
                          {kBarrelRadius, kBarrelBottom + 1.5},
                          {kBarrelRadius, 58},
@@ -204,13 +203,19 @@ TriangleMesh Actuator() {
                          {8, 200},
                          {6.5, kEyeCentre - kEyeRadius - kSeam}},
                         72));
-  // the collar: its ears point along y, across the slot
+}
+
+/// Adds the collar, whose ears point along y, across the slot.
+void AddCollar(Assembly& actuator) {
   const double ear = kEarReach - kEarRadius;
   PlateEdges edges;
   edges.outer_round = 3;
   actuator.Add(Plate({{{0, 0}, kCollarHalfWidth}, {{0, ear}, kEarRadius}, {{0, -ear}, kEarRadius}},
                      {{{0, 0}, kBarrelRadius + kSeam}}, kCollarBottom, kCollarTop, edges));
-  // rod end: eye, and the ball in it
+}
+
+/// Adds the rod end's eye and the ball in it.
+void AddRodEnd(Assembly& actuator) {
   const double eye = kEyeRadius;
   actuator.Add(Moved(AlongY(RevolvedRing({{eye - 1, 7},
                                           {eye, 6},
@@ -229,7 +234,10 @@ TriangleMesh Actuator() {
     ball.emplace_back(std::sqrt(81 - z * z), z);
   }
   actuator.Add(Moved(AlongY(RevolvedRing(ball, 60)), {0, 0, kEyeCentre}));
-  // clevis: two cheeks and their pin
+}
+
+/// Adds the clevis: two cheeks and their pin.
+void AddClevis(Assembly& actuator) {
   const double corner = kBarrelBottom - kSeam - kClevisPin - 1.5;
   const Outline cheek = {{{0, 0}, kClevisRadius}, {{-11, corner}, 1.5}, {{11, corner}, 1.5}};
   PlateEdges cheek_edges;
@@ -242,6 +250,14 @@ TriangleMesh Actuator() {
   }
   actuator.Add(Moved(AlongX(Revolved({{4.5, -13.5}, {5, -13}, {5, 13}, {4.5, 13.5}}, 48)),
                      {0, 0, kClevisPin}));
+}
+
+TriangleMesh Actuator() {
+  Assembly actuator;
+  AddBarrel(actuator);
+  AddCollar(actuator);
+  AddRodEnd(actuator);
+  AddClevis(actuator);
   return actuator.mesh;
 }
 

@@ -159,6 +159,32 @@ TriangleMesh Valves(double fineness) {
   return valves;
 }
 
+/// Adds the hoses of a side, `aside` from the middle plane.
+void AddHoses(double side, double aside, TriangleMesh& nest) {
+  for (int k = 0; k < 3; ++k) {
+    std::vector<Vec3> points;
+    for (int i = 0; i <= 8; ++i) {
+      points.emplace_back(140.0 * i - 560, side * (aside + 4 * ((i + k) % 3)),
+                          -70.0 + 70 * k + 8 * ((i + 2 * k) % 4));
+    }
+    Append(nest, Hose(points, 11, 0.6, 32, 28));
+  }
+}
+
+/// Adds the saddles under the racks: a V whose sides touch their backs.
+void AddSaddles(TriangleMesh& nest) {
+  const double back = kFinRadius + kCradleClearance + kRackDepth + kSeam;
+  const double inner = kWall - kSeam;
+  const double top = (inner * std::sin(kCradleAngle) - back) / std::cos(kCradleAngle);
+  const TriangleMesh saddle = AlongX(Prism({{-inner, kBase},
+                                            {inner, kBase},
+                                            {inner, top},
+                                            {0, -back / std::cos(kCradleAngle)},
+                                            {-inner, top}},
+                                           0, 16));
+  for (int k = 0; k < 7; ++k) Append(nest, Moved(saddle, {-430.0 + 134 * k, 0, 0}));
+}
+
 }  // namespace
 
 TriangleMesh ClutterActuator(const ActuatorShape& shape) {
@@ -223,26 +249,9 @@ TriangleMesh ClutterNest(const NestShape& shape) {
     const double from = side < 0 ? shape.rear_stop : 475;
     Append(nest, AlongX(Tube(16, 40, from, from + 25, 72)));
     Append(nest, Box({from, -20, kBase}, {from + 25, 20, -40 - kSeam}));
-    for (int k = 0; k < 3; ++k) {
-      std::vector<Vec3> points;
-      for (int i = 0; i <= 8; ++i) {
-        points.emplace_back(140.0 * i - 560, side * (hoses + 4 * ((i + k) % 3)),
-                            -70.0 + 70 * k + 8 * ((i + 2 * k) % 4));
-      }
-      Append(nest, Hose(points, 11, 0.6, 32, 28));
-    }
+    AddHoses(side, hoses, nest);
   }
-  // saddles under the racks: a V whose sides touch their backs
-  const double back = kFinRadius + kCradleClearance + kRackDepth + kSeam;
-  const double inner = kWall - kSeam;
-  const double top = (inner * std::sin(kCradleAngle) - back) / std::cos(kCradleAngle);
-  const TriangleMesh saddle = AlongX(Prism({{-inner, kBase},
-                                            {inner, kBase},
-                                            {inner, top},
-                                            {0, -back / std::cos(kCradleAngle)},
-                                            {-inner, top}},
-                                           0, 16));
-  for (int k = 0; k < 7; ++k) Append(nest, Moved(saddle, {-430.0 + 134 * k, 0, 0}));
+  AddSaddles(nest);
   return nest;
 }
 

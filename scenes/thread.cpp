@@ -64,19 +64,10 @@ class Surface {
   TriangleMesh mesh_;
 };
 
-}  // namespace
-
-TriangleMesh Threaded(const Thread& thread, const std::vector<Loop>& below,
-                      const std::vector<Loop>& above, SkinEnds ends) {
-  TANDEM_CHECK(thread.turns >= 3 && !below.empty() && !above.empty());
+/// Adds the rows of points along the thread. Row m goes round once, and row m + 4 goes on where it
+/// ends.
+std::vector<std::size_t> AddRows(const Thread& thread, Surface& surface) {
   const auto sides = static_cast<std::size_t>(thread.sides);
-  Surface surface(sides);
-  std::vector<std::size_t> low;
-  std::vector<std::size_t> high;
-  for (const Loop& loop : below) low.push_back(surface.Add(loop));
-  for (const Loop& loop : above) high.push_back(surface.Add(loop));
-
-  // Row m goes round once, and row m + 4 goes on where it ends.
   std::vector<std::size_t> rows;
   for (std::size_t m = 0; m < kRows * static_cast<std::size_t>(thread.turns); ++m) {
     const std::array<double, kRows> widths = {-thread.foot_width, -thread.crest_width,
@@ -94,6 +85,10 @@ TriangleMesh Threaded(const Thread& thread, const std::vector<Loop>& below,
     }
     rows.push_back(surface.Add(row));
   }
+  return rows;
+}
+
+void AddFlanks(const std::vector<std::size_t>& rows, std::size_t sides, Surface& surface) {
   const std::size_t end = sides - 1;
   for (std::size_t m = 0; m + 1 < rows.size(); ++m) {
     for (std::size_t i = 0; i < end; ++i) surface.Quad(rows[m], rows[m + 1], i);
@@ -103,11 +98,14 @@ TriangleMesh Threaded(const Thread& thread, const std::vector<Loop>& below,
     surface.Triangle(rows[m] + end, next, after);
     surface.Triangle(rows[m] + end, after, rows[m + 1] + end);
   }
+}
 
-  // The first turn hangs over the circle below and the last stands out over its own end, so that
-  // between the last point of a turn and the first of the next there is a fan of triangles.
-  const std::size_t bottom = low.back();
-  const std::size_t top = high.front();
+/// Joins the thread's ends to the circles below and above. The first turn hangs over the circle
+/// below and the last stands out over its own end, so that between the last point of a turn and the
+/// first of the next there is a fan of triangles.
+void AddEnds(const std::vector<std::size_t>& rows, std::size_t sides, std::size_t bottom,
+             std::size_t top, Surface& surface) {
+  const std::size_t end = sides - 1;
   const std::size_t first = rows.front();
   const std::size_t last = rows.back();
   for (std::size_t i = 0; i < end; ++i) {
@@ -123,6 +121,23 @@ TriangleMesh Threaded(const Thread& thread, const std::vector<Loop>& below,
   surface.Triangle(first + end, bottom + end, bottom);
   surface.Triangle(last, top + end, last + end);
   surface.Triangle(last, top, top + end);
+}
+
+}  // namespace
+
+TriangleMesh Threaded(const Thread& thread, const std::vector<Loop>& below,
+                      const std::vector<Loop>& above, SkinEnds ends) {
+  TANDEM_CHECK(thread.turns >= 3 && !below.empty() && !above.empty());
+  const auto sides = static_cast<std::size_t>(thread.sides);
+  Surface surface(sides);
+  std::vector<std::size_t> low;
+  std::vector<std::size_t> high;
+  for (const Loop& loop : below) low.push_back(surface.Add(loop));
+  for (const Loop& loop : above) high.push_back(surface.Add(loop));
+
+  const std::vector<std::size_t> rows = AddRows(thread, surface);
+  AddFlanks(rows, sides, surface);
+  AddEnds(rows, sides, low.back(), high.front(), surface);
 
   for (std::size_t k = 0; k + 1 < low.size(); ++k) surface.Band(low[k], low[k + 1]);
   for (std::size_t k = 0; k + 1 < high.size(); ++k) surface.Band(high[k], high[k + 1]);
