@@ -1,4 +1,3 @@
-#include <QCoreApplication>
 #include <QDeadlineTimer>
 #include <QFile>
 #include <QImage>
@@ -11,98 +10,18 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 #include <sys/stat.h>
-#include <unistd.h>
 
 #include "collab/dds/dds_transport.h"
 #include "collab/dds/keys.h"
 #include "collab/viewer.h"
 #include "tests/app/view/fake_session.h"
-#include "tests/support/obj_text.h"
+#include "tests/app/view/program_fixture.h"
 
 // Runs the program as people start it, under an X server, in sessions of its own on the loopback
 // interface.
 
 namespace tandem {
 namespace {
-
-constexpr int kPatienceMs = 60'000;
-
-void Write(const QString& file, const std::string& text) {
-  QFile out(file);
-  ASSERT_TRUE(out.open(QIODevice::WriteOnly)) << file.toStdString();
-  out.write(text.data(), static_cast<qint64>(text.size()));
-}
-
-class Program : public ::testing::Test {
- protected:
-  void SetUp() override {
-    ASSERT_TRUE(folder_.isValid());
-    Write(In("plate.obj"), testing::BoxObjText(0.10, 0.08, 0.005));
-    Write(In("part.obj"), testing::BoxObjText(0.02, 0.02, 0.02));
-    Write(In("scene.json"), R"({"name": "plate and part", "voxel_m": 0.001, "bodies": [
-      {"name": "plate", "mesh": "plate.obj", "fixed": true, "colour": "#8f9aa6"},
-      {"name": "part", "mesh": "part.obj", "mass_kg": 0.2, "sharing": "shared", "colour": "#00c020"}]})");
-  }
-  void TearDown() override {
-    for (const auto& puppet : puppets_) {
-      puppet->closeWriteChannel();
-      if (!puppet->waitForFinished(kPatienceMs)) puppet->kill();
-    }
-  }
-  QString In(const char* file) const { return folder_.filePath(file); }
-
-  void StartPuppet(const char* name, const char* dx) {
-    auto puppet = std::make_unique<QProcess>();
-    puppet->setProcessChannelMode(QProcess::ForwardedErrorChannel);
-    puppet->start(PUPPET_PEER, {session_, name, In("scene.json"), "1", dx, "0", "0.04", "104"});
-    ASSERT_TRUE(puppet->waitForStarted());
-    puppets_.push_back(std::move(puppet));
-  }
-  /// Starts a peer that says over DDS that its scene lies where it does not lie on this machine.
-  void StartPuppetFromElsewhere(const char* name,
-                                const QString& file = "/home/anna/scenes/scene.json") {
-    auto puppet = std::make_unique<QProcess>();
-    puppet->setProcessChannelMode(QProcess::ForwardedErrorChannel);
-    puppet->start(PUPPET_PEER,
-                  {session_, name, In("scene.json"), "1", "0.05", "0", "0.04", "104", "-", file});
-    ASSERT_TRUE(puppet->waitForStarted());
-    puppets_.push_back(std::move(puppet));
-  }
-  QStringList JoinArguments() const {
-    return {"--session", session_, "--name", "Dora", "--interface", "lo"};
-  }
-  /// Runs the program and returns its exit code. Its stderr is then in said_.
-  int Run(const QStringList& arguments, const QProcessEnvironment& environment) {
-    QProcess view;
-    view.setProcessEnvironment(environment);
-    view.setWorkingDirectory(work_folder_);
-    view.start(TANDEM_VIEW, arguments);
-    EXPECT_TRUE(view.waitForFinished(kPatienceMs));
-    said_ = view.readAllStandardError().toStdString();
-    EXPECT_EQ(view.exitStatus(), QProcess::NormalExit) << said_;
-    return view.exitCode();
-  }
-  nlohmann::json Report() const {
-    QFile file(In("report.json"));
-    EXPECT_TRUE(file.open(QIODevice::ReadOnly));
-    return nlohmann::json::parse(file.readAll().toStdString());
-  }
-  template <typename Like>
-  static int Count(const QImage& image, Like like) {
-    int count = 0;
-    for (int y = 0; y < image.height(); ++y) {
-      for (int x = 0; x < image.width(); ++x) count += like(image.pixelColor(x, y)) ? 1 : 0;
-    }
-    return count;
-  }
-
-  QTemporaryDir folder_;
-  QString session_ = QStringLiteral("view-test-%1").arg(getpid());
-  QString work_folder_;  // folder of the program; empty: the test's own
-  QProcessEnvironment here_ = QProcessEnvironment::systemEnvironment();
-  std::vector<std::unique_ptr<QProcess>> puppets_;
-  std::string said_;
-};
 
 TEST_F(Program, WritesAPictureOfASessionOfTwoWithSolidAndGhostAndReportsWhatItHeard) {
   work_folder_ = folder_.path();  // the program finds the scene there by its content
@@ -274,17 +193,6 @@ TEST_F(Program, EndsInTimeWhateverFileTheSessionNames) {
   EXPECT_LT(std::chrono::steady_clock::now() - before, std::chrono::seconds(20));
 }
 
-TEST_F(Program, EndsInOneLineWithoutADisplay) {
-  QProcessEnvironment bare = here_;
-  for (const char* name : {"DISPLAY", "WAYLAND_DISPLAY", "QT_QPA_PLATFORM"}) bare.remove(name);
-  EXPECT_EQ(Run({}, bare), 4);
-  EXPECT_THAT(said_, ::testing::HasSubstr("no display"));
-  EXPECT_EQ(std::count(said_.begin(), said_.end(), '\n'), 1);
-  bare.insert("DISPLAY", ":4711");  // nobody listens there
-  EXPECT_EQ(Run({}, bare), 4);
-  EXPECT_THAT(said_, ::testing::HasSubstr(":4711"));
-}
-
 TEST_F(Program, PaintsAReportsPicturesWithoutADisplay) {
   Write(In("pictures.json"), R"({"pictures": [
     {"name": "one", "title": "a box and a word", "width": 100, "height": 60, "shapes": [
@@ -314,46 +222,6 @@ TEST_F(Program, PaintsAReportsPicturesWithoutADisplay) {
     return c.blue() > 200 && c.red() < 60;
   });
   EXPECT_NEAR(blue, 2 * 20 * 2 * 2, 16);
-}
-
-TEST_F(Program, SaysInOneLineWhatIsWrongWithPictures) {
-  Write(In("pictures.json"), R"({"pictures": [{"name": "a/b"}]})");
-  EXPECT_EQ(Run({"--paint", In("pictures.json"), "--into", In("painted")}, here_), 3);
-  EXPECT_THAT(said_, ::testing::HasSubstr("pictures[0].name: expected a plain file name"));
-}
-
-TEST_F(Program, WithoutOpenGlWritesThePageThatSaysWhy) {
-  QProcessEnvironment offscreen = here_;
-  offscreen.insert("QT_QPA_PLATFORM", "offscreen");
-  EXPECT_EQ(Run({"--scene", In("scene.json"), "--screenshot", In("page.png")}, offscreen), 4);
-  EXPECT_THAT(said_, ::testing::HasSubstr("no OpenGL"));
-  EXPECT_EQ(QImage(In("page.png")).size(), QSize(1280, 800));
-}
-
-TEST_F(Program, NamesTheSceneFileThatItCannotRead) {
-  EXPECT_EQ(Run({"--scene", "/nowhere/scene.json"}, here_), 3);
-  EXPECT_THAT(said_, ::testing::HasSubstr("/nowhere/scene.json"));
-}
-
-TEST_F(Program, SaysWhichOptionItDoesNotKnow) {
-  EXPECT_EQ(Run({"--nosuch"}, here_), 2);
-  EXPECT_THAT(said_, ::testing::HasSubstr("--nosuch"));
-}
-
-TEST_F(Program, AnUnattendedRunThatCannotJoinEndsWithTheNetworksCode) {
-  EXPECT_EQ(Run({"--session", session_, "--interface", "nosuch0", "--seconds", "30"}, here_), 5);
-  EXPECT_THAT(said_, ::testing::HasSubstr("nosuch0"));
-}
-
-TEST_F(Program, APeersAddressThatIsNoneIsAUsageError) {
-  EXPECT_EQ(Run({"--session", session_, "--peers", "a:b", "--seconds", "30"}, here_), 2);
-  EXPECT_THAT(said_, ::testing::HasSubstr("HOST:PORT"));
-}
-
-TEST_F(Program, WithoutAViewersKeysItDoesNotBegin) {
-  EXPECT_EQ(Run({"--session", session_, "--secure", folder_.path()}, here_), 9);
-  EXPECT_THAT(said_, ::testing::HasSubstr("is missing"));
-  EXPECT_EQ(std::count(said_.begin(), said_.end(), '\n'), 1);
 }
 
 TEST_F(Program, LooksOnAtASecuredSessionByItsKeys) {

@@ -1,0 +1,64 @@
+// Tests what the program says and returns when it cannot do what it is asked for.
+#include <algorithm>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/app/view/program_fixture.h"
+
+namespace tandem {
+namespace {
+
+TEST_F(Program, EndsInOneLineWithoutADisplay) {
+  QProcessEnvironment bare = here_;
+  for (const char* name : {"DISPLAY", "WAYLAND_DISPLAY", "QT_QPA_PLATFORM"}) bare.remove(name);
+  EXPECT_EQ(Run({}, bare), 4);
+  EXPECT_THAT(said_, ::testing::HasSubstr("no display"));
+  EXPECT_EQ(std::count(said_.begin(), said_.end(), '\n'), 1);
+  bare.insert("DISPLAY", ":4711");  // nobody listens there
+  EXPECT_EQ(Run({}, bare), 4);
+  EXPECT_THAT(said_, ::testing::HasSubstr(":4711"));
+}
+
+TEST_F(Program, SaysInOneLineWhatIsWrongWithPictures) {
+  Write(In("pictures.json"), R"({"pictures": [{"name": "a/b"}]})");
+  EXPECT_EQ(Run({"--paint", In("pictures.json"), "--into", In("painted")}, here_), 3);
+  EXPECT_THAT(said_, ::testing::HasSubstr("pictures[0].name: expected a plain file name"));
+}
+
+TEST_F(Program, WithoutOpenGlWritesThePageThatSaysWhy) {
+  QProcessEnvironment offscreen = here_;
+  offscreen.insert("QT_QPA_PLATFORM", "offscreen");
+  EXPECT_EQ(Run({"--scene", In("scene.json"), "--screenshot", In("page.png")}, offscreen), 4);
+  EXPECT_THAT(said_, ::testing::HasSubstr("no OpenGL"));
+  EXPECT_EQ(QImage(In("page.png")).size(), QSize(1280, 800));
+}
+
+TEST_F(Program, NamesTheSceneFileThatItCannotRead) {
+  EXPECT_EQ(Run({"--scene", "/nowhere/scene.json"}, here_), 3);
+  EXPECT_THAT(said_, ::testing::HasSubstr("/nowhere/scene.json"));
+}
+
+TEST_F(Program, SaysWhichOptionItDoesNotKnow) {
+  EXPECT_EQ(Run({"--nosuch"}, here_), 2);
+  EXPECT_THAT(said_, ::testing::HasSubstr("--nosuch"));
+}
+
+TEST_F(Program, AnUnattendedRunThatCannotJoinEndsWithTheNetworksCode) {
+  EXPECT_EQ(Run({"--session", session_, "--interface", "nosuch0", "--seconds", "30"}, here_), 5);
+  EXPECT_THAT(said_, ::testing::HasSubstr("nosuch0"));
+}
+
+TEST_F(Program, APeersAddressThatIsNoneIsAUsageError) {
+  EXPECT_EQ(Run({"--session", session_, "--peers", "a:b", "--seconds", "30"}, here_), 2);
+  EXPECT_THAT(said_, ::testing::HasSubstr("HOST:PORT"));
+}
+
+TEST_F(Program, WithoutAViewersKeysItDoesNotBegin) {
+  EXPECT_EQ(Run({"--session", session_, "--secure", folder_.path()}, here_), 9);
+  EXPECT_THAT(said_, ::testing::HasSubstr("is missing"));
+  EXPECT_EQ(std::count(said_.begin(), said_.end(), '\n'), 1);
+}
+
+}  // namespace
+}  // namespace tandem
