@@ -1,5 +1,4 @@
 #include <QApplication>
-#include <QComboBox>
 #include <QDropEvent>
 #include <QMimeData>
 #include <QTest>
@@ -9,87 +8,12 @@
 
 #include <gtest/gtest.h>
 
-#include "app/invite/invitation.h"
-#include "app/view/ui/join_dialog.h"
-#include "app/view/ui/main_window.h"
-#include "tests/app/view/fake_controller.h"
-#include "tests/app/view/fake_session.h"
-#include "tests/app/view/shapes.h"
+#include "tests/app/view/hand_window_fixture.h"
 
 // Tests taking part from the window, with a controller that has no physics.
 
 namespace tandem {
 namespace {
-
-constexpr std::size_t kTheBall = 1;
-
-class HandWindow : public ::testing::Test {
- protected:
-  void SetUp() override {
-    window_.resize(1000, 700);
-    window_.show();
-    ASSERT_TRUE(QTest::qWaitForWindowExposed(&window_));
-    HandRequest defaults;
-    defaults.name = "anna";
-    defaults.control = "test";
-    window_.desk()->SetDefaults(defaults);
-    window_.OpenScene("block_and_ball.json");
-    ASSERT_TRUE(ProcessEventsUntil([&] {
-      return hand_.ready() && window_.page() == nullptr && view().frames_drawn() > 0;
-    }));
-    // the bar has come into view, and the camera knows of it
-    ASSERT_TRUE(ProcessEventsUntil([&] {
-      return window_.findChild<QToolBar*>("hand_bar")->isVisible() &&
-             view().camera().height_px() == view().height();
-    }));
-    window_.activateWindow();
-    ASSERT_TRUE(QTest::qWaitForWindowActive(&window_));
-    view().LookFrom(StandardView::kFront);
-    controller_.now.scene = "block_and_ball.json";
-  }
-  /// Saves a picture for a person who wants to see what the test has done.
-  void TearDown() override {
-    const QString folder = qEnvironmentVariable("TANDEM_KEEP_PICTURES");
-    const auto* test = ::testing::UnitTest::GetInstance()->current_test_info();
-    if (!folder.isEmpty()) window_.Screenshot().save(folder + "/" + test->name() + ".png");
-  }
-  ViewWidget& view() { return *window_.view(); }
-  QPointF At(const Vec3& p_W) {
-    const Vec2 px = *view().camera().Project(p_W);
-    return {px.x(), px.y()};
-  }
-  void Mouse(QEvent::Type type, const QPointF& at, Qt::MouseButtons held,
-             Qt::KeyboardModifiers modifiers = {}) {
-    QMouseEvent event(type, at, view().mapToGlobal(at),
-                      type == QEvent::MouseMove ? Qt::NoButton : Qt::LeftButton, held, modifiers);
-    QApplication::sendEvent(&view(), &event);
-  }
-  void PressOnBall() {
-    Mouse(QEvent::MouseButtonPress, At(ball_W_), Qt::LeftButton);
-    ASSERT_TRUE(ProcessEventsUntil([&] {
-      return hand_.held() == kTheBall;
-    }));
-  }
-  Vec3 BallMoved() { return ToPose(hand_.snapshot().bodies[kTheBall].X_W).p; }
-  bool BallComesTo(const Vec3& moved, double within) {
-    return ProcessEventsUntil([&] {
-      return (BallMoved() - moved).norm() < within;
-    });
-  }
-  QAction* Action(const char* name) { return window_.findChild<QAction*>(name); }
-
-  FakeController controller_;
-  FakeSession fake_;
-  SessionModel session_{fake_.Join()};
-  SceneModel scene_{[](const std::filesystem::path& file, const LoadProgress&) {
-    DrawnScene scene = BlockAndBall();
-    scene.file = file;
-    return Result<DrawnScene>(scene);
-  }};
-  HandModel hand_{controller_.Attach(), controller_.Launch()};
-  MainWindow window_{session_, scene_, CheckGl(), &hand_};
-  const Vec3 ball_W_{0, -0.1, 0};
-};
 
 TEST_F(HandWindow, APressTakesThePartAndADragTakesItUnderTheCursor) {
   PressOnBall();
@@ -344,85 +268,6 @@ TEST_F(HandWindow, ADroppedSceneIsOpenedWithAControllerOfItsOwn) {
   ASSERT_EQ(controller_.launched.size(), 2U);
   EXPECT_EQ(controller_.launched[1].scene, "/tmp/other.json");
   EXPECT_EQ(controller_.processes, 1);
-}
-
-TEST_F(HandWindow, TakingPartInASessionLooksForItsSceneFirst) {
-  HandRequest request;
-  request.session = "bracket";
-  request.name = "anna";
-  request.control = "test";
-  scene_.OpenNamed("elsewhere.json");
-  window_.Join(request, false);
-  ASSERT_TRUE(ProcessEventsUntil([&] {
-    return session_.state() == SessionModel::State::kJoined;
-  }));
-  EXPECT_EQ(hand_.state(), HandModel::State::kNone);  // a viewer has no hand
-}
-
-// The program `tandem` itself, which lies beside this test, reads the invitation.
-TEST_F(HandWindow, AnInvitationLeadsIntoItsSession) {
-  const std::size_t launched = controller_.launched.size();
-  Action("join_session_action")->trigger();
-  auto* dialog = window_.findChild<JoinDialog*>();
-  ASSERT_NE(dialog, nullptr);
-  Invitation invitation;
-  invitation.session = "Nose gear";
-  invitation.hosts = {"127.0.0.1"};
-  invitation.domain = 44;
-  const auto set = [&](const char* field, const QString& text) {
-    dialog->findChild<QLineEdit*>(field)->setText(text);
-  };
-  set("join_invitation", QString::fromStdString(LineOf(invitation)));
-  set("join_scene", TANDEM_SCENES "/peg_in_slot.json");
-  dialog->findChild<QPushButton*>("join_accept")->click();
-  ASSERT_TRUE(ProcessEventsUntil([&] {
-    return controller_.launched.size() == launched + 1;
-  }));
-  const HandRequest& request = controller_.launched.back();
-  EXPECT_EQ(request.session, "Nose gear");
-  EXPECT_EQ(request.domain, 44U);
-  EXPECT_EQ(request.interface, "lo");
-  EXPECT_EQ(request.secure, "");
-}
-
-TEST(JoinDialog, GivesAllThatTheCommandLineHasAndSaysWhatIsWrong) {
-  JoinDialog dialog;
-  EXPECT_FALSE(dialog.Fault().isEmpty());
-  HandRequest request;
-  request.session = "S";
-  request.name = "anna";
-  request.peers = {"192.168.1.2", "host.example:7410"};
-  request.external_address = "1.2.3.4";
-  request.port = 7500;
-  request.domain = 7;
-  request.interface = "eth0";
-  dialog.SetRequest(request, true);
-  EXPECT_EQ(dialog.Fault(), QString());
-  const HandRequest back = dialog.Request();
-  EXPECT_EQ(back.peers, request.peers);
-  EXPECT_EQ(back.external_address, "1.2.3.4");
-  EXPECT_EQ(back.port, 7500);
-  EXPECT_EQ(back.domain, 7U);
-  EXPECT_EQ(back.interface, "eth0");
-  EXPECT_TRUE(dialog.active());
-  const auto set = [&](const char* field, const char* text) {
-    dialog.findChild<QLineEdit*>(field)->setText(text);
-  };
-  auto* accept = dialog.findChild<QPushButton*>("join_accept");
-  for (const auto& [field, wrong, right] :
-       std::vector<std::array<const char*, 3>>{{"join_peers", "host:99999", "host:7410"},
-                                               {"join_external", "300.1.1.1", "30.1.1.1"},
-                                               {"join_secure", "/no/such/folder", ""},
-                                               {"join_scene", "/no/such.json", ""},
-                                               {"join_session", "", "S"}}) {
-    set(field, wrong);
-    EXPECT_FALSE(dialog.Fault().isEmpty()) << field;
-    EXPECT_FALSE(accept->isEnabled()) << field;
-    set(field, right);
-    EXPECT_TRUE(dialog.Fault().isEmpty()) << field << dialog.Fault().toStdString();
-  }
-  dialog.findChild<QComboBox*>("join_role")->setCurrentIndex(1);
-  EXPECT_FALSE(dialog.active());
 }
 
 TEST_F(HandWindow, AChosenDeviceTakesTheHandFromTheMouse) {
