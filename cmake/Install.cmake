@@ -61,7 +61,7 @@ if(TANDEM_BUILD_VIEWER)
 endif()
 install(TARGETS ${programs} RUNTIME DESTINATION bin COMPONENT tandem)
 
-# Found from the programs, ../share/tandem/scenes (app/program_folders.cpp): not a folder that a user may choose.
+# Found from the programs, ../share/tandem/scenes (app/common/program_folders.cpp): not a folder that a user may choose.
 install(DIRECTORY ${PROJECT_BINARY_DIR}/scenes/ DESTINATION share/tandem/scenes COMPONENT tandem
   FILES_MATCHING PATTERN *.json PATTERN *.stl
   PATTERN clutter* EXCLUDE  # 150 MB each, for benches; the next is for them, too

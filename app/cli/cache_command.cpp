@@ -8,14 +8,14 @@
 #include <nlohmann/json.hpp>
 
 #include "app/cli/commands.h"
-#include "app/cli/program_cache.h"
-#include "app/cli/talk.h"
-#include "app/exit_codes.h"
+#include "app/common/exit_codes.h"
+#include "app/common/program_cache.h"
+#include "app/common/talk.h"
 #include "app/reach/scene_search.h"
 #include "collab/transfer/scene_store.h"
-#include "engine/base/json_text.h"
-#include "engine/base/regular_file.h"
-#include "engine/world/scene.h"
+#include "engine/base/files/regular_file.h"
+#include "engine/base/text/json_text.h"
+#include "engine/scene/scene.h"
 
 namespace tandem {
 

@@ -7,13 +7,13 @@
 #include <nlohmann/json.hpp>
 
 #include "app/cli/commands.h"
-#include "app/cli/hand_room.h"
-#include "app/cli/nearest_body.h"
-#include "app/cli/recorded_scene.h"
-#include "app/cli/start_gaps.h"
-#include "app/cli/talk.h"
-#include "app/exit_codes.h"
-#include "engine/base/json_text.h"
+#include "app/common/exit_codes.h"
+#include "app/common/talk.h"
+#include "app/judgement/hand_room.h"
+#include "app/judgement/nearest_body.h"
+#include "app/judgement/start_gaps.h"
+#include "app/recording/recorded_scene.h"
+#include "engine/base/text/json_text.h"
 
 namespace tandem {
 

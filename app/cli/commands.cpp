@@ -1,6 +1,6 @@
 #include "app/cli/commands.h"
 
-#include "app/cli/watch_command.h"
+#include "app/peer/run_watch.h"
 
 namespace tandem {
 

@@ -6,16 +6,16 @@
 #include <optional>
 
 #include "app/cli/commands.h"
-#include "app/cli/mesh_unit.h"
-#include "app/cli/poses_file.h"
-#include "app/cli/talk.h"
-#include "app/exit_codes.h"
-#include "app/option_checks.h"
-#include "engine/contact/contact_pair.h"
-#include "engine/geometry/exact_surface.h"
-#include "engine/geometry/mass_properties.h"
-#include "engine/geometry/mesh_file.h"
-#include "engine/voxel/voxelize.h"
+#include "app/common/exit_codes.h"
+#include "app/common/mesh_unit.h"
+#include "app/common/option_checks.h"
+#include "app/common/poses_file.h"
+#include "app/common/talk.h"
+#include "engine/contact/pair/contact_pair.h"
+#include "engine/geometry/exact/exact_surface.h"
+#include "engine/geometry/import/mesh_file.h"
+#include "engine/geometry/mesh/mass_properties.h"
+#include "engine/voxel/build/voxelize.h"
 #include "engine/world/world.h"
 
 namespace tandem {

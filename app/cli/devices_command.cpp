@@ -13,12 +13,12 @@
 #include <sys/mman.h>
 #include <unistd.h>
 
-#include "app/cli/child_processes.h"
 #include "app/cli/commands.h"
-#include "app/cli/talk.h"
-#include "app/exit_codes.h"
-#include "app/option_checks.h"
-#include "engine/base/json_text.h"
+#include "app/common/exit_codes.h"
+#include "app/common/option_checks.h"
+#include "app/common/talk.h"
+#include "app/process/child_processes.h"
+#include "engine/base/text/json_text.h"
 
 namespace tandem {
 namespace {

@@ -8,12 +8,12 @@
 #include <unistd.h>
 
 #include "app/cli/commands.h"
-#include "app/cli/member_files.h"
-#include "app/cli/talk.h"
-#include "app/exit_codes.h"
-#include "app/option_checks.h"
-#include "collab/dds/keys.h"
-#include "collab/dds/revocation.h"
+#include "app/common/exit_codes.h"
+#include "app/common/option_checks.h"
+#include "app/common/talk.h"
+#include "app/join/member_files.h"
+#include "collab/dds/security/keys.h"
+#include "collab/dds/security/revocation.h"
 
 namespace tandem {
 namespace {

@@ -8,11 +8,11 @@
 #include <unistd.h>
 
 #include "app/cli/commands.h"
-#include "app/cli/talk.h"
-#include "app/exit_codes.h"
-#include "app/option_checks.h"
-#include "app/stop_signal.h"
-#include "engine/geometry/mesh_file.h"
+#include "app/common/exit_codes.h"
+#include "app/common/option_checks.h"
+#include "app/common/stop_signal.h"
+#include "app/common/talk.h"
+#include "engine/geometry/import/mesh_file.h"
 
 namespace tandem {
 namespace {

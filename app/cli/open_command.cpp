@@ -12,17 +12,17 @@
 #include <unistd.h>
 
 #include "app/cli/commands.h"
-#include "app/cli/headless.h"
-#include "app/cli/join_line.h"
-#include "app/cli/scene_files.h"
-#include "app/cli/talk.h"
-#include "app/exit_codes.h"
+#include "app/common/exit_codes.h"
+#include "app/common/option_checks.h"
+#include "app/common/program_folders.h"
+#include "app/common/scene_files.h"
+#include "app/common/stop_signal.h"
+#include "app/common/talk.h"
 #include "app/invite/invitation.h"
-#include "app/option_checks.h"
-#include "app/program_folders.h"
+#include "app/join/join_line.h"
+#include "app/process/headless.h"
 #include "app/reach/hand_request.h"
 #include "app/reach/reach_options.h"
-#include "app/stop_signal.h"
 
 namespace tandem {
 

@@ -6,13 +6,13 @@
 #include <nlohmann/json.hpp>
 
 #include "app/cli/commands.h"
-#include "app/cli/poses_file.h"
-#include "app/cli/proximity_bodies.h"
-#include "app/cli/scene_files.h"
-#include "app/cli/talk.h"
-#include "app/exit_codes.h"
-#include "app/option_checks.h"
-#include "engine/base/json_text.h"
+#include "app/common/exit_codes.h"
+#include "app/common/option_checks.h"
+#include "app/common/poses_file.h"
+#include "app/common/scene_files.h"
+#include "app/common/talk.h"
+#include "app/judgement/proximity_bodies.h"
+#include "engine/base/text/json_text.h"
 #include "engine/realtime/clock.h"
 
 namespace tandem {

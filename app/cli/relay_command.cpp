@@ -6,14 +6,14 @@
 #include <unistd.h>
 
 #include "app/cli/commands.h"
-#include "app/cli/talk.h"
-#include "app/exit_codes.h"
-#include "app/option_checks.h"
+#include "app/common/exit_codes.h"
+#include "app/common/option_checks.h"
+#include "app/common/stop_signal.h"
+#include "app/common/talk.h"
 #include "app/reach/reach_options.h"
-#include "app/stop_signal.h"
-#include "collab/dds/dds_transport.h"
-#include "collab/dds/keys.h"
-#include "collab/dds/relay.h"
+#include "collab/dds/security/keys.h"
+#include "collab/dds/transport/dds_transport.h"
+#include "collab/dds/transport/relay.h"
 #include "engine/realtime/clock.h"
 
 namespace tandem {

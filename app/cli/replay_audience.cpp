@@ -2,10 +2,10 @@
 
 #include <utility>
 
-#include "app/cli/talk.h"
-#include "app/exit_codes.h"
-#include "collab/dds/dds_transport.h"
-#include "collab/viewer.h"
+#include "app/common/exit_codes.h"
+#include "app/common/talk.h"
+#include "collab/dds/transport/dds_transport.h"
+#include "collab/session/viewer.h"
 #include "engine/realtime/clock.h"
 
 namespace tandem {

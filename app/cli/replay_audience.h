@@ -7,7 +7,7 @@
 #include <string>
 
 #include "app/reach/reach_options.h"
-#include "collab/transport.h"
+#include "collab/session/transport.h"
 #include "engine/base/result.h"
 
 namespace tandem {

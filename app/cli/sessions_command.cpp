@@ -5,22 +5,20 @@
 #include <nlohmann/json.hpp>
 
 #include "app/cli/commands.h"
-#include "app/cli/hear_sessions.h"
-#include "app/cli/talk.h"
-#include "app/exit_codes.h"
-#include "app/option_checks.h"
-#include "app/stop_signal.h"
-#include "collab/dds/announcements.h"
-#include "collab/dds/domain.h"
-#include "engine/base/clean_text.h"
-#include "engine/base/json_text.h"
-#include "engine/realtime/clock.h"
+#include "app/common/exit_codes.h"
+#include "app/common/option_checks.h"
+#include "app/common/stop_signal.h"
+#include "app/common/talk.h"
+#include "app/join/hear_sessions.h"
+#include "collab/dds/transport/announcements.h"
+#include "collab/dds/transport/domain.h"
+#include "engine/base/text/clean_text.h"
+#include "engine/base/text/json_text.h"
 
 namespace tandem {
 namespace {
 
 constexpr double kListensFor = 2;  // s; each program announces itself more often
-constexpr std::int64_t kHearNs = 50'000'000;
 
 struct SessionsArguments {
   ReachOptions reach;
@@ -61,26 +59,6 @@ int ListSessions(const SessionsArguments& arguments) {
 }
 
 }  // namespace
-
-std::vector<AnnouncedSession> HearSessions(
-    const ReachOptions& reach, double seconds,
-    const std::function<bool(const std::vector<AnnouncedSession>&)>& enough) {
-  DdsOptions dds;
-  ApplyReach(reach, dds);
-  const std::unique_ptr<SessionsNearby> nearby = ListenForSessions(dds);
-  return HearSessions(*nearby, MonotonicNowNs() + static_cast<std::int64_t>(1e9 * seconds), enough);
-}
-
-std::vector<AnnouncedSession> HearSessions(
-    SessionsNearby& nearby, std::int64_t until_ns,
-    const std::function<bool(const std::vector<AnnouncedSession>&)>& enough) {
-  StopOnSignals();
-  for (;;) {
-    const std::vector<AnnouncedSession> heard = nearby.Heard();
-    if (MonotonicNowNs() >= until_ns || enough(heard)) return heard;
-    if (StopAskedWithin(std::chrono::nanoseconds(kHearNs))) return heard;
-  }
-}
 
 void AddSessionsCommand(CLI::App& app, int& exit_code) {
   auto arguments = std::make_shared<SessionsArguments>();

@@ -7,16 +7,16 @@
 
 #include <nlohmann/json.hpp>
 
+#include "app/capacity/simulate_scene.h"
 #include "app/cli/commands.h"
-#include "app/cli/simulate_scene.h"
-#include "app/cli/talk.h"
-#include "app/exit_codes.h"
-#include "app/option_checks.h"
-#include "collab/simulated/fault_schedule.h"
+#include "app/common/exit_codes.h"
+#include "app/common/option_checks.h"
+#include "app/common/talk.h"
 #include "collab/simulated/hands/hands_simulator.h"
-#include "collab/simulated/light_scene.h"
+#include "collab/simulated/network/fault_schedule.h"
+#include "collab/simulated/network/light_scene.h"
 #include "collab/simulated/simulator.h"
-#include "engine/base/json_text.h"
+#include "engine/base/text/json_text.h"
 
 namespace tandem {
 

@@ -3,11 +3,11 @@
 #include <string>
 
 #include "app/cli/commands.h"
-#include "app/cli/study_session.h"
-#include "app/cli/talk.h"
-#include "app/exit_codes.h"
-#include "app/option_checks.h"
+#include "app/common/exit_codes.h"
+#include "app/common/option_checks.h"
+#include "app/common/talk.h"
 #include "app/reach/reach_options.h"
+#include "app/study/run/study_session.h"
 
 namespace tandem {
 

@@ -4,11 +4,11 @@
 
 #include <unistd.h>
 
-#include "app/cli/child_processes.h"
 #include "app/cli/commands.h"
-#include "app/cli/scene_files.h"
-#include "app/cli/talk.h"
-#include "app/exit_codes.h"
+#include "app/common/exit_codes.h"
+#include "app/common/scene_files.h"
+#include "app/common/talk.h"
+#include "app/process/child_processes.h"
 
 namespace tandem {
 

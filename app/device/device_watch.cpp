@@ -6,7 +6,7 @@
 
 #include <unistd.h>
 
-#include "app/exit_codes.h"
+#include "app/common/exit_codes.h"
 #include "engine/realtime/clock.h"
 #include "engine/realtime/realtime_setup.h"
 

@@ -8,7 +8,7 @@
 
 #include <dlfcn.h>
 
-#include "app/program_folders.h"
+#include "app/common/program_folders.h"
 
 namespace tandem {
 namespace {

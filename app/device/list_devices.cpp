@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/device/open_driver.h"
-#include "engine/base/json_text.h"
+#include "engine/base/text/json_text.h"
 #include "engine/realtime/clock.h"
 
 namespace tandem {

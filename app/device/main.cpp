@@ -10,12 +10,12 @@
 #include <CLI/CLI.hpp>
 #include <unistd.h>
 
+#include "app/common/exit_codes.h"
+#include "app/common/option_checks.h"
 #include "app/device/device_watch.h"
 #include "app/device/list_devices.h"
 #include "app/device/open_driver.h"
 #include "app/device/try_device.h"
-#include "app/exit_codes.h"
-#include "app/option_checks.h"
 #include "engine/haptics/device_loop.h"
 #include "engine/realtime/periodic_thread.h"
 #include "engine/realtime/shared_memory.h"

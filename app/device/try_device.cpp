@@ -9,7 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/device/open_driver.h"
-#include "engine/base/json_text.h"
+#include "engine/base/text/json_text.h"
 #include "engine/haptics/device_loop.h"
 #include "engine/realtime/clock.h"
 #include "engine/realtime/histogram.h"

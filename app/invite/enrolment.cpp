@@ -7,8 +7,8 @@
 
 #include <nlohmann/json.hpp>
 
-#include "engine/base/json_text.h"
-#include "engine/base/regular_file.h"
+#include "engine/base/files/regular_file.h"
+#include "engine/base/text/json_text.h"
 
 namespace tandem {
 

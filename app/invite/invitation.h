@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "collab/messages.h"
+#include "collab/session/messages.h"
 #include "engine/base/result.h"
 
 namespace tandem {

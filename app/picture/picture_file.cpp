@@ -8,8 +8,8 @@
 
 #include <nlohmann/json.hpp>
 
-#include "engine/base/json_reader.h"
-#include "engine/base/json_text.h"
+#include "engine/base/text/json_reader.h"
+#include "engine/base/text/json_text.h"
 
 namespace tandem {
 

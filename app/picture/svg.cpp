@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstdio>
 
-#include "engine/base/markup.h"
+#include "engine/base/text/markup.h"
 
 namespace tandem {
 

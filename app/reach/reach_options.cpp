@@ -4,10 +4,10 @@
 
 #include <arpa/inet.h>
 
-#include "app/option_checks.h"
-#include "collab/dds/keys.h"
-#include "collab/dds/reach.h"
-#include "engine/base/clean_text.h"
+#include "app/common/option_checks.h"
+#include "collab/dds/diagnostics/reach.h"
+#include "collab/dds/security/keys.h"
+#include "engine/base/text/clean_text.h"
 
 namespace tandem {
 

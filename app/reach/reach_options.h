@@ -6,7 +6,7 @@
 
 #include <CLI/CLI.hpp>
 
-#include "collab/dds/dds_transport.h"
+#include "collab/dds/transport/dds_transport.h"
 
 namespace tandem {
 

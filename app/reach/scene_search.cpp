@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <string>
 
-#include "app/program_folders.h"
+#include "app/common/program_folders.h"
 #include "app/reach/state_lines.h"
-#include "engine/world/scene.h"
-#include "engine/world/scene_hash.h"
+#include "engine/scene/scene.h"
+#include "engine/scene/scene_hash.h"
 
 namespace tandem {
 

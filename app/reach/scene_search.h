@@ -7,7 +7,7 @@
 #include <stop_token>
 #include <vector>
 
-#include "collab/messages.h"
+#include "collab/session/messages.h"
 #include "collab/transfer/scene_store.h"
 
 namespace tandem {

@@ -8,15 +8,15 @@
 #include <utility>
 #include <vector>
 
-#include "app/exit_codes.h"
-#include "app/program_folders.h"
+#include "app/common/exit_codes.h"
+#include "app/common/program_folders.h"
 #include "app/reach/scene_search.h"
-#include "collab/dds/relay.h"
-#include "collab/early_inbox.h"
-#include "collab/scene_agreement.h"
+#include "collab/dds/transport/relay.h"
+#include "collab/session/early_inbox.h"
+#include "collab/session/scene_agreement.h"
 #include "collab/transfer/scene_fetch.h"
 #include "collab/transfer/scene_store.h"
-#include "engine/base/regular_file.h"
+#include "engine/base/files/regular_file.h"
 #include "engine/base/units.h"
 #include "engine/realtime/clock.h"
 

@@ -8,7 +8,7 @@
 #include <string>
 
 #include "app/reach/reach_options.h"
-#include "collab/messages.h"
+#include "collab/session/messages.h"
 #include "collab/transfer/file_messages.h"
 
 namespace tandem {

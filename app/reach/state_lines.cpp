@@ -5,7 +5,7 @@
 
 #include <unistd.h>
 
-#include "app/program_folders.h"
+#include "app/common/program_folders.h"
 
 namespace tandem {
 

@@ -8,7 +8,7 @@
 #include <termios.h>
 #include <unistd.h>
 
-#include "engine/base/regular_file.h"
+#include "engine/base/files/regular_file.h"
 
 namespace tandem {
 

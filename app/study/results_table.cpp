@@ -7,8 +7,8 @@
 
 #include <nlohmann/json.hpp>
 
-#include "collab/coupling_limits.h"
-#include "engine/base/json_text.h"
+#include "collab/coupling/coupling_limits.h"
+#include "engine/base/text/json_text.h"
 
 namespace tandem {
 

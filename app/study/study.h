@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-#include "collab/coupling_law.h"
+#include "collab/coupling/coupling_law.h"
 
 namespace tandem {
 

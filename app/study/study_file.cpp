@@ -5,8 +5,8 @@
 #include <set>
 #include <utility>
 
-#include "collab/coupling_limits.h"
-#include "engine/base/json_reader.h"
+#include "collab/coupling/coupling_limits.h"
+#include "engine/base/text/json_reader.h"
 
 namespace tandem {
 

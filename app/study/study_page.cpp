@@ -6,9 +6,9 @@
 
 #include "app/picture/chart.h"
 #include "app/picture/svg.h"
-#include "app/stability/html_page.h"
+#include "app/stability/report/html_page.h"
 #include "app/study/study_tables.h"
-#include "engine/base/markup.h"
+#include "engine/base/text/markup.h"
 
 namespace tandem {
 

@@ -6,7 +6,7 @@
 #include <functional>
 #include <iterator>
 
-#include "engine/base/markup.h"
+#include "engine/base/text/markup.h"
 
 namespace tandem {
 

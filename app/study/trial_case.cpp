@@ -7,13 +7,13 @@
 
 #include <nlohmann/json.hpp>
 
-#include "collab/coupling_limits.h"
-#include "collab/lab/case_file.h"
-#include "collab/lab/case_parts.h"
-#include "engine/base/json_text.h"
-#include "engine/base/whole_file.h"
+#include "collab/coupling/coupling_limits.h"
+#include "collab/lab/case/case_file.h"
+#include "collab/lab/case/case_parts.h"
+#include "engine/base/files/whole_file.h"
+#include "engine/base/text/json_text.h"
 #include "engine/haptics/hand_script.h"
-#include "scenes/hand_file.h"
+#include "scenes/generators/hand_file.h"
 
 namespace tandem {
 

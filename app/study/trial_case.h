@@ -6,8 +6,8 @@
 
 #include "app/study/study.h"
 #include "app/study/trial_order.h"
-#include "collab/lab/lab_case.h"
-#include "collab/lab/lab_scene.h"
+#include "collab/lab/case/lab_case.h"
+#include "collab/lab/case/lab_scene.h"
 #include "engine/base/result.h"
 
 namespace tandem {

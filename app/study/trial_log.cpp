@@ -12,9 +12,9 @@
 #include <sys/file.h>
 #include <unistd.h>
 
-#include "engine/base/json_reader.h"
-#include "engine/base/json_text.h"
-#include "engine/base/whole_file.h"
+#include "engine/base/files/whole_file.h"
+#include "engine/base/text/json_reader.h"
+#include "engine/base/text/json_text.h"
 
 namespace tandem {
 

@@ -1,4 +1,4 @@
-#include "app/stop_signal.h"
+#include "app/common/stop_signal.h"
 #include "app/view/controller_process.h"
 #include "collab/controller/controller.h"
 

@@ -11,9 +11,9 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include "app/program_folders.h"
-#include "app/stop_signal.h"
-#include "app/view/model/controller_log.h"
+#include "app/common/program_folders.h"
+#include "app/common/stop_signal.h"
+#include "app/view/model/hand/controller_log.h"
 
 namespace tandem {
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "app/view/model/controller_link.h"
+#include "app/view/model/hand/controller_link.h"
 
 namespace tandem {
 

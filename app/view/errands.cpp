@@ -6,10 +6,10 @@
 
 #include <unistd.h>
 
-#include "app/exit_codes.h"
-#include "app/stop_signal.h"
-#include "collab/viewer_report.h"
-#include "engine/base/whole_file.h"
+#include "app/common/exit_codes.h"
+#include "app/common/stop_signal.h"
+#include "collab/session/viewer_report.h"
+#include "engine/base/files/whole_file.h"
 #include "engine/realtime/clock.h"
 #include "engine/realtime/line_writer.h"
 

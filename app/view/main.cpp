@@ -4,13 +4,13 @@
 #include <memory>
 #include <stop_token>
 
-#include "app/exit_codes.h"
-#include "app/output_file.h"
+#include "app/common/exit_codes.h"
+#include "app/common/output_file.h"
+#include "app/common/stop_signal.h"
 #include "app/reach/fetch_consent.h"
 #include "app/reach/recent_scenes.h"
 #include "app/reach/scene_search.h"
 #include "app/reach/session_scene.h"
-#include "app/stop_signal.h"
 #include "app/view/controller_process.h"
 #include "app/view/errands.h"
 #include "app/view/options.h"
@@ -18,11 +18,11 @@
 #include "app/view/render/gl_check.h"
 #include "app/view/time_pictures.h"
 #include "app/view/ui/main_window.h"
-#include "collab/dds/announcements.h"
-#include "collab/dds/relay.h"
-#include "engine/geometry/mesh_file.h"
+#include "collab/dds/transport/announcements.h"
+#include "collab/dds/transport/relay.h"
+#include "engine/geometry/import/mesh_file.h"
 #include "engine/realtime/line_writer.h"
-#include "engine/world/scene.h"
+#include "engine/scene/scene.h"
 
 namespace {
 

@@ -10,8 +10,8 @@
 #include <sys/un.h>
 #include <unistd.h>
 
-#include "app/exit_codes.h"
-#include "app/option_checks.h"
+#include "app/common/exit_codes.h"
+#include "app/common/option_checks.h"
 
 namespace tandem {
 

@@ -5,8 +5,8 @@
 #include <string>
 
 #include "app/reach/reach_options.h"
-#include "app/view/model/controller_link.h"
-#include "app/view/model/session_model.h"
+#include "app/view/model/hand/controller_link.h"
+#include "app/view/model/session/session_model.h"
 
 namespace tandem {
 

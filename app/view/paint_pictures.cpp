@@ -6,7 +6,7 @@
 #include <QPainter>
 #include <cmath>
 
-#include "app/exit_codes.h"
+#include "app/common/exit_codes.h"
 #include "app/picture/picture_file.h"
 #include "engine/realtime/line_writer.h"
 

@@ -10,12 +10,12 @@
 
 #include <nlohmann/json.hpp>
 
-#include "app/exit_codes.h"
-#include "app/view/model/drawn_scene.h"
+#include "app/common/exit_codes.h"
+#include "app/view/model/scene/drawn_scene.h"
 #include "app/view/render/gl_check.h"
 #include "app/view/render/renderer.h"
-#include "engine/base/json_text.h"
-#include "engine/base/whole_file.h"
+#include "engine/base/files/whole_file.h"
+#include "engine/base/text/json_text.h"
 #include "engine/realtime/line_writer.h"
 
 namespace tandem {

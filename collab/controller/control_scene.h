@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "collab/messages.h"
-#include "engine/contact/clearance.h"
+#include "collab/session/messages.h"
+#include "engine/contact/pair/clearance.h"
 #include "engine/world/world_model.h"
 
 namespace tandem {

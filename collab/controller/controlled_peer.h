@@ -2,8 +2,8 @@
 
 #include <cstdint>
 
-#include "collab/command.h"
 #include "collab/controller/requests.h"
+#include "collab/session/command.h"
 #include "engine/haptics/goal_device.h"
 #include "engine/haptics/workspace.h"
 

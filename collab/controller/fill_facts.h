@@ -1,7 +1,7 @@
 #pragma once
 
 #include "collab/controller/simulation_facts.h"
-#include "collab/peer_node.h"
+#include "collab/peer/peer_node.h"
 #include "engine/haptics/goal_device.h"
 
 namespace tandem {

@@ -8,7 +8,7 @@
 #include "collab/controller/control_scene.h"
 #include "collab/controller/controlled_peer.h"
 #include "collab/controller/simulation_facts.h"
-#include "collab/holdings.h"
+#include "collab/ownership/holdings.h"
 
 namespace tandem {
 

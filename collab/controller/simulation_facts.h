@@ -3,8 +3,8 @@
 #include <array>
 #include <cstdint>
 
-#include "collab/messages.h"
-#include "collab/partner.h"
+#include "collab/coupling/partner.h"
+#include "collab/session/messages.h"
 #include "engine/haptics/way_back.h"
 #include "engine/safety/safety_state.h"
 

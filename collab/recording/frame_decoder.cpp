@@ -20,7 +20,7 @@ constexpr std::size_t kMostCommands = 64;
 constexpr std::size_t kMostSamples = std::size_t{1} << 16U;
 constexpr std::int64_t kLatestNs = std::int64_t{1} << 61U;  // so that no sum of times overflows
 
-// The bounds by which peers check one another's samples (collab/dds/wire.h).
+// The bounds by which peers check one another's samples (collab/dds/wire/wire.h).
 constexpr double kFarthest = 1e3;
 constexpr double kFastest = 50;
 constexpr double kFastestTurn = 500;

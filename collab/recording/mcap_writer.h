@@ -9,8 +9,8 @@
 #include <string_view>
 #include <vector>
 
+#include "engine/base/files/whole_file.h"
 #include "engine/base/result.h"
-#include "engine/base/whole_file.h"
 
 namespace tandem {
 

@@ -3,10 +3,10 @@
 #include <filesystem>
 #include <memory>
 
-#include "collab/peer_node.h"
+#include "collab/peer/peer_node.h"
 #include "collab/recording/recording.h"
+#include "engine/base/files/whole_file.h"
 #include "engine/base/result.h"
-#include "engine/base/whole_file.h"
 
 namespace tandem {
 

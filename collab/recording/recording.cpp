@@ -8,12 +8,12 @@
 
 #include <nlohmann/json.hpp>
 
-#include "collab/coupling_limits.h"
+#include "collab/coupling/coupling_limits.h"
 #include "collab/recording/frame_code.h"
 #include "collab/recording/recorder.h"
-#include "engine/base/json_reader.h"
-#include "engine/base/json_text.h"
-#include "engine/contact/friction.h"
+#include "engine/base/text/json_reader.h"
+#include "engine/base/text/json_text.h"
+#include "engine/contact/pair/friction.h"
 
 namespace tandem {
 namespace {

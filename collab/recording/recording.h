@@ -8,11 +8,11 @@
 #include <string>
 #include <vector>
 
-#include "collab/frame_tap.h"
-#include "collab/peer.h"
-#include "engine/base/regular_file.h"
+#include "collab/peer/frame_tap.h"
+#include "collab/peer/peer.h"
+#include "engine/base/files/regular_file.h"
 #include "engine/base/result.h"
-#include "engine/world/force_parameters.h"
+#include "engine/scene/force_parameters.h"
 
 namespace tandem {
 

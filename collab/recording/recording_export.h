@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "collab/peer_node.h"
+#include "collab/peer/peer_node.h"
 #include "collab/recording/mcap_writer.h"
 #include "collab/recording/recording.h"
 

@@ -4,7 +4,7 @@
 #include <memory>
 #include <optional>
 
-#include "collab/peer_node.h"
+#include "collab/peer/peer_node.h"
 #include "collab/recording/recording.h"
 
 namespace tandem {

@@ -7,12 +7,12 @@
 #include <thread>
 #include <utility>
 
-#include "collab/coupling_law.h"
-#include "collab/planted_faults.h"
-#include "collab/simulated/hostile_member.h"
-#include "collab/simulated/light_scene.h"
-#include "collab/simulated/session_checker.h"
-#include "collab/simulated/watched_hand.h"
+#include "collab/coupling/coupling_law.h"
+#include "collab/session/planted_faults.h"
+#include "collab/simulated/checkers/session_checker.h"
+#include "collab/simulated/checkers/watched_hand.h"
+#include "collab/simulated/network/hostile_member.h"
+#include "collab/simulated/network/light_scene.h"
 #include "engine/base/hash.h"
 
 namespace tandem {

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "collab/simulated/fault_schedule.h"
+#include "collab/simulated/network/fault_schedule.h"
 #include "engine/world/world_model.h"
 
 namespace tandem {

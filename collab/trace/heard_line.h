@@ -4,7 +4,7 @@
 #include <optional>
 #include <vector>
 
-#include "collab/messages.h"
+#include "collab/session/messages.h"
 #include "collab/trace/line_record.h"
 
 namespace tandem {

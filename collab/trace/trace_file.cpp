@@ -10,10 +10,10 @@
 
 #include <nlohmann/json.hpp>
 
-#include "engine/base/json_reader.h"
-#include "engine/base/json_text.h"
-#include "engine/base/regular_file.h"
-#include "engine/base/whole_file.h"
+#include "engine/base/files/regular_file.h"
+#include "engine/base/files/whole_file.h"
+#include "engine/base/text/json_reader.h"
+#include "engine/base/text/json_text.h"
 
 namespace tandem {
 

@@ -4,9 +4,9 @@
 #include <filesystem>
 #include <string>
 
-#include "collab/link_conditioner.h"
-#include "engine/base/json_reader.h"
+#include "collab/receive/link_conditioner.h"
 #include "engine/base/result.h"
+#include "engine/base/text/json_reader.h"
 
 namespace tandem {
 

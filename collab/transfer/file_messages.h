@@ -5,7 +5,7 @@
 #include <functional>
 #include <vector>
 
-#include "collab/messages.h"
+#include "collab/session/messages.h"
 #include "collab/transfer/digest.h"
 
 namespace tandem {

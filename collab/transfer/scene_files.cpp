@@ -9,10 +9,10 @@
 #include <nlohmann/json.hpp>
 
 #include "collab/transfer/file_messages.h"
-#include "engine/base/json_reader.h"
-#include "engine/base/json_text.h"
-#include "engine/geometry/gltf_buffers.h"
-#include "engine/world/scene_hash.h"
+#include "engine/base/text/json_reader.h"
+#include "engine/base/text/json_text.h"
+#include "engine/geometry/formats/gltf_buffers.h"
+#include "engine/scene/scene_hash.h"
 
 namespace tandem {
 

@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "collab/transfer/scene_list.h"
-#include "engine/base/regular_file.h"
+#include "engine/base/files/regular_file.h"
 #include "engine/base/result.h"
-#include "engine/world/scene.h"
+#include "engine/scene/scene.h"
 
 namespace tandem {
 

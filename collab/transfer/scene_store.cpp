@@ -14,7 +14,7 @@
 #include <unistd.h>
 
 #include "collab/transfer/scene_files.h"
-#include "engine/base/regular_file.h"
+#include "engine/base/files/regular_file.h"
 
 namespace tandem {
 

@@ -1,8 +1,8 @@
 // one_frame SCENE: a hand presses the scene's first moving body down by 10 mm in half a second, frame by frame.
-#include <tandem/engine/geometry/mesh_file.h>
-#include <tandem/engine/world/world.h>
-
 #include <cstdio>
+
+#include <tandem/engine/geometry/import/mesh_file.h>
+#include <tandem/engine/world/world.h>
 
 int main(int argc, char** argv) {
   tandem::RunImportHelperIfAsked(argc, argv);  // mesh files are read in a child process of our own

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "engine/base/check.h"
-#include "engine/base/json_reader.h"
+#include "engine/base/text/json_reader.h"
 
 namespace tandem {
 namespace {

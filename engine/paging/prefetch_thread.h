@@ -13,7 +13,7 @@
 #include "engine/paging/voxel_arena.h"
 #include "engine/realtime/spsc_queue.h"
 #include "engine/realtime/triple_buffer.h"
-#include "engine/voxel/page_source.h"
+#include "engine/voxel/map/page_source.h"
 
 namespace tandem {
 

@@ -9,7 +9,7 @@
 #include "engine/base/spatial.h"
 #include "engine/paging/prefetch_thread.h"
 #include "engine/paging/voxel_arena.h"
-#include "engine/voxel/page_source.h"
+#include "engine/voxel/map/page_source.h"
 
 namespace tandem {
 

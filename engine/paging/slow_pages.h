@@ -3,7 +3,7 @@
 #include <atomic>
 #include <memory>
 
-#include "engine/voxel/page_source.h"
+#include "engine/voxel/map/page_source.h"
 
 namespace tandem {
 

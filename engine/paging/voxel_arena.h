@@ -4,9 +4,9 @@
 #include <memory>
 #include <vector>
 
-#include "engine/base/image_bytes.h"
-#include "engine/voxel/page_source.h"
-#include "engine/voxel/voxmap.h"
+#include "engine/base/files/image_bytes.h"
+#include "engine/voxel/map/page_source.h"
+#include "engine/voxel/map/voxmap.h"
 
 namespace tandem {
 

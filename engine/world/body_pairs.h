@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <memory>
 
-#include "engine/contact/body_pair.h"
+#include "engine/contact/pair/body_pair.h"
 #include "engine/paging/resident_voxels.h"
 #include "engine/world/world_model.h"
 

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "engine/contact/schedule.h"
+#include "engine/contact/schedule/schedule.h"
 #include "engine/dynamics/virtual_coupling.h"
 
 namespace tandem {

@@ -7,14 +7,14 @@
 #include <tbb/parallel_for.h>
 
 #include "engine/base/check.h"
-#include "engine/contact/surface_builder.h"
-#include "engine/geometry/declared_unit.h"
-#include "engine/geometry/mass_properties.h"
-#include "engine/geometry/mesh_file.h"
+#include "engine/contact/kept/surface_builder.h"
+#include "engine/geometry/import/declared_unit.h"
+#include "engine/geometry/import/mesh_file.h"
+#include "engine/geometry/mesh/mass_properties.h"
 #include "engine/paging/resident_voxels.h"
 #include "engine/paging/slow_pages.h"
-#include "engine/voxel/computed_pages.h"
-#include "engine/voxel/voxelize.h"
+#include "engine/voxel/build/voxelize.h"
+#include "engine/voxel/pages/computed_pages.h"
 
 namespace tandem {
 

@@ -6,16 +6,16 @@
 #include <vector>
 
 #include "engine/base/result.h"
-#include "engine/contact/contact_pair.h"
-#include "engine/contact/field_pair.h"
-#include "engine/contact/voxel_cache.h"
+#include "engine/contact/field/field_pair.h"
+#include "engine/contact/kept/voxel_cache.h"
+#include "engine/contact/pair/contact_pair.h"
 #include "engine/dynamics/constraint.h"
 #include "engine/dynamics/rigid_body.h"
-#include "engine/geometry/mesh_diagnosis.h"
-#include "engine/geometry/triangle_mesh.h"
-#include "engine/voxel/pointshell.h"
-#include "engine/voxel/voxmap.h"
-#include "engine/world/scene.h"
+#include "engine/geometry/mesh/mesh_diagnosis.h"
+#include "engine/geometry/mesh/triangle_mesh.h"
+#include "engine/scene/scene.h"
+#include "engine/voxel/map/voxmap.h"
+#include "engine/voxel/points/pointshell.h"
 
 namespace tandem {
 

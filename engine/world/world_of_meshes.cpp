@@ -3,7 +3,7 @@
 #include <optional>
 #include <utility>
 
-#include "engine/geometry/mass_properties.h"
+#include "engine/geometry/mesh/mass_properties.h"
 
 namespace tandem {
 

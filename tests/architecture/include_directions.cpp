@@ -24,37 +24,104 @@ const std::map<std::string, std::set<std::string>>& Arrows() {
       }
     };
     may_see("engine/base", {});
+    may_see("engine/base/files", {"engine/base"});
+    may_see("engine/base/text", {"engine/base/files"});
     may_see("engine/realtime", {"engine/base"});
-    may_see("engine/dynamics", {"engine/base"});
-    may_see("engine/geometry", {"engine/base"});
-    may_see("engine/voxel", {"engine/geometry"});
-    may_see("engine/field", {"engine/voxel"});
-    may_see("engine/paging", {"engine/realtime", "engine/voxel"});
-    may_see("engine/contact", {"engine/realtime", "engine/field", "engine/paging"});
-    may_see("engine/world", {"engine/realtime", "engine/dynamics", "engine/contact"});
     may_see("engine/safety", {"engine/base"});
+    may_see("engine/dynamics", {"engine/base"});
+    may_see("engine/geometry/mesh", {"engine/base/files"});
+    may_see("engine/geometry/formats", {"engine/geometry/mesh", "engine/base/text"});
+    may_see("engine/geometry/import", {"engine/geometry/formats"});
+    may_see("engine/geometry/exact", {"engine/geometry/mesh"});
+    may_see("engine/geometry", {"engine/geometry/import", "engine/geometry/exact"});
+    may_see("engine/voxel/map", {"engine/base/files"});
+    may_see("engine/voxel/build", {"engine/voxel/map", "engine/geometry/exact"});
+    may_see("engine/voxel/pages", {"engine/voxel/build"});
+    may_see("engine/voxel/points", {"engine/voxel/build"});
+    may_see("engine/voxel", {"engine/voxel/pages", "engine/voxel/points", "engine/geometry"});
+    may_see("engine/field/query", {"engine/voxel/map"});
+    may_see("engine/field/build", {"engine/field/query", "engine/voxel/build"});
+    may_see("engine/field", {"engine/field/build", "engine/voxel"});
+    may_see("engine/paging", {"engine/realtime", "engine/voxel"});
+    may_see("engine/contact/schedule", {"engine/paging"});
+    may_see("engine/contact/pair", {"engine/contact/schedule"});
+    may_see("engine/contact/features", {"engine/contact/schedule", "engine/field/query"});
+    may_see("engine/contact/field", {"engine/contact/pair", "engine/contact/features"});
+    may_see("engine/contact/kept", {"engine/contact/field", "engine/field/build"});
+    may_see("engine/contact", {"engine/contact/kept", "engine/field"});
+    may_see("engine/scene", {"engine/dynamics", "engine/contact"});
+    may_see("engine/world", {"engine/scene"});
+    may_see("engine/proximity", {"engine/voxel"});
     may_see("engine/haptics", {"engine/world", "engine/safety"});
-    may_see("collab", {"engine/haptics"});
+    may_see("collab/session", {"engine/haptics"});
+    may_see("collab/receive", {"collab/session"});
+    may_see("collab/ownership", {"collab/session"});
+    may_see("collab/coupling", {"collab/receive"});
+    may_see("collab/mirror", {"collab/coupling"});
+    may_see("collab/separation", {"collab/ownership", "collab/coupling"});
+    may_see("collab/peer", {"collab/mirror", "collab/separation"});
+    may_see("collab", {"collab/peer"});
     may_see("collab/controller", {"collab"});
     may_see("collab/transfer", {"collab"});
     may_see("collab/trace", {"collab"});
-    may_see("collab/dds", {"collab", "collab/controller", "collab/transfer", "collab/trace"});
-    may_see("collab/simulated", {"collab"});
-    may_see("collab/simulated/hands", {"collab/simulated", "collab/controller"});
+    may_see("collab/dds/cyclone", {"collab/session"});
+    may_see("collab/dds/security", {"collab/dds/cyclone"});
+    may_see("collab/dds/wire", {"collab/controller", "collab/transfer"});
+    may_see("collab/dds/transport", {"collab/dds/security", "collab/dds/wire"});
+    may_see("collab/dds/control", {"collab/dds/transport"});
+    may_see("collab/dds/diagnostics", {"collab/dds/transport", "collab/trace"});
+    may_see("collab/dds", {"collab/dds/control", "collab/dds/diagnostics"});
+    may_see("collab/simulated/network", {"collab"});
+    may_see("collab/simulated/checkers", {"collab/simulated/network"});
+    may_see("collab/simulated", {"collab/simulated/checkers"});
+    may_see("collab/simulated/hands/checkers", {"collab/simulated", "collab/controller"});
+    may_see("collab/simulated/hands", {"collab/simulated/hands/checkers"});
     may_see("collab/recording", {"collab"});
-    may_see("collab/lab", {"collab/simulated", "collab/recording", "collab/trace"});
-    may_see("scenes", {"engine/haptics"});  // the generators write hand files too
-    may_see("app", {"engine/realtime"});    // all programs share it
-    may_see("app/device", {"app", "collab/recording"});
-    may_see("app/invite", {"app", "collab"});
-    may_see("app/reach", {"app", "app/invite", "collab/dds"});
-    may_see("app/picture", {"engine/base"});
-    may_see("app/stability", {"app", "app/picture", "collab/lab"});
-    may_see("app/study", {"app", "app/stability", "scenes"});
-    may_see("app/cli",
-            {"app", "app/reach", "engine/field", "app/stability", "app/study",
-             "collab/simulated/hands", "collab/recording", "collab/trace", "collab/lab", "scenes"});
-    may_see("app/view", {"app", "app/reach", "app/picture"});
+    may_see("collab/lab/theory", {"engine/haptics"});
+    may_see("collab/lab/case", {"collab/lab/theory", "collab/trace"});
+    may_see("collab/lab/metrics", {"collab/lab/case"});
+    may_see("collab/lab/run", {"collab/lab/metrics", "collab/simulated", "collab/recording"});
+    may_see("collab/lab/sweep", {"collab/lab/run"});
+    may_see("collab/lab", {"collab/lab/sweep"});
+    may_see("scenes/generators", {"engine/haptics"});  // they write hand files too
+    may_see("scenes/generators/large", {"scenes/generators"});
+    may_see("scenes", {"scenes/generators/large"});
+    may_see("app/common", {"engine/world"});  // what all programs share
+    may_see("app/device", {"app/common", "collab/recording"});
+    may_see("app/invite", {"app/common", "collab"});
+    may_see("app/reach", {"app/common", "app/invite", "collab/dds"});
+    may_see("app/picture", {"engine/base/text"});
+    may_see("app/process", {"app/reach"});
+    may_see("app/judgement",
+            {"app/common", "engine/proximity", "collab/controller", "collab/recording"});
+    may_see("app/recording", {"app/reach", "collab/recording", "collab/trace"});
+    may_see("app/capacity", {"app/judgement", "collab/simulated"});
+    may_see("app/peer", {"app/process", "app/recording", "app/capacity"});
+    may_see("app/join", {"app/peer", "app/invite"});
+    may_see("app/doctor", {"app/recording"});
+    may_see("app/stability/report", {"app/common", "app/picture", "collab/lab"});
+    may_see("app/stability/live", {"app/process", "collab/lab", "scenes"});
+    may_see("app/stability/cli",
+            {"app/stability/report", "app/stability/live", "app/judgement", "app/recording"});
+    may_see("app/stability", {"app/stability/cli"});
+    may_see("app/study", {"app/stability/report", "scenes"});
+    may_see("app/study/run", {"app/study", "app/stability/live", "app/capacity", "app/recording"});
+    may_see("app/bench/measure", {"app/process", "app/capacity", "app/picture"});
+    may_see("app/bench/fidelity", {"app/bench/measure", "scenes"});
+    may_see("app/bench", {"app/bench/fidelity"});
+    may_see("app/bench/comparison", {"app/bench"});
+    may_see("app/cli", {"app/join", "app/doctor", "app/stability/cli", "app/study/run", "app/bench",
+                        "collab/simulated/hands"});
+    may_see("app/view/model/scene", {"app/reach"});
+    may_see("app/view/model/session", {"app/view/model/scene"});
+    may_see("app/view/model/proximity", {"app/view/model/scene", "engine/proximity"});
+    may_see("app/view/model/hand", {"app/view/model/scene"});
+    may_see("app/view/render", {"app/view/model/proximity"});
+    may_see("app/view/ui/dialogs", {"app/view/model/hand"});
+    may_see("app/view/ui/overlays", {"app/view/model/hand", "app/view/model/proximity"});
+    may_see("app/view/ui", {"app/view/ui/dialogs", "app/view/ui/overlays", "app/view/model/session",
+                            "app/view/render"});
+    may_see("app/view", {"app/view/ui", "app/picture"});
     return map;
   }();
   return *arrows;
@@ -141,8 +208,8 @@ class Reader {
   void CheckInclude(const std::string& quote, const std::string& header, int number) {
     if (const std::optional<std::string> seen = FolderOf(header)) {
       if (!MaySee(*seen)) Report(number, "includes " + header);
-    } else if (quote == "\"" && header.find('/') == std::string::npos && folder_ != "collab/dds" &&
-               folder_ != "app/view") {  // idlc's and moc's output
+    } else if (quote == "\"" && header.find('/') == std::string::npos &&
+               !IsIn(path_, "collab/dds") && !IsIn(path_, "app/view")) {  // idlc's and moc's output
       Report(number,
              "includes " + header + " by a name that does not start at the top of the tree");
     }

@@ -2,10 +2,13 @@
 
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <sstream>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include "tests/architecture/tree_files.h"
 
 namespace tandem::testing {
 namespace {
@@ -72,8 +75,9 @@ TEST(IncludeDirections, OnlyThePictureIsPredicted) {
   for (const SourceFile& file : ReadTree()) {
     if (file.text.find("dead_reckoning.h\"") != std::string::npos) including.push_back(file.path);
   }
-  EXPECT_THAT(including, ::testing::UnorderedElementsAre("app/view/model/dead_reckoning.cpp",
-                                                         "app/view/model/picture_composer.h"));
+  EXPECT_THAT(including,
+              ::testing::UnorderedElementsAre("app/view/model/scene/dead_reckoning.cpp",
+                                              "app/view/model/scene/picture_composer.h"));
   including.clear();
   for (const SourceFile& file : ReadTree()) {
     if (file.text.find("picture_composer.h\"") == std::string::npos) continue;
@@ -108,10 +112,11 @@ TEST(IncludeDirections, FindsAPlantedIncludeAgainstAnArrow) {
          {"engine/geometry/a.h", "#include \"engine/voxel/b.h\"", "includes engine/voxel/b.h"},
          {"engine/base/a.h", "#  include \"engine/realtime/b.h\"", "includes engine/realtime"},
          {"engine/contact/a.h", "#include \"engine/dynamics/b.h\"", "engine/dynamics"},
-         {"engine/world/a.cpp", "#include \"collab/messages.h\"", "collab/messages.h"},
+         {"engine/world/a.cpp", "#include \"collab/session/messages.h\"",
+          "collab/session/messages.h"},
          {"collab/session.h", "#include \"engine/world/world.h\"", nullptr},
-         {"collab/session.h", "#include \"collab/dds/dds_transport.h\"", "collab/dds"},
-         {"collab/dds/a.cpp", "#include \"collab/transport.h\"", nullptr},
+         {"collab/session.h", "#include \"collab/dds/transport/dds_transport.h\"", "collab/dds"},
+         {"collab/dds/a.cpp", "#include \"collab/session/transport.h\"", nullptr},
          {"collab/simulated/a.cpp", "#include \"app/cli/b.h\"", "app/cli/b.h"},
          {"app/cli/a.cpp", "#include \"app/view/b.h\"", "app/view/b.h"},
          {"engine/voxel/a.cpp", "#include \"b.h\"", "the top of the tree"}});
@@ -156,6 +161,20 @@ TEST(IncludeDirections, ArrowsLeadOnlyToFoldersThatExist) {
     if (!std::filesystem::is_directory(top / folder)) missing.push_back(folder);
   }
   EXPECT_THAT(missing, IsEmpty());
+}
+
+// More than that nobody reads through: a room for each purpose (docs/architecture.md).
+TEST(IncludeDirections, AFolderHas25CodeFilesOfItsOwnAtTheMost) {
+  std::map<std::string, std::size_t> counts;
+  for (const std::filesystem::path& file : TreeFiles()) {
+    const std::string type = file.extension();
+    if (type == ".cpp" || type == ".h") ++counts[file.parent_path().generic_string()];
+  }
+  ASSERT_GT(counts.size(), 60U);
+  std::erase_if(counts, [](const auto& folder) {
+    return folder.second <= 25;
+  });
+  EXPECT_THAT(counts, IsEmpty());
 }
 
 TEST(IncludeDirections, AFolderThatNoArrowLeadsToIsFound) {

@@ -4,7 +4,7 @@
 #include <string_view>
 
 #include "engine/base/check.h"
-#include "engine/base/regular_file.h"
+#include "engine/base/files/regular_file.h"
 #include "engine/base/result.h"
 
 namespace tandem {

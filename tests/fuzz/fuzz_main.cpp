@@ -22,7 +22,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include "engine/geometry/mesh_file.h"
+#include "engine/geometry/import/mesh_file.h"
 #include "tests/fuzz/mutator.h"
 #include "tests/fuzz/targets.h"
 

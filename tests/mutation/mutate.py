@@ -16,9 +16,9 @@ import sys
 import time
 
 FILES = """
-collab/holdings.cpp collab/holdings_disputes.cpp collab/holdings_heard.cpp collab/peer_directory.cpp
-collab/peer_inbox.cpp collab/sample_gate.cpp collab/scene_agreement.cpp collab/remote_bodies.cpp
-collab/energy_gate.cpp collab/force_terms.cpp
+collab/ownership/holdings.cpp collab/ownership/holdings_disputes.cpp collab/ownership/holdings_heard.cpp collab/session/peer_directory.cpp
+collab/receive/peer_inbox.cpp collab/receive/sample_gate.cpp collab/session/scene_agreement.cpp collab/mirror/remote_bodies.cpp
+collab/coupling/energy_gate.cpp collab/coupling/force_terms.cpp
 """.split()
 
 # what is looked for, and what takes its place

@@ -6,9 +6,9 @@
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
-#include "app/cli/child_processes.h"
+#include "app/process/child_processes.h"
 #include "collab/controller/controller.h"
-#include "collab/dds/keys.h"
+#include "collab/dds/security/keys.h"
 #include "tests/support/obj_text.h"
 
 // Tests a host in this program and a controller in a process of its own, over DDS.

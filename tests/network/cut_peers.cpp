@@ -12,7 +12,7 @@
 #include "collab/recording/replay.h"
 #include "engine/base/check.h"
 #include "engine/realtime/clock.h"
-#include "scenes/hand_file.h"
+#include "scenes/generators/hand_file.h"
 
 namespace tandem::testing {
 

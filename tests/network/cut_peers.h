@@ -7,10 +7,10 @@
 #include <string>
 #include <vector>
 
-#include "app/cli/child_processes.h"
-#include "app/cli/tap_hub.h"
-#include "collab/membership.h"
-#include "collab/shared_body.h"
+#include "app/process/child_processes.h"
+#include "app/stability/live/tap_hub.h"
+#include "collab/coupling/shared_body.h"
+#include "collab/session/membership.h"
 #include "engine/base/result.h"
 #include "engine/haptics/hand_script.h"
 #include "tests/support/scratch_folder.h"

@@ -11,7 +11,7 @@
 #include <nlohmann/json.hpp>
 #include <sys/wait.h>
 
-#include "app/cli/demo_judgement.h"
+#include "app/judgement/demo_judgement.h"
 #include "tests/app/cli/program_run.h"
 #include "tests/support/key_scene.h"
 #include "tests/support/simulated_demo.h"

@@ -20,7 +20,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include "app/cli/child_processes.h"
+#include "app/process/child_processes.h"
 
 namespace tandem {
 namespace {

@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 #include <signal.h>
 
-#include "app/cli/child_processes.h"
+#include "app/process/child_processes.h"
 #include "collab/controller/controller.h"
 
 // Real processes: two controllers in one session, each with the peg in its hand. A host moves the

@@ -11,7 +11,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "collab/dds/keys.h"
+#include "collab/dds/security/keys.h"
 #include "tests/network/said_program.h"
 #include "tests/network/two_networks.h"
 #include "tests/support/scratch_folder.h"

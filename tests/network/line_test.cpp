@@ -10,9 +10,9 @@
 #include <sched.h>
 #include <unistd.h>
 
-#include "app/cli/tap_hub.h"
-#include "collab/dds/line_recorder.h"
-#include "tests/collab/dds/line_relay.h"
+#include "app/stability/live/tap_hub.h"
+#include "collab/dds/diagnostics/line_recorder.h"
+#include "tests/collab/dds/diagnostics/line_relay.h"
 #include "tests/support/tap_hub_here.h"
 
 // A line between network namespaces: an asker (10.78.0.1), a relay that loses what the test names

@@ -4,7 +4,7 @@
 
 #include "engine/base/check.h"
 #include "engine/haptics/scripted_device.h"
-#include "engine/world/scene_hash.h"
+#include "engine/scene/scene_hash.h"
 
 namespace tandem::testing {
 

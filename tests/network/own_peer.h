@@ -5,8 +5,8 @@
 #include <memory>
 #include <string>
 
-#include "collab/dds/dds_transport.h"
-#include "collab/peer_node.h"
+#include "collab/dds/transport/dds_transport.h"
+#include "collab/peer/peer_node.h"
 #include "engine/realtime/periodic_thread.h"
 
 namespace tandem::testing {

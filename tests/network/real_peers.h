@@ -6,8 +6,8 @@
 
 #include <nlohmann/json.hpp>
 
-#include "app/cli/child_processes.h"
-#include "collab/coupling_law.h"
+#include "app/process/child_processes.h"
+#include "collab/coupling/coupling_law.h"
 
 namespace tandem::testing {
 

@@ -12,7 +12,7 @@
 
 #include <gtest/gtest.h>
 
-#include "app/cli/child_processes.h"
+#include "app/process/child_processes.h"
 
 namespace tandem::testing {
 

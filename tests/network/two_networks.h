@@ -10,7 +10,7 @@
 
 #include <sys/stat.h>
 
-#include "app/cli/child_processes.h"
+#include "app/process/child_processes.h"
 
 namespace tandem::testing {
 

@@ -79,8 +79,8 @@ add_executable(network network.cpp)
 target_link_libraries(network PRIVATE tandem::dds)
 END
   cat >network/network.cpp <<'END'
-#include <tandem/collab/dds/dds_transport.h>
-#include <tandem/collab/dds/keys.h>
+#include <tandem/collab/dds/transport/dds_transport.h>
+#include <tandem/collab/dds/security/keys.h>
 int main() { return tandem::LoadMemberKeys("/nonexistent") ? 1 : 0; }
 END
   cmake -S network -B joined -DCMAKE_PREFIX_PATH="$prefix" -DCMAKE_CXX_COMPILER="$compiler" >>log || { tail log; fail "COMPONENTS dds"; }

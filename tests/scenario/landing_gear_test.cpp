@@ -1,4 +1,4 @@
-#include "scenes/landing_gear.h"
+#include "scenes/generators/large/landing_gear.h"
 
 #include <algorithm>
 #include <cstring>
@@ -9,8 +9,8 @@
 
 #include <gtest/gtest.h>
 
-#include "app/cli/demo_judgement.h"
-#include "app/cli/scripted_frames.h"
+#include "app/bench/measure/scripted_frames.h"
+#include "app/judgement/demo_judgement.h"
 #include "engine/world/world.h"
 #include "tests/support/scratch_folder.h"
 

@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "app/cli/penetration_oracle.h"
+#include "app/judgement/penetration_oracle.h"
 #include "tests/support/simulated_demo.h"
 
 namespace tandem {

@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-#include "app/cli/demo_judgement.h"
+#include "app/judgement/demo_judgement.h"
 #include "tests/support/simulated_demo.h"
 
 namespace tandem {

@@ -1,8 +1,8 @@
 #include <gtest/gtest.h>
 
-#include "collab/simulated/simulated_session.h"
+#include "collab/simulated/network/simulated_session.h"
 #include "engine/haptics/scripted_device.h"
-#include "engine/world/force_parameters.h"
+#include "engine/scene/force_parameters.h"
 #include "tests/support/shapes.h"
 #include "tests/support/test_world.h"
 

@@ -9,7 +9,7 @@
 
 #include "collab/simulated/hands/hands_simulator.h"
 #include "collab/simulated/hands/planted_hand_faults.h"
-#include "collab/simulated/light_scene.h"
+#include "collab/simulated/network/light_scene.h"
 #include "tests/simulator/planted_sorts.h"
 
 namespace tandem {

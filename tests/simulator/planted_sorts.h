@@ -35,7 +35,7 @@ inline std::set<std::string> SortsIn(
     const std::filesystem::path& folder, const std::regex& sentence,
     const std::function<bool(const std::filesystem::path&)>& looks) {
   std::set<std::string> sorts;
-  for (const auto& file : std::filesystem::directory_iterator(folder)) {
+  for (const auto& file : std::filesystem::recursive_directory_iterator(folder)) {
     if (!looks(file.path())) continue;
     std::ostringstream text;
     text << std::ifstream(file.path()).rdbuf();

@@ -12,9 +12,9 @@
 
 #include <gtest/gtest.h>
 
-#include "collab/planted_faults.h"
-#include "collab/simulated/fault_schedule.h"
-#include "collab/simulated/light_scene.h"
+#include "collab/session/planted_faults.h"
+#include "collab/simulated/network/fault_schedule.h"
+#include "collab/simulated/network/light_scene.h"
 #include "collab/simulated/simulator.h"
 #include "tests/simulator/planted_sorts.h"
 

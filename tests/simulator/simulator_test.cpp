@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include "collab/simulated/light_scene.h"
+#include "collab/simulated/network/light_scene.h"
 
 namespace tandem {
 namespace {

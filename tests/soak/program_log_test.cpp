@@ -23,7 +23,7 @@ class ProgramLogs : public ::testing::Test {
   ProgramLog log_{file_};
 };
 
-// The lines are those of the product's orders: app/cli/peer_table_text.cpp.
+// The lines are those of the product's orders: app/peer/text/peer_table_text.cpp.
 TEST_F(ProgramLogs, ATableTellsWhoIsCoupledAndAnswersAreNotCounted) {
   Say("tandem: anna-1 is in session s (SCHED_FIFO)\n"
       "tandem: peer             delay     coupling  force\n"

@@ -7,8 +7,8 @@
 #include <numeric>
 #include <span>
 
-#include "app/cli/trace_file.h"
-#include "app/exit_codes.h"
+#include "app/common/exit_codes.h"
+#include "app/recording/trace_file.h"
 #include "engine/safety/device_limits.h"
 
 namespace tandem::testing {

@@ -5,7 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "app/cli/trace_file.h"
+#include "app/recording/trace_file.h"
 #include "tests/support/scratch_folder.h"
 
 // A life of a sound peer, and faults that are planted in it: each must be found.

@@ -8,7 +8,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "scenes/dice.h"
+#include "scenes/generators/large/dice.h"
 
 namespace tandem::testing {
 

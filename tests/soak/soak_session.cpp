@@ -11,7 +11,7 @@
 #include <sys/mount.h>
 
 #include "engine/base/check.h"
-#include "scenes/hand_file.h"
+#include "scenes/generators/hand_file.h"
 
 namespace tandem::testing {
 
@@ -25,7 +25,8 @@ constexpr double kSoundDelayMs = 1000;  // delay of a partner whose answers come
 constexpr const char* kAttackerId = "999999";
 
 /// Presses the peg onto the slot's floor, along it, and up against the tooth, again and again. The
-/// slot leaves 7 mm on each side (scenes/peg_in_slot.cpp); 18 mm press by several newtons.
+/// slot leaves 7 mm on each side (scenes/generators/peg_in_slot.cpp); 18 mm press by several
+/// newtons.
 HandScript PressingHand(std::size_t place, double seconds) {
   constexpr double kLegSeconds = 4;
   const double scale = 1 + 0.05 * static_cast<double>(place);

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "app/cli/tap_hub.h"
+#include "app/stability/live/tap_hub.h"
 #include "tests/soak/soak_program.h"
 #include "tests/soak/soak_schedule.h"
 #include "tests/support/scratch_folder.h"

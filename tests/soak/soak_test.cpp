@@ -14,7 +14,7 @@
 #include <nlohmann/json.hpp>
 #include <unistd.h>
 
-#include "engine/base/json_text.h"
+#include "engine/base/text/json_text.h"
 #include "engine/realtime/periodic_thread.h"
 #include "tests/soak/soak_judgement.h"
 #include "tests/soak/soak_schedule.h"

@@ -6,8 +6,8 @@
 
 #include <gtest/gtest.h>
 
-#include "collab/energy_gate.h"
-#include "collab/lab/case_run.h"
+#include "collab/coupling/energy_gate.h"
+#include "collab/lab/run/case_run.h"
 #include "tests/stability/free_box.h"
 
 namespace tandem {

@@ -4,10 +4,10 @@
 
 #include <gtest/gtest.h>
 
-#include "collab/coupling_law.h"
+#include "collab/coupling/coupling_law.h"
 #include "collab/recording/recorder.h"
 #include "collab/recording/replay.h"
-#include "collab/simulated/simulated_session.h"
+#include "collab/simulated/network/simulated_session.h"
 #include "engine/haptics/scripted_device.h"
 #include "tests/support/allocation_counter.h"
 #include "tests/support/scratch_folder.h"

@@ -1,4 +1,4 @@
-#include "collab/lab/bisection.h"
+#include "collab/lab/run/bisection.h"
 
 #include <cmath>
 #include <cstdlib>

@@ -2,8 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include "collab/contact_blend.h"
-#include "collab/simulated/simulated_session.h"
+#include "collab/mirror/contact_blend.h"
+#include "collab/simulated/network/simulated_session.h"
 #include "tests/support/scripted_node.h"
 #include "tests/support/shapes.h"
 #include "tests/support/test_world.h"

@@ -1,4 +1,4 @@
-#include "collab/lab/case_run.h"
+#include "collab/lab/run/case_run.h"
 
 #include <algorithm>
 #include <cmath>

@@ -6,8 +6,8 @@
 
 #include <gtest/gtest.h>
 
-#include "collab/lab/case_file.h"
-#include "collab/lab/case_run.h"
+#include "collab/lab/case/case_file.h"
+#include "collab/lab/run/case_run.h"
 
 // Compares how far a hand that moves parts the instances with what no law can beat:
 // docs/stability.md, 9.13.

@@ -5,8 +5,8 @@
 
 #include <gtest/gtest.h>
 
-#include "collab/coupling_law.h"
-#include "collab/simulated/simulated_session.h"
+#include "collab/coupling/coupling_law.h"
+#include "collab/simulated/network/simulated_session.h"
 #include "tests/stability/free_box.h"
 #include "tests/support/scripted_node.h"
 

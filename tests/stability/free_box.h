@@ -3,8 +3,8 @@
 #include <memory>
 #include <string>
 
-#include "collab/lab/lab_case.h"
-#include "collab/lab/lab_scene.h"
+#include "collab/lab/case/lab_case.h"
+#include "collab/lab/case/lab_scene.h"
 #include "tests/support/shapes.h"
 #include "tests/support/test_world.h"
 

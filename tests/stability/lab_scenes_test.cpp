@@ -7,8 +7,8 @@
 
 #include <gtest/gtest.h>
 
-#include "collab/lab/case_file.h"
-#include "collab/lab/case_run.h"
+#include "collab/lab/case/case_file.h"
+#include "collab/lab/run/case_run.h"
 #include "tests/support/scratch_folder.h"
 
 namespace tandem {

@@ -1,8 +1,8 @@
 #include <gtest/gtest.h>
 
-#include "collab/contact_blend.h"
-#include "collab/coupling_law.h"
-#include "collab/simulated/simulated_session.h"
+#include "collab/coupling/coupling_law.h"
+#include "collab/mirror/contact_blend.h"
+#include "collab/simulated/network/simulated_session.h"
 #include "tests/support/scripted_node.h"
 #include "tests/support/shapes.h"
 #include "tests/support/test_world.h"

@@ -6,14 +6,14 @@
 
 #include <gtest/gtest.h>
 
-#include "collab/lab/case_file.h"
-#include "collab/lab/case_parts.h"
-#include "collab/lab/results_file.h"
-#include "collab/lab/sweep_summary.h"
+#include "collab/lab/case/case_file.h"
+#include "collab/lab/case/case_parts.h"
+#include "collab/lab/sweep/results_file.h"
+#include "collab/lab/sweep/sweep_summary.h"
 
 // Runs the presets that are shipped, the two long ones by a shard. paper.json is in
-// tests/app/cli/stability_run_test.cpp, adversarial.json in lab_scenes_test.cpp. presets.sh runs
-// all cells of the long ones; its last result is in docs/results.
+// tests/app/stability/cli/stability_run_test.cpp, adversarial.json in lab_scenes_test.cpp.
+// presets.sh runs all cells of the long ones; its last result is in docs/results.
 namespace tandem {
 namespace {
 

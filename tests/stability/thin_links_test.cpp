@@ -3,11 +3,11 @@
 
 #include <gtest/gtest.h>
 
-#include "collab/lab/case_file.h"
-#include "collab/lab/case_parts.h"
-#include "collab/lab/case_run.h"
-#include "collab/lab/random_cells.h"
-#include "collab/lab/random_verdict.h"
+#include "collab/lab/case/case_file.h"
+#include "collab/lab/case/case_parts.h"
+#include "collab/lab/run/case_run.h"
+#include "collab/lab/sweep/random_cells.h"
+#include "collab/lab/sweep/random_verdict.h"
 
 // Tests links over which little comes: long delays, few samples a second, bursts that take many.
 // Hands hold a part apart over them.

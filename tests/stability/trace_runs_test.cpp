@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "collab/lab/case_run.h"
+#include "collab/lab/run/case_run.h"
 #include "collab/trace/trace_models.h"
 #include "tests/stability/free_box.h"
 

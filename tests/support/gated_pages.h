@@ -7,7 +7,7 @@
 #include <thread>
 #include <vector>
 
-#include "engine/voxel/kept_voxmap.h"
+#include "engine/voxel/pages/kept_voxmap.h"
 #include "tests/support/scratch_folder.h"
 
 namespace tandem::testing {

@@ -2,7 +2,7 @@
 
 #include <gmock/gmock.h>
 
-#include "engine/geometry/mesh_file.h"
+#include "engine/geometry/import/mesh_file.h"
 #include "tests/support/environment.h"
 
 int main(int argc, char** argv) {

@@ -4,7 +4,7 @@
 #include <utility>
 #include <vector>
 
-#include "collab/peer_node.h"
+#include "collab/peer/peer_node.h"
 #include "engine/haptics/scripted_device.h"
 
 namespace tandem::testing {

@@ -4,7 +4,7 @@
 #include <random>
 #include <vector>
 
-#include "engine/geometry/triangle_mesh.h"
+#include "engine/geometry/mesh/triangle_mesh.h"
 
 namespace tandem::testing {
 

@@ -3,9 +3,9 @@
 #include <memory>
 #include <vector>
 
-#include "collab/simulated/simulated_session.h"
+#include "collab/simulated/network/simulated_session.h"
 #include "engine/haptics/hand_script.h"
-#include "engine/world/scene.h"
+#include "engine/scene/scene.h"
 
 namespace tandem::testing {
 

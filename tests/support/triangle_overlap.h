@@ -1,7 +1,7 @@
 #pragma once
 
 #include "engine/base/int128.h"
-#include "engine/voxel/snapped_point.h"
+#include "engine/voxel/build/snapped_point.h"
 
 namespace tandem::testing {
 

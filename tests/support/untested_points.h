@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "engine/contact/schedule.h"
+#include "engine/contact/schedule/schedule.h"
 
 namespace tandem::testing {
 

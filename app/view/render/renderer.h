@@ -10,11 +10,11 @@
 
 #include <QOpenGLFunctions_3_3_Core>
 
-#include "app/view/model/camera_model.h"
-#include "app/view/model/draw_pieces.h"
-#include "app/view/model/drawn_scene.h"
-#include "app/view/model/picture_composer.h"
-#include "app/view/model/proximity_picture.h"
+#include "app/view/model/proximity/proximity_picture.h"
+#include "app/view/model/scene/camera_model.h"
+#include "app/view/model/scene/draw_pieces.h"
+#include "app/view/model/scene/drawn_scene.h"
+#include "app/view/model/scene/picture_composer.h"
 #include "app/view/render/static_picture.h"
 #include "app/view/render/surface_shader.h"
 #include "app/view/render/voxel_cubes.h"

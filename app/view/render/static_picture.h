@@ -6,8 +6,8 @@
 
 #include <QOpenGLFunctions_3_3_Core>
 
-#include "app/view/model/camera_model.h"
-#include "app/view/model/picture_composer.h"
+#include "app/view/model/scene/camera_model.h"
+#include "app/view/model/scene/picture_composer.h"
 
 namespace tandem {
 

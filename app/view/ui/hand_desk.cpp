@@ -7,7 +7,7 @@
 #include <QToolButton>
 #include <utility>
 
-#include "app/view/ui/device_dialog.h"
+#include "app/view/ui/dialogs/device_dialog.h"
 
 namespace tandem {
 

@@ -7,9 +7,9 @@
 #include <QToolBar>
 #include <vector>
 
-#include "app/view/model/hand_model.h"
-#include "app/view/model/scene_model.h"
-#include "app/view/model/session_model.h"
+#include "app/view/model/hand/hand_model.h"
+#include "app/view/model/scene/scene_model.h"
+#include "app/view/model/session/session_model.h"
 #include "app/view/ui/hand_mouse.h"
 #include "app/view/ui/view_widget.h"
 

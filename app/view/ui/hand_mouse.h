@@ -4,10 +4,10 @@
 #include <QPointF>
 #include <optional>
 
-#include "app/view/model/hand_keys.h"
-#include "app/view/model/hand_model.h"
-#include "app/view/model/part_drag.h"
-#include "app/view/model/part_picking.h"
+#include "app/view/model/hand/hand_keys.h"
+#include "app/view/model/hand/hand_model.h"
+#include "app/view/model/hand/part_drag.h"
+#include "app/view/model/hand/part_picking.h"
 #include "app/view/ui/view_widget.h"
 
 namespace tandem {

@@ -11,12 +11,12 @@
 #include <map>
 #include <optional>
 
-#include "app/view/model/hand_model.h"
-#include "app/view/model/peer_table_model.h"
-#include "app/view/model/picture_composer.h"
-#include "app/view/model/proximity_model.h"
-#include "app/view/model/scene_model.h"
-#include "app/view/model/session_model.h"
+#include "app/view/model/hand/hand_model.h"
+#include "app/view/model/proximity/proximity_model.h"
+#include "app/view/model/scene/picture_composer.h"
+#include "app/view/model/scene/scene_model.h"
+#include "app/view/model/session/peer_table_model.h"
+#include "app/view/model/session/session_model.h"
 #include "app/view/render/gl_check.h"
 #include "app/view/ui/hand_desk.h"
 #include "app/view/ui/message_page.h"

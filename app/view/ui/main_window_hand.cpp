@@ -8,8 +8,8 @@
 #include <QMimeData>
 #include <QUrl>
 
-#include "app/view/ui/invite_dialog.h"
-#include "app/view/ui/join_dialog.h"
+#include "app/view/ui/dialogs/invite_dialog.h"
+#include "app/view/ui/dialogs/join_dialog.h"
 #include "app/view/ui/main_window.h"
 
 // How the window takes part in sessions. main_window.cpp shows them.

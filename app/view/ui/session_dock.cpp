@@ -8,7 +8,7 @@
 
 #include <net/if.h>
 
-#include "app/view/model/plain_tool_tip.h"
+#include "app/view/model/session/plain_tool_tip.h"
 
 namespace tandem {
 

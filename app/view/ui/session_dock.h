@@ -7,8 +7,8 @@
 #include <QPushButton>
 #include <QSpinBox>
 
-#include "app/view/model/scene_model.h"
-#include "app/view/model/session_model.h"
+#include "app/view/model/scene/scene_model.h"
+#include "app/view/model/session/session_model.h"
 
 namespace tandem {
 

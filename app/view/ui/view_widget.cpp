@@ -8,9 +8,9 @@
 #include <QWheelEvent>
 #include <array>
 
-#include "app/view/ui/hand_overlay.h"
-#include "app/view/ui/picture_overlay.h"
-#include "app/view/ui/proximity_overlay.h"
+#include "app/view/ui/overlays/hand_overlay.h"
+#include "app/view/ui/overlays/picture_overlay.h"
+#include "app/view/ui/overlays/proximity_overlay.h"
 
 namespace tandem {
 

@@ -6,11 +6,11 @@
 #include <QTimer>
 #include <memory>
 
-#include "app/view/model/camera_model.h"
-#include "app/view/model/drawn_scene.h"
-#include "app/view/model/hand_picture.h"
-#include "app/view/model/picture_composer.h"
-#include "app/view/model/proximity_picture.h"
+#include "app/view/model/hand/hand_picture.h"
+#include "app/view/model/proximity/proximity_picture.h"
+#include "app/view/model/scene/camera_model.h"
+#include "app/view/model/scene/drawn_scene.h"
+#include "app/view/model/scene/picture_composer.h"
 #include "app/view/render/gl_check.h"
 #include "app/view/render/renderer.h"
 

@@ -8,12 +8,12 @@
 #include <vector>
 
 #include "collab/controller/control_server.h"
+#include "collab/simulated/hands/checkers/goal_hand_checker.h"
+#include "collab/simulated/hands/checkers/host_checker.h"
+#include "collab/simulated/hands/checkers/view_checker.h"
+#include "collab/simulated/hands/checkers/way_checker.h"
 #include "collab/simulated/hands/device_rig.h"
-#include "collab/simulated/hands/goal_hand_checker.h"
-#include "collab/simulated/hands/host_checker.h"
-#include "collab/simulated/hands/view_checker.h"
-#include "collab/simulated/hands/way_checker.h"
-#include "collab/simulated/simulated_session.h"
+#include "collab/simulated/network/simulated_session.h"
 #include "collab/simulated/simulator.h"
 #include "engine/haptics/workspace.h"
 

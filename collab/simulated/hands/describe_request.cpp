@@ -1,6 +1,6 @@
 #include "collab/simulated/hands/describe_request.h"
 
-#include "collab/simulated/breakages.h"
+#include "collab/simulated/checkers/breakages.h"
 
 namespace tandem {
 

@@ -4,8 +4,8 @@
 #include <functional>
 #include <memory>
 
+#include "collab/simulated/hands/checkers/motor_checker.h"
 #include "collab/simulated/hands/modelled_hand.h"
-#include "collab/simulated/hands/motor_checker.h"
 #include "engine/haptics/device_loop.h"
 #include "engine/haptics/process_device.h"
 

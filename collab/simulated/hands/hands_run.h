@@ -7,10 +7,10 @@
 #include <utility>
 #include <vector>
 
+#include "collab/simulated/checkers/session_checker.h"
 #include "collab/simulated/hands/controller_site.h"
 #include "collab/simulated/hands/hands_simulator.h"
 #include "collab/simulated/hands/simulated_host.h"
-#include "collab/simulated/session_checker.h"
 #include "engine/base/hash.h"
 
 namespace tandem {

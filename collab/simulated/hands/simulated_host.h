@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "collab/simulated/fault_schedule.h"
 #include "collab/simulated/hands/controller_site.h"
+#include "collab/simulated/network/fault_schedule.h"
 
 namespace tandem {
 

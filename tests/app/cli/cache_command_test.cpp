@@ -6,8 +6,8 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "app/cli/program_cache.h"
-#include "app/exit_codes.h"
+#include "app/common/exit_codes.h"
+#include "app/common/program_cache.h"
 #include "tests/app/cli/program_run.h"
 
 // Tests `tandem cache`, and that programs use what others have kept.

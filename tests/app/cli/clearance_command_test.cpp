@@ -8,13 +8,13 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "app/cli/path_distance.h"
-#include "app/exit_codes.h"
+#include "app/common/exit_codes.h"
+#include "app/judgement/path_distance.h"
 #include "collab/recording/recorder.h"
 #include "collab/recording/replay.h"
-#include "collab/simulated/simulated_session.h"
+#include "collab/simulated/network/simulated_session.h"
 #include "engine/haptics/scripted_device.h"
-#include "engine/world/scene_hash.h"
+#include "engine/scene/scene_hash.h"
 #include "tests/app/cli/program_run.h"
 #include "tests/support/key_scene.h"
 #include "tests/support/shapes.h"

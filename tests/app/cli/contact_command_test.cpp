@@ -18,9 +18,9 @@
 #include <gtest/gtest.h>
 #include <sys/wait.h>
 
-#include "app/exit_codes.h"
+#include "app/common/exit_codes.h"
 #include "tests/app/cli/program_run.h"
-#include "tests/engine/geometry/mesh_file_samples.h"
+#include "tests/engine/geometry/import/mesh_file_samples.h"
 #include "tests/support/obj_text.h"
 #include "tests/support/scratch_folder.h"
 

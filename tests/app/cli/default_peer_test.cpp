@@ -2,7 +2,7 @@
 // fits into a frame, and follows that in the loop.
 #include <fstream>
 
-#include "app/cli/capacity.h"
+#include "app/capacity/capacity.h"
 #include "collab/recording/recording.h"
 #include "engine/world/world_model.h"
 #include "tests/app/cli/peer_program.h"

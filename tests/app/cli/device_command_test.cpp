@@ -10,8 +10,8 @@
 #include <nlohmann/json.hpp>
 #include <sys/mman.h>
 
+#include "app/common/exit_codes.h"
 #include "app/device/drivers/fake/fake_record.h"
-#include "app/exit_codes.h"
 #include "tests/app/cli/peer_program.h"
 
 namespace tandem {

@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "app/exit_codes.h"
+#include "app/common/exit_codes.h"
 #include "tests/app/cli/program_run.h"
 
 namespace tandem {

@@ -13,10 +13,10 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-#include "app/cli/child_processes.h"
-#include "app/exit_codes.h"
+#include "app/common/exit_codes.h"
 #include "app/invite/invitation.h"
-#include "collab/dds/keys.h"
+#include "app/process/child_processes.h"
+#include "collab/dds/security/keys.h"
 #include "tests/app/cli/program_run.h"
 #include "tests/network/said_program.h"
 #include "tests/support/scratch_folder.h"

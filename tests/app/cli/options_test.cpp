@@ -5,8 +5,8 @@
 #include <gtest/gtest.h>
 
 #include "app/cli/commands.h"
-#include "app/exit_codes.h"
-#include "app/option_checks.h"
+#include "app/common/exit_codes.h"
+#include "app/common/option_checks.h"
 #include "tests/app/cli/program_run.h"
 
 // Tests every option of every command with values that a person or a script may give it by mistake.

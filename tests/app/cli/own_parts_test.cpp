@@ -11,10 +11,10 @@
 
 #include <gtest/gtest.h>
 
-#include "engine/geometry/exact_surface.h"
-#include "scenes/shapes.h"
+#include "engine/geometry/exact/exact_surface.h"
+#include "scenes/generators/shapes.h"
 #include "tests/app/cli/program_run.h"
-#include "tests/scenes/solid_probe.h"
+#include "tests/scenes/generators/solid_probe.h"
 #include "tests/support/obj_text.h"
 
 namespace tandem {

@@ -9,12 +9,12 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "app/cli/child_processes.h"
-#include "app/cli/trace_file.h"
-#include "app/exit_codes.h"
-#include "collab/dds/dds_transport.h"
-#include "collab/early_inbox.h"
-#include "collab/viewer.h"
+#include "app/common/exit_codes.h"
+#include "app/process/child_processes.h"
+#include "app/recording/trace_file.h"
+#include "collab/dds/transport/dds_transport.h"
+#include "collab/session/early_inbox.h"
+#include "collab/session/viewer.h"
 #include "tests/app/cli/peer_program.h"
 
 // Tests `tandem peer` as a person uses it: who takes part, and in which scene.

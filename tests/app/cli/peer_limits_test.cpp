@@ -9,7 +9,7 @@
 #include <gmock/gmock.h>
 #include <nlohmann/json.hpp>
 
-#include "collab/holdings.h"
+#include "collab/ownership/holdings.h"
 #include "tests/app/cli/peer_program.h"
 
 namespace tandem {

@@ -19,8 +19,8 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include "app/cli/child_processes.h"
-#include "app/exit_codes.h"
+#include "app/common/exit_codes.h"
+#include "app/process/child_processes.h"
 #include "tests/app/cli/program_run.h"
 #include "tests/support/obj_text.h"
 

@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "app/exit_codes.h"
+#include "app/common/exit_codes.h"
 #include "tests/app/cli/program_run.h"
 #include "tests/support/obj_text.h"
 #include "tests/support/scratch_folder.h"

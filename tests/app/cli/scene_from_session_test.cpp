@@ -10,11 +10,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "app/exit_codes.h"
-#include "collab/dds/dds_transport.h"
-#include "collab/early_inbox.h"
+#include "app/common/exit_codes.h"
+#include "collab/dds/transport/dds_transport.h"
+#include "collab/session/early_inbox.h"
 #include "collab/transfer/file_messages.h"
-#include "engine/world/scene_hash.h"
+#include "engine/scene/scene_hash.h"
 #include "tests/app/cli/peer_program.h"
 
 // Tests `tandem peer --scene-from-session`: a joiner who names no scene goes by the session's.

@@ -5,8 +5,8 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "app/cli/child_processes.h"
-#include "app/exit_codes.h"
+#include "app/common/exit_codes.h"
+#include "app/process/child_processes.h"
 #include "tests/app/cli/peer_program.h"
 #include "tests/app/cli/program_run.h"
 

@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 #include <unistd.h>
 
-#include "app/exit_codes.h"
+#include "app/common/exit_codes.h"
 #include "tests/app/cli/program_run.h"
 
 namespace tandem {

@@ -5,13 +5,13 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "app/cli/child_processes.h"
-#include "app/exit_codes.h"
-#include "engine/contact/surface_file.h"
-#include "engine/geometry/mesh_file.h"
-#include "engine/voxel/voxmap_file.h"
+#include "app/common/exit_codes.h"
+#include "app/process/child_processes.h"
+#include "engine/contact/kept/surface_file.h"
+#include "engine/geometry/import/mesh_file.h"
+#include "engine/voxel/map/voxmap_file.h"
 #include "tests/app/cli/program_run.h"
-#include "tests/engine/geometry/mesh_file_samples.h"
+#include "tests/engine/geometry/import/mesh_file_samples.h"
 #include "tests/support/scratch_folder.h"
 
 namespace tandem {

@@ -11,8 +11,8 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
-#include "app/cli/child_processes.h"
-#include "app/cli/device_process.h"
+#include "app/process/child_processes.h"
+#include "app/process/device_process.h"
 #include "engine/haptics/process_device.h"
 #include "tests/app/device/motor_writes.h"
 

@@ -1,6 +1,6 @@
 // Tests the device process with a driver that is unwell, and by signals. The motor's writes are
 // judged one by one.
-#include "app/cli/device_process.h"
+#include "app/process/device_process.h"
 
 #include <algorithm>
 #include <array>
@@ -21,8 +21,8 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include "app/cli/child_processes.h"
 #include "app/device/drivers/fake/fake_record.h"
+#include "app/process/child_processes.h"
 #include "engine/haptics/process_device.h"
 #include "engine/safety/motor_guard.h"
 #include "tests/app/device/motor_writes.h"

@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
-#include "app/exit_codes.h"
+#include "app/common/exit_codes.h"
 
 namespace tandem {
 namespace {

@@ -7,7 +7,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "app/cli/child_processes.h"
+#include "app/process/child_processes.h"
 
 namespace tandem {
 namespace {

@@ -8,8 +8,8 @@
 
 #include <gtest/gtest.h>
 
-#include "app/cli/child_processes.h"
-#include "app/cli/device_process.h"
+#include "app/process/child_processes.h"
+#include "app/process/device_process.h"
 #include "engine/realtime/periodic_thread.h"
 #include "tests/app/device/motor_writes.h"
 

@@ -5,7 +5,7 @@
 #include <cstdlib>
 #include <cstring>
 
-#include "app/cli/device_process.h"
+#include "app/process/device_process.h"
 #include "engine/haptics/process_device.h"
 #include "engine/realtime/periodic_thread.h"
 

@@ -10,7 +10,7 @@
 
 #include <gtest/gtest.h>
 
-#include "app/view/model/session_model.h"
+#include "app/view/model/session/session_model.h"
 
 namespace tandem {
 

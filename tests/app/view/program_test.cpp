@@ -11,9 +11,9 @@
 #include <nlohmann/json.hpp>
 #include <sys/stat.h>
 
-#include "collab/dds/dds_transport.h"
-#include "collab/dds/keys.h"
-#include "collab/viewer.h"
+#include "collab/dds/security/keys.h"
+#include "collab/dds/transport/dds_transport.h"
+#include "collab/session/viewer.h"
 #include "tests/app/view/fake_session.h"
 #include "tests/app/view/program_fixture.h"
 

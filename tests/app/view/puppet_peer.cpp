@@ -10,10 +10,10 @@
 
 #include <poll.h>
 
-#include "collab/dds/dds_transport.h"
-#include "collab/viewer.h"
+#include "collab/dds/transport/dds_transport.h"
+#include "collab/session/viewer.h"
 #include "engine/realtime/clock.h"
-#include "engine/world/scene.h"
+#include "engine/scene/scene.h"
 
 namespace {
 

@@ -2,8 +2,8 @@
 
 #include <cmath>
 
-#include "app/view/model/drawn_scene.h"
-#include "engine/geometry/triangle_mesh.h"
+#include "app/view/model/scene/drawn_scene.h"
+#include "engine/geometry/mesh/triangle_mesh.h"
 
 namespace tandem {
 

@@ -16,11 +16,11 @@
 #include <poll.h>
 #include <unistd.h>
 
-#include "collab/dds/cyclone_log.h"
-#include "collab/dds/domain.h"
-#include "collab/dds/partitions.h"
-#include "collab/dds/qos.h"
-#include "collab/dds/security.h"
+#include "collab/dds/cyclone/cyclone_log.h"
+#include "collab/dds/cyclone/partitions.h"
+#include "collab/dds/cyclone/qos.h"
+#include "collab/dds/security/security.h"
+#include "collab/dds/transport/domain.h"
 #include "tandem.h"
 
 namespace {

@@ -6,7 +6,7 @@
 
 #include <sys/types.h>
 
-#include "collab/messages.h"
+#include "collab/session/messages.h"
 
 namespace tandem::testing {
 

@@ -11,7 +11,7 @@
 #include <thread>
 #include <vector>
 
-#include "collab/dds/dds_transport.h"
+#include "collab/dds/transport/dds_transport.h"
 
 namespace tandem::testing {
 

@@ -10,11 +10,11 @@
 #include <poll.h>
 #include <unistd.h>
 
-#include "collab/dds/cyclone_log.h"
-#include "collab/dds/domain.h"
-#include "collab/dds/qos.h"
-#include "collab/dds/security.h"
-#include "collab/dds/wire.h"
+#include "collab/dds/cyclone/cyclone_log.h"
+#include "collab/dds/cyclone/qos.h"
+#include "collab/dds/security/security.h"
+#include "collab/dds/transport/domain.h"
+#include "collab/dds/wire/wire.h"
 #include "tests/collab/dds/live_peer.h"
 
 namespace {

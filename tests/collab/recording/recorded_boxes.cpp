@@ -7,7 +7,7 @@
 
 #include <gtest/gtest.h>
 
-#include "collab/simulated/simulated_session.h"
+#include "collab/simulated/network/simulated_session.h"
 #include "engine/haptics/scripted_device.h"
 #include "tests/support/shapes.h"
 #include "tests/support/test_world.h"

@@ -4,7 +4,7 @@
 #include <functional>
 #include <memory>
 
-#include "collab/peer_node.h"
+#include "collab/peer/peer_node.h"
 #include "collab/recording/recorder.h"
 #include "collab/recording/replay.h"
 

@@ -6,7 +6,7 @@
 
 #include "collab/recording/recorder.h"
 #include "collab/recording/replay.h"
-#include "collab/simulated/simulated_session.h"
+#include "collab/simulated/network/simulated_session.h"
 #include "engine/haptics/scripted_device.h"
 #include "tests/collab/recording/mcap_reader.h"
 #include "tests/support/scratch_folder.h"

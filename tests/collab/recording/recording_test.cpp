@@ -8,7 +8,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include "collab/simulated/simulated_session.h"
+#include "collab/simulated/network/simulated_session.h"
 #include "tests/collab/recording/recorded_boxes.h"
 #include "tests/support/allocation_counter.h"
 #include "tests/support/scratch_folder.h"

@@ -9,7 +9,7 @@
 
 #include <gtest/gtest.h>
 
-#include "collab/simulated/simulated_session.h"
+#include "collab/simulated/network/simulated_session.h"
 #include "tests/collab/recording/recorded_boxes.h"
 #include "tests/support/scratch_folder.h"
 

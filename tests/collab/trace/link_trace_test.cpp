@@ -1,4 +1,4 @@
-#include "collab/link_trace.h"
+#include "collab/receive/link_trace.h"
 
 #include <array>
 #include <optional>
@@ -6,7 +6,7 @@
 
 #include <gmock/gmock.h>
 
-#include "collab/link_conditioner.h"
+#include "collab/receive/link_conditioner.h"
 #include "engine/base/units.h"
 #include "tests/support/allocation_counter.h"
 

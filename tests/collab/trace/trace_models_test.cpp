@@ -7,7 +7,7 @@
 
 #include <gmock/gmock.h>
 
-#include "collab/link_trace.h"
+#include "collab/receive/link_trace.h"
 #include "collab/trace/trace_file.h"
 
 namespace tandem {

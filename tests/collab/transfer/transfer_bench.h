@@ -17,7 +17,7 @@
 #include "collab/transfer/scene_files.h"
 #include "collab/transfer/scene_server.h"
 #include "collab/transfer/scene_store.h"
-#include "engine/world/scene_hash.h"
+#include "engine/scene/scene_hash.h"
 #include "tests/support/scratch_folder.h"
 
 namespace tandem::testing {

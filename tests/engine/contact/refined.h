@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <utility>
 
-#include "engine/contact/contact_kind.h"
-#include "engine/contact/field_pair.h"
-#include "engine/field/field_builder.h"
+#include "engine/contact/field/field_pair.h"
+#include "engine/contact/pair/contact_kind.h"
+#include "engine/field/build/field_builder.h"
 #include "tests/support/shapes.h"
 
 namespace tandem::testing {

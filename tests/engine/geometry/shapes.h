@@ -7,7 +7,7 @@
 #include <numbers>
 #include <utility>
 
-#include "engine/geometry/triangle_mesh.h"
+#include "engine/geometry/mesh/triangle_mesh.h"
 
 namespace tandem::testing {
 

@@ -9,7 +9,7 @@
 
 #include <gtest/gtest.h>
 
-#include "engine/voxel/voxelize.h"
+#include "engine/voxel/build/voxelize.h"
 #include "tests/support/gated_pages.h"
 #include "tests/support/shapes.h"
 

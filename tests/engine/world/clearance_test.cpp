@@ -1,4 +1,4 @@
-#include "engine/contact/clearance.h"
+#include "engine/contact/pair/clearance.h"
 
 #include <cmath>
 #include <limits>

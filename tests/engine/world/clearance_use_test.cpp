@@ -9,7 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "engine/base/check.h"
-#include "engine/contact/edge_contact.h"
+#include "engine/contact/features/edge_contact.h"
 #include "engine/world/world.h"
 #include "engine/world/world_of_meshes.h"
 #include "tests/support/allocation_counter.h"

@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include "engine/contact/field_pair.h"
+#include "engine/contact/field/field_pair.h"
 #include "tests/support/shapes.h"
 #include "tests/support/test_world.h"
 

@@ -1,6 +1,6 @@
 // Tests Coulomb friction between bodies against the textbook: slopes, sliding blocks, spinning
 // discs.
-#include "engine/contact/friction.h"
+#include "engine/contact/pair/friction.h"
 
 #include <cmath>
 

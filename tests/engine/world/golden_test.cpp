@@ -4,7 +4,7 @@
 #include <hwy/targets.h>
 
 #include "engine/base/hash.h"
-#include "engine/contact/block_test.h"
+#include "engine/contact/schedule/voxmap_lookup.h"
 #include "engine/realtime/frame_helpers.h"
 #include "tests/support/shapes.h"
 #include "tests/support/test_world.h"

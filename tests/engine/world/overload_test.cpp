@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "engine/contact/max_travel.h"
+#include "engine/contact/schedule/max_travel.h"
 #include "tests/support/shapes.h"
 #include "tests/support/test_world.h"
 

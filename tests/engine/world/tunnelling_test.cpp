@@ -1,7 +1,7 @@
 // Tests how far bodies get into one another, by exact geometry.
 #include <gtest/gtest.h>
 
-#include "engine/geometry/exact_surface.h"
+#include "engine/geometry/exact/exact_surface.h"
 #include "engine/world/world.h"
 #include "tests/support/shapes.h"
 #include "tests/support/test_world.h"

@@ -6,8 +6,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "app/cli/child_processes.h"
 #include "app/device/open_driver.h"
+#include "app/process/child_processes.h"
 #include "collab/recording/recorder.h"
 
 namespace tandem {

@@ -1,0 +1,194 @@
+#include "app/doctor/doctor_reach.h"
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <ctime>
+#include <optional>
+#include <vector>
+
+#include <arpa/inet.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include "app/common/scene_files.h"
+#include "app/common/talk.h"
+#include "app/invite/enrolment_client.h"
+#include "app/reach/scene_search.h"
+#include "collab/dds/diagnostics/reach.h"
+#include "collab/dds/security/keys.h"
+#include "collab/session/scene_agreement.h"
+#include "engine/base/text/clean_text.h"
+
+namespace tandem {
+namespace {
+
+/// Returns whether an address means nothing on the Internet: an address of a private network (RFC
+/// 1918), of a provider's own (RFC 6598), of a link or of the machine itself.
+bool IsPrivateAddress(const std::string& text) {
+  in_addr address{};
+  if (inet_pton(AF_INET, text.c_str(), &address) != 1) return false;
+  struct Network {
+    std::uint32_t base;
+    int bits;
+  };
+  constexpr std::array kNetworks{Network{0x0a000000, 8},  Network{0xac100000, 12},
+                                 Network{0xc0a80000, 16}, Network{0x64400000, 10},
+                                 Network{0xa9fe0000, 16}, Network{0x7f000000, 8}};
+  const std::uint32_t bits = ntohl(address.s_addr);
+  return std::ranges::any_of(kNetworks, [bits](const Network& network) {
+    return (bits ^ network.base) >> (32 - network.bits) == 0;
+  });
+}
+
+std::string Until(std::time_t end) {
+  return TimeForAPerson(end, std::time(nullptr));
+}
+
+}  // namespace
+
+void CheckOwnAddress(const ReachOptions& reach, bool beyond, Findings& findings) {
+  std::string own;
+  bool all_private = true;
+  bool has_external = false;
+  for (const InterfaceFacts& interface : UsableInterfaces()) {
+    if (interface.loopback) continue;
+    own += (own.empty() ? "" : ", ") + interface.address;
+    all_private = all_private && IsPrivateAddress(interface.address);
+    has_external = has_external || interface.address == reach.external_address;
+  }
+  const std::string what = "own address";
+  const std::string ports =
+      reach.port == 0 ? "N and N + 1"
+                      : std::to_string(reach.port) + " and " + std::to_string(reach.port + 1);
+  if (!reach.external_address.empty()) {
+    if (IsPrivateAddress(reach.external_address)) {
+      findings.Add(Finding::kWarning, what, reach.external_address + " is of a private network",
+                   "good within that network or a VPN; on the Internet give the router's public "
+                   "address, which the router's own pages show");
+    } else if (reach.port == 0 && !has_external) {
+      findings.Add(Finding::kWarning, what, reach.external_address + ", but no --port",
+                   "a router maps fixed ports: give --port N, and map UDP N and N + 1 to this "
+                   "machine, for 'tandem invite' TCP N too");
+    } else {
+      findings.Add(Finding::kGood, what,
+                   reach.external_address + (has_external ? " is this machine's own"
+                                                          : ", to be mapped by the router: UDP " +
+                                                                ports + " to " + own));
+    }
+    return;
+  }
+  if (!beyond || own.empty()) return;
+  if (!all_private) {
+    findings.Add(Finding::kGood, what, own);
+    return;
+  }
+  findings.Add(Finding::kWarning, what, own + ": of private networks alone",
+               "fine within one network or a VPN; over the Internet map UDP N and N + 1 to this "
+               "machine at the router, and give --external-address A --port N");
+}
+
+void CheckEnrolPort(std::uint16_t port, Findings& findings) {
+  const int listener = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  const int yes = 1;
+  setsockopt(listener, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_port = htons(port);
+  const bool free = bind(listener, reinterpret_cast<sockaddr*>(&address), sizeof address) == 0 &&
+                    listen(listener, 1) == 0;
+  const int fault = errno;
+  close(listener);
+  const std::string what = "port for invitations";
+  if (free) {
+    findings.Add(Finding::kGood, what, "TCP " + std::to_string(port) + " is free");
+  } else {
+    findings.Add(Finding::kWarning, what,
+                 "TCP " + std::to_string(port) + ": " + std::strerror(fault),
+                 "fine if that is 'tandem invite'; else name a free one with --enrol-port");
+  }
+}
+
+bool CheckKeys(const ReachOptions& reach, Findings& findings) {
+  if (reach.secure.empty()) return true;
+  const Result<MemberKeys> keys = LoadMemberKeys(reach.secure);
+  if (!keys) {
+    findings.Add(Finding::kBad, "keys", keys.error().what);
+    return false;
+  }
+  const std::string ending = ExpiryWarning(*keys);
+  const bool viewer = keys->role == Role::kViewer && !keys->relay;
+  const std::string whose = keys->name + ", who " +
+                            (keys->relay ? "relays"
+                             : viewer    ? "looks on"
+                                         : "takes part") +
+                            "; good until " + Until(keys->not_after);
+  findings.Add(ending.empty() ? Finding::kGood : Finding::kWarning, "keys", whose,
+               ending.empty() ? "" : "they end soon: make new ones with 'tandem keys'");
+  return viewer;
+}
+
+bool CheckInvitation(const std::string& line, Invitation& invitation, Findings& findings) {
+  const Result<Invitation> read = ReadInvitation(line);
+  if (!read) {
+    findings.Add(Finding::kBad, "invitation", read.error().what);
+    return false;
+  }
+  invitation = *read;
+  findings.Add(Finding::kGood, "invitation",
+               std::string(invitation.secured ? "secured" : "plain") + " session " +
+                   CleanText(invitation.session) + ", to " +
+                   (invitation.role == Role::kViewer ? "look on" : "take part"));
+  if (!invitation.secured) return true;
+  const InviterFacts facts = ProbeInviter(invitation);
+  if (facts.is_the_inviter) {
+    findings.Add(Finding::kGood, "inviter",
+                 facts.what + "; good until " + Until(invitation.enrolment.until));
+    return true;
+  }
+  const bool over = std::time(nullptr) >= invitation.enrolment.until;
+  findings.Add(Finding::kBad, "inviter", facts.what,
+               over
+                   ? "ask for a new line"
+                   : "at the inviter: does 'tandem invite' still run there? Do router and firewall "
+                     "let TCP " +
+                         std::to_string(invitation.enrolment.port) +
+                         " through to it? Else go by files: tandem keys request --help");
+  return true;
+}
+
+void CheckScene(const std::string& named, const InvitedScene& invited, Findings& findings) {
+  if (!named.empty()) {
+    const Result<Scene> scene = LoadNamedScene(named);
+    const Result<SceneHash> hash = scene ? HashScene(*scene) : Result<SceneHash>(scene.error());
+    if (!hash) {
+      findings.Add(Finding::kBad, "scene", hash.error().what);
+      return;
+    }
+    const bool other = invited.digest != 0 && invited.digest != hash->content;
+    findings.Add(other ? Finding::kBad : Finding::kGood, "scene",
+                 scene->file.string() + ", digest " + Hex(hash->content),
+                 other ? "the invitation is to another one, " + Hex(invited.digest) +
+                             ": leave --scene away, or ask for the files"
+                       : "");
+    return;
+  }
+  if (invited.digest == 0) return;
+  const auto file = FindScene({.content_hash = invited.digest,
+                               .file = invited.file,
+                               .bodies = invited.bodies,
+                               .open_told = false},
+                              FoldersWithScenes());
+  if (file) {
+    findings.Add(Finding::kGood, "scene", file->string() + ", as the invitation wants it");
+  } else {
+    findings.Add(
+        Finding::kWarning, "scene", CleanText(invited.file) + " is not on this machine",
+        "'tandem join' fetches it from the session, and asks before; or get its files, and "
+        "name them with --scene");
+  }
+}
+
+}  // namespace tandem

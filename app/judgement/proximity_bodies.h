@@ -1,0 +1,15 @@
+#pragma once
+
+#include <vector>
+
+#include "engine/base/result.h"
+#include "engine/proximity/scene_proximity.h"
+#include "engine/scene/scene.h"
+
+namespace tandem {
+
+/// Loads the meshes of a scene's bodies, where they stand at first. An error names the body and its
+/// file.
+Result<std::vector<ProximityBody>> LoadProximityBodies(const Scene& scene);
+
+}  // namespace tandem

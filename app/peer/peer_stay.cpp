@@ -1,0 +1,267 @@
+#include "app/peer/peer_stay.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <utility>
+#include <vector>
+
+#include "app/common/exit_codes.h"
+#include "app/common/talk.h"
+#include "collab/dds/transport/packet_filter.h"
+#include "engine/realtime/clock.h"
+
+namespace tandem {
+
+namespace {
+
+constexpr std::int64_t kControlPeriodNs = 20'000'000;
+constexpr std::int64_t kWaitingNs = 2'000'000'000;
+constexpr std::int64_t kAloneNs = 5'000'000'000;
+constexpr std::int64_t kNewcomerNs = 10'000'000'000;  // no peer is sent away after this
+constexpr std::int64_t kLastFramesNs = 1'000'000'000;
+
+std::string Seconds(double seconds) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%g s", seconds);
+  return text;
+}
+
+/// Returns a line for each peer here with its force terms.
+std::vector<std::string> TermsOf(const PeerDirectory& directory) {
+  std::vector<std::string> lines;
+  for (const PeerDirectory::Entry& entry : directory.Entries()) {
+    const bool counts = entry.presence == PeerDirectory::Presence::kHere &&
+                        entry.info.role == Role::kActive && entry.refused.empty();
+    if (!counts || entry.info.terms.law.empty()) continue;
+    lines.push_back(entry.info.name + ": " + Describe(entry.info.terms) +
+                    (entry.terms_told.empty() ? "" : "; not as yours: " + entry.terms_told));
+  }
+  return lines;
+}
+
+std::size_t ActiveIn(const PeerDirectory& directory) {
+  const std::vector<PeerDirectory::Entry> entries = directory.Entries();
+  return static_cast<std::size_t>(
+      std::ranges::count_if(entries, [](const PeerDirectory::Entry& entry) {
+        return entry.presence == PeerDirectory::Presence::kHere &&
+               entry.info.role == Role::kActive && entry.refused.empty();
+      }));
+}
+
+/// Returns whether the device is in an emergency stop, by an order or by its own button.
+bool StoppedAtDevice(const DeviceProcess& device) {
+  const std::optional<DeviceTick> tick = device.Newest();
+  return tick && static_cast<SafetyState>(tick->state) == SafetyState::kStopped;
+}
+
+std::vector<std::string> NamesOfPeers(const PeerDirectory& directory) {
+  std::vector<std::string> names;
+  for (const PeerDirectory::Entry& entry : directory.Entries()) {
+    names.push_back(directory.NameOf(entry.info.peer));
+  }
+  return names;
+}
+
+/// Lets the handle go from what it leads, or takes it up again. Returns what to say of that.
+std::string Clutch(const PeerArguments& arguments, bool pressed) {
+  if (!arguments.space->Change({.clutch = pressed})) {
+    return "clutch: only a device in a process of its own has one";
+  }
+  return pressed ? "the handle moves alone, until 'clutch off'" : "the handle leads again";
+}
+
+}  // namespace
+
+PeerStay::PeerStay(PeerArguments& arguments, Joining& joining, PeerLoops& loops,
+                   PeerControl* control, bool may_join_again, NetworkPlan plan)
+    : arguments_(arguments),
+      joining_(joining),
+      node_(*joining.node),
+      loops_(loops),
+      control_(control),
+      may_join_again_(may_join_again),
+      opened_ns_(MonotonicNowNs()),
+      network_(joining.waiting),
+      name_([&node = *joining.node](PeerId peer) {
+        return node.directory().NameOf(peer);
+      }),
+      on_hand_(control != nullptr ? control->on_hand() : PeerNode::OnHand()) {
+  if (!arguments.network.empty()) network_.Start(std::move(plan), opened_ns_);
+}
+
+int PeerStay::RunUntil(const std::atomic<bool>& stop_asked) {
+  std::int64_t next_ns = opened_ns_;
+  while (!stop_asked.load()) {
+    const std::int64_t now_ns = MonotonicNowNs();
+    node_.ControlFrame(now_ns, *joining_.transport);
+    TellNews(now_ns);
+    WatchDevice();
+    loops_.TakePoses(poses_);
+    TellEntered(now_ns);
+    for (const std::string& line : network_.Apply(now_ns, node_.directory(), node_.inbox())) {
+      Say(line);
+    }
+    if (const PeerTable& now = node_.peer().table().Read(); now.count > 0) table_ = now;
+    TellRecorder();
+    if (const std::optional<int> exit_code = TakeOrders(now_ns)) return *exit_code;
+    if (const std::optional<int> exit_code = WhyEnd(now_ns)) return *exit_code;
+    TellWaiting(now_ns);
+    if (IsDone(now_ns)) break;
+    next_ns += kControlPeriodNs;
+    MachineClock().SleepUntil(next_ns);
+  }
+  return kExitOk;
+}
+
+void PeerStay::TellNews(std::int64_t now_ns) {
+  if (const std::vector<std::string> fresh = node_.TakeNews(on_hand_); !fresh.empty()) {
+    const std::vector<std::string> names = NamesOfPeers(node_.directory());
+    for (const std::string& line : fresh) news_.Add(AboutWhom(line, names), line);
+  }
+  for (const std::string& line : refusals_.Look(PacketsJudged())) news_.Add("", line);
+  if (joining_.files) {
+    if (const std::string line = joining_.files->TakeNews(); !line.empty()) news_.Add("", line);
+  }
+  for (const std::string& line : news_.Due(now_ns)) Say(line);
+}
+
+void PeerStay::WatchDevice() {
+  DeviceProcess* device = joining_.device();
+  if (device == nullptr) return;
+  if (const std::string line = device->News(); !line.empty()) {
+    Say(line);
+    if (control_ != nullptr) control_->OnLine(line);
+  }
+  // a stop by the device's button stops the hand, too
+  const bool stopped = StoppedAtDevice(*device);
+  if (stopped && !std::exchange(stop_seen_, stopped)) Give({.kind = Command::Kind::kStop});
+  stop_seen_ = stopped;
+}
+
+void PeerStay::TellEntered(std::int64_t now_ns) {
+  if (loops_.begun() && !std::exchange(hand_told_, true)) network_.HandBegins(now_ns);
+  if (arguments_.on_entered && hand_told_ && (arguments_.hold.empty() || loops_.holds())) {
+    const auto tell = std::exchange(arguments_.on_entered, nullptr);
+    tell({.peer = joining_.id, .name = arguments_.name, .holding = arguments_.hold});
+  }
+}
+
+void PeerStay::TellRecorder() {
+  if (!joining_.recorder) return;
+  if (const std::string line = joining_.recorder->News(); !line.empty()) Say(line);
+  for (const PeerDirectory::Entry& entry : node_.directory().Entries()) {
+    joining_.recorder->Named(entry.info.peer, name_(entry.info.peer));
+  }
+}
+
+std::optional<int> PeerStay::TakeOrders(std::int64_t now_ns) {
+  for (const Result<std::string>& taken : orders_.TakeLines()) {
+    if (taken) {
+      ObeyLine(*taken, now_ns);
+    } else {
+      Say(taken.error().what);
+    }
+  }
+  PeerControl::Wish wish = PeerControl::Wish::kGoOn;
+  if (control_ != nullptr) wish = control_->Turn(table_);
+  if (wish == PeerControl::Wish::kJoinAgain) return kJoinAgain;
+  if (quit_ || wish == PeerControl::Wish::kQuit) return kExitOk;
+  return std::nullopt;
+}
+
+void PeerStay::ObeyLine(const std::string& line, std::int64_t now_ns) {
+  if (line == "quit") {
+    quit_ = true;
+  } else if (line == "help") {
+    for (const std::string& row : HelpOnOrders()) Say(row);
+  } else if (line == "peers") {
+    for (const std::string& row : AsLines(node_.peer().table().Read(), name_)) Say(row);
+    for (const std::string& row : TermsOf(node_.directory())) Say(row);
+  } else if (line == "clutch" || line == "clutch off") {
+    Say(Clutch(arguments_, line == "clutch"));
+  } else if (PlannedNetwork::IsOrder(line)) {
+    const std::size_t senders = ActiveIn(node_.directory());
+    if (const auto wrong = network_.Obey(line, now_ns, senders)) Say(wrong->what);
+  } else {
+    ObeyOrder(line);
+  }
+}
+
+void PeerStay::ObeyOrder(const std::string& line) {
+  const Result<Command> order =
+      ParseOrder(line, *joining_.model, node_.directory(), joining_.unequal.has_value());
+  if (!order) {
+    Say(order.error().what);
+  } else if (!Give(*order)) {
+    Say("too many orders at once: '" + line + "' is not obeyed");
+  } else if (const std::string answer = AnswerTo(*order, *joining_.model); !answer.empty()) {
+    Say(answer);
+  }
+}
+
+bool PeerStay::Give(const Command& command) {
+  return control_ != nullptr ? control_->Order(command) : node_.peer().commands().TryPush(command);
+}
+
+std::optional<int> PeerStay::WhyEnd(std::int64_t now_ns) {
+  if (now_ns - opened_ns_ < kNewcomerNs && node_.OneTooMany()) {
+    return Fail(kExitNetwork, "session " + arguments_.session + " has " +
+                                  std::to_string(kMaxPeers) +
+                                  " active peers, the most there can be: look on with "
+                                  "'tandem watch'");
+  }
+  if (now_ns - opened_ns_ < kNewcomerNs && node_.IsTwin()) {
+    return Fail(kExitSecurity, arguments_.reach.secure +
+                                   ": these keys are in use in this session already: end "
+                                   "the other program, or take keys of your own");
+  }
+  if (node_.peer().voxels_lack()) return Fail(kExitFile, node_.world().WhyVoxelsLack());
+  if (const std::string ended = joining_.transport->KeysEnd(); !ended.empty()) {
+    return Fail(kExitSecurity, ended);
+  }
+  return WhyNotBegun(now_ns);
+}
+
+std::optional<int> PeerStay::WhyNotBegun(std::int64_t now_ns) {
+  if (!loops_.begun() && may_join_again_ && Superseded(joining_)) {
+    Say("other force parameters were offered to the session at the same time: joining anew by "
+        "those");
+    return kJoinAgain;
+  }
+  if (!loops_.begun() && static_cast<double>(now_ns - opened_ns_) > 1e9 * arguments_.wait_seconds) {
+    int exit_code =
+        Fail(kExitNetwork, "nobody to begin with came within " + Seconds(arguments_.wait_seconds) +
+                               ": --wait-for counts others who hold a body");
+    for (const PeerDirectory::Entry& entry : node_.directory().Entries()) {
+      if (!entry.refused.empty()) exit_code = kExitIncompatiblePeer;
+    }
+    return exit_code;
+  }
+  return std::nullopt;
+}
+
+void PeerStay::TellWaiting(std::int64_t now_ns) {
+  if (!arguments_.alone.empty() && now_ns - opened_ns_ > kAloneNs) {
+    if (node_.directory().Entries().empty()) Say(arguments_.alone);
+    arguments_.alone.clear();
+  }
+  if (!waiting_told_ && !loops_.begun() && arguments_.wait_for > 0 &&
+      now_ns - opened_ns_ > kWaitingNs) {
+    waiting_told_ = true;
+    Say("your hand waits for others who hold a body, of a shared one the same: --wait-for " +
+        std::to_string(arguments_.wait_for) + ", given up after " +
+        Seconds(arguments_.wait_seconds));
+  }
+}
+
+bool PeerStay::IsDone(std::int64_t now_ns) {
+  if (loops_.done() && done_ns_ == 0) done_ns_ = now_ns;
+  // other peers' last frames still need ours: one more second
+  return done_ns_ != 0 && now_ns - done_ns_ > kLastFramesNs;
+}
+
+void PeerStay::SayRest() {
+  for (const std::string& line : news_.Rest()) Say(line);
+}
+
+}  // namespace tandem

@@ -1,0 +1,380 @@
+#include "app/peer/run_watch.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <deque>
+#include <future>
+#include <map>
+#include <memory>
+#include <optional>
+#include <set>
+#include <stop_token>
+#include <utility>
+
+#include <unistd.h>
+
+#include "app/common/exit_codes.h"
+#include "app/common/option_checks.h"
+#include "app/common/output_file.h"
+#include "app/common/scene_files.h"
+#include "app/common/stop_signal.h"
+#include "app/common/talk.h"
+#include "app/peer/peer_options.h"
+#include "app/peer/text/news_limiter.h"
+#include "app/reach/scene_search.h"
+#include "collab/dds/transport/announcements.h"
+#include "collab/dds/transport/dds_transport.h"
+#include "collab/dds/transport/relay.h"
+#include "collab/session/frame_limits.h"
+#include "collab/session/scene_agreement.h"
+#include "collab/session/viewer.h"
+#include "collab/session/viewer_report.h"
+#include "engine/realtime/clock.h"
+
+namespace tandem {
+
+namespace {
+
+using Presence = ViewedPeer::Presence;
+
+constexpr std::int64_t kTurnNs = 100'000'000;      // period of looks at what is new
+constexpr std::int64_t kBeatNs = 250'000'000;      // period of "I am here"
+constexpr std::int64_t kStatusNs = 1'000'000'000;  // period of lines on what is received
+constexpr std::size_t kBodiesTold = 12;            // bodies of each peer in a line
+constexpr std::size_t kMostScenes = 16;
+
+std::string NameOf(const ViewedPeer& peer) {
+  return peer.info.name.empty() ? "peer " + std::to_string(peer.info.peer) : peer.info.name;
+}
+
+/// The scene that was given with --scene.
+struct OwnScene {
+  Scene scene;
+  SceneHash hash;
+};
+
+/// Looks for one scene after the other on this machine. A thread of its own does it, because it
+/// takes as long as the disk does.
+class SceneSearches {
+ public:
+  ~SceneSearches() { stop_.request_stop(); }
+
+  void Add(const SceneManifest& scene) { waiting_.push_back(scene); }
+
+  /// Returns the result of a search that has ended, and begins the next.
+  std::optional<std::string> TakeNews() {
+    std::optional<std::string> news;
+    if (answer_.valid() && answer_.wait_for(std::chrono::seconds(0)) == std::future_status::ready) {
+      news = answer_.get();
+    }
+    if (!answer_.valid() && !waiting_.empty()) {
+      answer_ =
+          std::async(std::launch::async, [scene = waiting_.front(), stop = stop_.get_token()] {
+            return WhereItIs(scene, stop);
+          });
+      waiting_.pop_front();
+    }
+    return news;
+  }
+
+ private:
+  static std::string WhereItIs(const SceneManifest& scene, const std::stop_token& stop) {
+    const std::vector<std::filesystem::path> folders = FoldersWithScenes();
+    if (const auto file = FindScene(WantedFrom(scene), folders, stop)) {
+      return "this machine has it: " + file->string();
+    }
+    std::string searched;
+    for (const std::filesystem::path& folder : folders) searched += ", " + folder.string();
+    return "this machine does not have it (looked for " + scene.file + searched +
+           "): get it, and name it with --scene";
+  }
+
+  std::deque<SceneManifest> waiting_;
+  std::stop_source stop_;
+  std::future<std::string> answer_;  // the destructor waits for it
+};
+
+/// Tells the news of a session, line by line.
+class Reporter {
+ public:
+  /// `security`: who can listen, which is said once a peer is heard. `as_part`: other peers are
+  /// known to come.
+  Reporter(std::optional<OwnScene> own, AnnouncedSession session, std::string security,
+           bool as_part)
+      : own_(std::move(own)),
+        session_(std::move(session)),
+        security_(as_part ? std::string() : std::move(security)),
+        as_part_(as_part) {}
+
+  void TellNews(const ViewerPicture& picture, std::int64_t now_ns) {
+    CollectNews(picture);
+    for (const std::string& line : news_.Due(now_ns)) Say(line);
+  }
+  void TellRest() {
+    for (const std::string& line : news_.Rest()) Say(line);
+  }
+
+  void CollectNews(const ViewerPicture& picture) {
+    if (!picture.peers.empty() && !security_.empty()) Say(std::exchange(security_, {}));
+    // a session goes by one scene; only the first kMostScenes of a peer that invents more are told
+    if (picture.scene && told_scene_.size() < kMostScenes &&
+        told_scene_.insert(picture.scene->content_hash).second) {
+      TellScene(*picture.scene);
+    }
+    if (const auto found = searches_.TakeNews()) Note(*found);
+    ForgetGone(picture);
+    for (const ViewedPeer& peer : picture.peers) {
+      if (peer.info.name.empty() && peer.presence == Presence::kHere) continue;  // its name follows
+      const auto [known, is_new] = told_.try_emplace(peer.info.peer, peer.presence);
+      if (!is_new && known->second == peer.presence) continue;
+      known->second = peer.presence;
+      const char* what = peer.presence == Presence::kHere ? peer.came_back ? " is back" : " joined"
+                         : peer.presence == Presence::kLost ? " is lost"
+                                                            : " left";
+      const std::string name = NameOf(peer);
+      news_.Add(name, name + what + (peer.info.role == Role::kViewer ? " (viewer)" : ""));
+      const std::string other = OtherProtocol(peer.info);
+      if (!other.empty() && peer.presence == Presence::kHere) {
+        news_.Add("", name + " " + other + "; what is told here may be wrong");
+      }
+    }
+  }
+
+  void TellStatus(const ViewerPicture& picture, double seconds,
+                  const std::vector<AnnouncedSession>& nearby) {
+    if (picture.peers.empty()) {
+      if (!as_part_) Say(NobodyHeard(session_, nearby));
+      return;
+    }
+    std::string line = std::to_string(std::lround(
+                           static_cast<double>(picture.samples - samples_told_) / seconds)) +
+                       " samples/s";
+    samples_told_ = picture.samples;
+    int active = 0;
+    for (const ViewedPeer& peer : picture.peers) {
+      if (peer.presence != Presence::kHere || peer.info.role != Role::kActive) continue;
+      line += "; " + NameOf(peer) + " " + std::to_string(std::lround(peer.delay_ms)) + " ms";
+      ++active;
+      for (std::size_t i = 0; i < std::min(peer.bodies.size(), kBodiesTold); ++i) {
+        const ViewBody& body = peer.bodies[i];
+        const bool named = picture.scene && body.object < picture.scene->bodies.size();
+        line += ", " +
+                (named ? picture.scene->bodies[body.object].name
+                       : "body " + std::to_string(body.object)) +
+                " moved " + std::to_string(std::lround(1000 * body.X_W.p.norm())) + " mm";
+        if ((body.flags & ViewBody::kInContact) != 0) line += " (contact)";
+        if ((body.flags & ViewBody::kTrapped) != 0) line += " (trapped)";
+        if ((body.flags & ViewBody::kHeld) == 0) continue;
+        const std::string limits = AsText(LimitsIn(body.flags));
+        if (!limits.empty()) line += " (" + limits + " of its frames)";
+      }
+      if (peer.bodies.size() > kBodiesTold) {
+        line += ", and " + std::to_string(peer.bodies.size() - kBodiesTold) + " more";
+      }
+    }
+    Say(active > 0 ? line : "nobody who takes part is here");
+  }
+
+ private:
+  /// Forgets peers that the picture no longer has, so that both stay limited.
+  void ForgetGone(const ViewerPicture& picture) {
+    if (told_.size() <= 2 * Viewer::kMost) return;
+    std::erase_if(told_, [&picture](const auto& one) {
+      return std::ranges::none_of(picture.peers, [&one](const ViewedPeer& peer) {
+        return peer.info.peer == one.first;
+      });
+    });
+  }
+
+  void Note(const std::string& line) { news_.Add("", line); }
+
+  void TellScene(const SceneManifest& scene) {
+    Note("scene " + scene.name + ", " + std::to_string(scene.bodies.size()) + " bodies, from " +
+         scene.file);
+    Note("its force parameters: " + Describe(ParametersOf(scene)));
+    if (!own_) return searches_.Add(scene);
+    const std::string difference = ContentDifference(own_->scene, own_->hash, scene);
+    Note(difference.empty() ? "it is the scene given with --scene"
+                            : "it is NOT the scene given with --scene: " + difference);
+  }
+
+  std::optional<OwnScene> own_;
+  SceneSearches searches_;
+  NewsLimiter news_;
+  AnnouncedSession session_;
+  std::string security_;
+  bool as_part_;
+  std::map<PeerId, Presence> told_;
+  std::set<std::uint64_t> told_scene_;
+  std::uint64_t samples_told_ = 0;
+};
+
+/// Reads the scene that was given with --scene, if one was. Error: it cannot be read.
+Result<std::optional<OwnScene>> ReadOwnScene(const std::string& file) {
+  std::optional<OwnScene> own;
+  if (file.empty()) return own;
+  Result<Scene> scene = LoadNamedScene(file);
+  if (!scene) return scene.error();
+  Result<SceneHash> hash = HashScene(*scene);
+  if (!hash) return hash.error();
+  own.emplace(OwnScene{*std::move(scene), *std::move(hash)});
+  RememberSceneFolder(own->scene.file);
+  return own;
+}
+
+/// Looks for the session's scene and puts its file into the options. Returns the exit code.
+int TakeSceneOfSession(WatchOptions& options, PeerId id) {
+  SessionSceneOptions sought =
+      SceneSearchOptions(options.session, id, Role::kViewer, options.reach, options.fetch);
+  sought.from_relay = options.from_relay;
+  const SessionScene found = FindSessionScene(sought);
+  if (!found.fault.empty()) return Fail(found.exit_code, found.fault);
+  options.scene = found.file.string();
+  return kExitOk;
+}
+
+/// Looks on at a session until a signal, the end of the keys or of the time.
+class Watching {
+ public:
+  Watching(const WatchOptions& options, const DdsOptions& dds, const Viewer& viewer,
+           Transport& transport, std::optional<OwnScene> own)
+      : options_(options),
+        dds_(dds),
+        viewer_(viewer),
+        transport_(transport),
+        reporter_(std::move(own), {dds.session, !dds.secure.empty()},
+                  SecurityOf(options.reach, options.session), options.as_part) {
+    info_.peer = dds.peer;
+    info_.role = Role::kViewer;
+    info_.name = options.name;
+    joined_ns_ = MonotonicNowNs();
+    beat_ns_ = joined_ns_ - kBeatNs;
+    status_ns_ = joined_ns_;
+  }
+
+  /// Returns the exit code.
+  int LookOn() {
+    int exit_code = kExitOk;
+    std::int64_t now_ns = joined_ns_;
+    do {
+      const ViewerPicture picture = viewer_.Picture();
+      reporter_.TellNews(picture, now_ns);
+      if (now_ns - beat_ns_ >= kBeatNs) Beat(picture, now_ns);
+      if (now_ns - status_ns_ >= kStatusNs) TellStatus(picture, now_ns);
+      if (const std::string ended = transport_.KeysEnd(); !ended.empty()) {
+        exit_code = Fail(kExitSecurity, ended);
+        break;
+      }
+      if (StopAskedWithin(std::chrono::nanoseconds(kTurnNs))) break;
+      now_ns = MonotonicNowNs();
+    } while (options_.seconds <= 0 ||
+             static_cast<double>(now_ns - joined_ns_) < 1e9 * options_.seconds);
+    reporter_.TellRest();
+    return exit_code;
+  }
+
+  std::int64_t joined_ns() const noexcept { return joined_ns_; }
+
+ private:
+  void Beat(const ViewerPicture& picture, std::int64_t now_ns) {
+    if (picture.scene) info_.scene_hash = picture.scene->content_hash;
+    transport_.Publish(info_);
+    ++info_.beat;
+    beat_ns_ = now_ns;
+  }
+
+  void TellStatus(const ViewerPicture& picture, std::int64_t now_ns) {
+    if (!picture.peers.empty()) {
+      nearby_.reset();
+    } else if (!nearby_) {
+      nearby_ = ListenForSessions(dds_);
+    }
+    reporter_.TellStatus(picture, static_cast<double>(now_ns - status_ns_) * 1e-9,
+                         nearby_ ? nearby_->Heard() : std::vector<AnnouncedSession>{});
+    status_ns_ = now_ns;
+  }
+
+  const WatchOptions& options_;
+  const DdsOptions& dds_;
+  const Viewer& viewer_;
+  Transport& transport_;
+  std::unique_ptr<SessionsNearby> nearby_;  // only while nobody is heard: it takes a DDS port
+  PeerInfo info_;
+  Reporter reporter_;
+  std::int64_t joined_ns_ = 0;
+  std::int64_t beat_ns_ = 0;
+  std::int64_t status_ns_ = 0;
+};
+
+}  // namespace
+
+int WatchCommand(const WatchOptions& asked) {
+  WatchOptions options = asked;
+  if (!options.report.empty()) {
+    const std::string fault = WhyNotWritable(options.report);
+    if (!fault.empty()) return Fail(kExitFile, fault);
+  }
+  const Result<PeerId> id = Identify(options.reach, Role::kViewer, options.name);
+  if (!id) return Fail(kExitSecurity, id.error().what);
+  if (options.scene_from_session) {
+    if (const int failed = TakeSceneOfSession(options, *id); failed != kExitOk) return failed;
+  }
+  Result<std::optional<OwnScene>> own = ReadOwnScene(options.scene);
+  if (!own) return Fail(kExitFile, own.error().what);
+  StopOnSignals();
+
+  Viewer viewer;
+  DdsOptions dds;
+  dds.session = options.session;
+  dds.peer = *id;
+  dds.role = Role::kViewer;
+  ApplyReach(options.reach, dds);
+  if (options.from_relay) GoToRelay(dds);
+  Result<std::unique_ptr<Transport>> joined = JoinOverDds(dds, viewer);
+  if (!joined) {
+    return Fail(options.reach.secure.empty() ? kExitNetwork : kExitSecurity, joined.error().what);
+  }
+  Transport& transport = **joined;
+  const AtForcedEnd goodbye([&transport] {
+    transport.SayGoodbye();
+  });
+  Say("watching session " + options.session);
+  if (options.on_entered) options.on_entered({.peer = *id, .name = options.name, .holding = {}});
+  Watching watching(options, dds, viewer, transport, *std::move(own));
+  const int exit_code = watching.LookOn();
+  transport.Leave();
+  StillEnding();
+
+  const ViewerReport report = ReportOf(
+      &viewer, getpid(), static_cast<double>(MonotonicNowNs() - watching.joined_ns()) * 1e-9);
+  if (options.json) std::printf("%s\n", AsJson(report).c_str());
+  if (options.report.empty()) return exit_code;
+  const Result<bool> written = WriteReport(report, options.report);
+  return written ? exit_code : Fail(kExitFile, written.error().what);
+}
+
+void AddWatchCommand(CLI::App& app, int& exit_code) {
+  auto options = std::make_shared<WatchOptions>();
+  options->name = "watch-" + std::to_string(getpid());
+  CLI::App* command = app.add_subcommand("watch", "Look on at a session without a window");
+  AddSessionOption(*command, options->session, "name of the session")->required();
+  CLI::Option* scene = command->add_option(
+      "--scene", options->scene, "compare this scene with the session's: its name or file");
+  AddSceneFetchOptions(*command, scene, options->scene_from_session, options->fetch.accept,
+                       options->fetch.limit_mb);
+  command->add_option("--name", options->name, "how others see you");
+  AddReachOptions(*command, options->reach);
+  command->add_option("--seconds", options->seconds, "leave after this; 0: on a signal")
+      ->check(NumberFrom(0, kLongestRun));
+  command->add_option("--report", options->report, "write what was received (JSON) there");
+  command->add_flag("--as-part", options->as_part)->group("");
+  command->add_flag("--from-relay", options->from_relay, "look through a relay (tandem relay)");
+  command->add_flag("--json", options->json, "print the report on stdout");
+  command->callback([options, &exit_code] {
+    exit_code = WatchCommand(*options);
+  });
+}
+
+}  // namespace tandem

@@ -1,0 +1,35 @@
+#include "app/peer/text/refusal_news.h"
+
+namespace tandem {
+namespace {
+
+// Returns what the user is told of refused packets; null: they are of no interest.
+const char* WordsFor(PacketDrop reason) {
+  switch (reason) {
+    case PacketDrop::kNewSender:
+      return "somebody announces more programs than there can be: they are refused";
+    case PacketDrop::kForged:
+      return "somebody forges announcements of programs: they are refused";
+    case PacketDrop::kEndpoints:
+      return "somebody announces more than a program can have: it is refused";
+    case PacketDrop::kFlood:
+      return "somebody floods this program with packets: what is too much is refused";
+    default:
+      return nullptr;
+  }
+}
+
+}  // namespace
+
+std::vector<std::string> RefusalNews::Look(const PacketCounts& packets) {
+  std::vector<std::string> news;
+  for (std::size_t i = 0; i < packets.size(); ++i) {
+    const auto reason = static_cast<PacketDrop>(i);
+    const char* const words = WordsFor(reason);
+    if (packets[i] < kLeastPackets || words == nullptr) continue;
+    if (packets_told_.insert(reason).second) news.emplace_back(words);
+  }
+  return news;
+}
+
+}  // namespace tandem

@@ -1,0 +1,131 @@
+#include "app/process/device_process.h"
+
+#include <array>
+#include <chrono>
+#include <csignal>
+#include <cstdio>
+#include <new>
+#include <utility>
+
+#include "app/common/program_folders.h"
+#include "engine/haptics/process_device.h"
+#include "engine/realtime/clock.h"
+
+namespace tandem {
+namespace {
+
+constexpr std::int64_t kOpeningNs = 20'000'000'000;  // a driver may look for its device for long
+constexpr std::int64_t kPollNs = 2'000'000;
+constexpr std::chrono::milliseconds kEnding{3000};
+
+std::string Exactly(double number) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.17g", number);
+  return text;
+}
+
+const char* Told(SafetyState state) {
+  switch (state) {
+    case SafetyState::kTooFast:
+      return "device: the handle is too fast; force again when it is slow";
+    case SafetyState::kExpired:
+      return "device: no force, for the simulation was late; it comes back by itself";
+    case SafetyState::kOverrun:
+      return "device: no force, for its own loop was late; it comes back by itself";
+    case SafetyState::kSuspended:
+      return "device: no force, for this machine slept; it comes back by itself";
+    case SafetyState::kFault:
+      return "device: no force after a fault; 'resume' brings it back";
+    case SafetyState::kStopped:
+      return "device: emergency stop; 'resume' ends it";
+    default:
+      return "";
+  }
+}
+
+}  // namespace
+
+DeviceProcess::DeviceProcess(SharedMemory shared, ChildProcess process)
+    : shared_(std::move(shared)),
+      memory_(static_cast<DeviceMemory*>(shared_.data())),
+      process_(std::move(process)) {}
+
+Result<std::unique_ptr<DeviceProcess>> DeviceProcess::Start(const Options& options) {
+  Result<SharedMemory> shared = SharedMemory::Create("tandem-device", sizeof(DeviceMemory));
+  if (!shared) return shared.error();
+  auto* memory = new (shared->data()) DeviceMemory;
+  memory->version = DeviceMemory::kVersion;
+  memory->home = AsNumbers(options.home_W);
+  std::vector<std::string> words{ProgramFolder() / "tandem-device",
+                                 "--driver",
+                                 options.driver,
+                                 "--memory",
+                                 std::to_string(shared->descriptor()),
+                                 "--most-force",
+                                 Exactly(options.users.force),
+                                 "--most-moment",
+                                 Exactly(options.users.moment)};
+  if (options.core >= 0) {
+    words.insert(words.end(), {"--core", std::to_string(options.core)});
+  }
+  if (options.passivity_control) words.emplace_back("--passivity-control");
+  Result<ChildProcess> started = ChildProcess::Start(words, shared->descriptor());
+  if (!started) return started.error();
+  std::unique_ptr<DeviceProcess> process(
+      new DeviceProcess(*std::move(shared), *std::move(started)));
+  const std::int64_t until_ns = MonotonicNowNs() + kOpeningNs;
+  while (true) {
+    const std::uint32_t ready = memory->ready.load(std::memory_order_acquire);
+    if (ready == DeviceMemory::kReady) return process;
+    if (ready == DeviceMemory::kFailed)
+      return Error{"--device: " + std::string(memory->fault.data())};
+    if (const std::optional<int> code = process->process_.Poll()) {
+      return Error{"tandem-device ended with exit code " + std::to_string(*code)};
+    }
+    if (MonotonicNowNs() > until_ns) return Error{"the device did not open within 20 s"};
+    MachineClock().SleepUntil(MonotonicNowNs() + kPollNs);
+  }
+}
+
+std::unique_ptr<Device> DeviceProcess::MakeDevice() {
+  return std::make_unique<ProcessDevice>(*memory_);
+}
+
+std::optional<DeviceTick> DeviceProcess::Newest() const noexcept {
+  DeviceTick tick;
+  if (!memory_->tick.Read(tick)) return std::nullopt;
+  return tick;
+}
+
+DeviceTimes DeviceProcess::times() const noexcept {
+  DeviceTimes times;
+  memory_->times.Read(times);
+  return times;
+}
+
+std::string DeviceProcess::News() {
+  if (const std::optional<int> code = process_.Poll()) {
+    if (std::exchange(end_told_, true)) return {};
+    return "the device process ended (exit code " + std::to_string(*code) +
+           "): your hand rests where it was";
+  }
+  std::array<char, 320> trouble{};
+  if (memory_->trouble.Read(trouble) && trouble_told_ != trouble.data()) {
+    trouble_told_ = trouble.data();
+    if (!trouble_told_.empty()) return "device " + trouble_told_;
+    const bool has_motors = AsCapabilities(memory_->capabilities).freedoms_out > 0;
+    return has_motors ? "device is back: 'resume' gives force again" : "device is back";
+  }
+  const std::optional<DeviceTick> tick = Newest();
+  if (!tick) return {};
+  const auto state = static_cast<SafetyState>(tick->state);
+  return std::exchange(told_, state) == state ? "" : Told(state);
+}
+
+void DeviceProcess::End() {
+  process_.Signal(SIGTERM);
+  static_cast<void>(process_.Wait(kEnding));
+  end_told_ = true;
+}
+
+}  // namespace tandem

@@ -1,0 +1,54 @@
+#include "app/recording/recorded_scene.h"
+
+#include <filesystem>
+#include <vector>
+
+#include "app/common/program_cache.h"
+#include "app/common/scene_files.h"
+#include "app/common/talk.h"
+#include "app/reach/scene_search.h"
+#include "collab/session/scene_agreement.h"
+#include "engine/scene/scene_hash.h"
+
+namespace tandem {
+
+Result<std::shared_ptr<const WorldModel>> LoadRecorded(const RecordingHeader& header,
+                                                       const RecordedSceneOptions& options) {
+  std::string file = options.scene.empty() ? header.scene : SceneFile(options.scene).string();
+  std::string what_to_do;
+  if (options.scene.empty()) {
+    // the scene may lie elsewhere on this machine
+    const std::vector<std::filesystem::path> folders = FoldersWithScenes();
+    const auto found = FindScene({header.scene_hash, header.scene, 0}, folders);
+    if (found && found->string() != header.scene) Say("scene found in " + found->string());
+    if (found) file = found->string();
+    std::string searched;
+    for (const std::filesystem::path& folder : folders) {
+      searched += (searched.empty() ? "" : ", ") + folder.string();
+    }
+    what_to_do = " (no file with its content is in " + searched + "; --scene says where it is now)";
+    // a stranger's recording may name any path
+    if (!found && !MayBeSceneFile(file)) {
+      return Error{file + ": is no scene file of 4 MB at most that ends in .json" + what_to_do};
+    }
+  }
+  Result<Scene> scene = LoadScene(file);
+  if (!scene) return Error{scene.error().what + what_to_do};
+  const ForceParameters own = ParametersOf(*scene);
+  Adopt(header.parameters, *scene);
+  const Result<SceneHash> hash = HashScene(*scene);
+  if (!hash) return hash.error();
+  if (hash->content != header.scene_hash) {
+    return Error{file + ": is not the scene that was recorded; it has changed since" + what_to_do};
+  }
+  if (!options.adopt_any && !MayBeAdopted(header.parameters, own)) {
+    return Error{options.recording + ": was recorded by " + Describe(header.parameters) +
+                 ", its scene goes by " + Describe(own) +
+                 ": more than a factor of 4 apart, which takes much more memory or is much "
+                 "coarser: --adopt-any takes it all the same"};
+  }
+  if (!options.scene.empty()) RememberSceneFolder(file);
+  return LoadCached(*scene);
+}
+
+}  // namespace tandem

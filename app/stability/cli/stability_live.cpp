@@ -1,0 +1,199 @@
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <variant>
+
+#include <nlohmann/json.hpp>
+
+#include "app/common/exit_codes.h"
+#include "app/common/option_checks.h"
+#include "app/common/talk.h"
+#include "app/judgement/start_gaps.h"
+#include "app/process/child_processes.h"
+#include "app/stability/cli/stability_command.h"
+#include "app/stability/live/lab_scenes.h"
+#include "app/stability/live/live_comparison.h"
+#include "app/stability/live/live_run.h"
+#include "collab/lab/case/case_file.h"
+#include "collab/lab/case/case_parts.h"
+#include "collab/lab/metrics/metrics_table.h"
+#include "collab/lab/run/case_run.h"
+#include "engine/base/text/json_text.h"
+
+namespace tandem {
+
+namespace {
+
+using OrderedJson = nlohmann::ordered_json;
+namespace fs = std::filesystem;
+
+struct LiveArguments {
+  std::string file;
+  std::string keep;  // folder for recordings; empty: none are kept
+  double bar = 0.1;
+  bool tap = false;
+  bool json = false;
+};
+
+/// Returns why live peers cannot run a case; empty: they can.
+std::string NotLive(const LabCase& test, bool tap) {
+  if (test.law.exchange_forces) return "peers never exchange forces";
+  const std::vector<LabNetwork::Step>& schedule = test.network.schedule;
+  if (tap && !schedule.empty()) return "packets' delays do not change: leave --tap out";
+  for (const LabNetwork::Step& step : schedule) {
+    if (step.cut) return "an outage ends links, and no peer's conditioner cuts more than motion";
+  }
+  return "";
+}
+
+std::string ShortNumber(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%g", value);
+  return text;
+}
+
+OrderedJson MetricsJson(const Metrics& metrics) {
+  OrderedJson json = OrderedJson::object();
+  for (const MetricField& field : MetricFields()) {
+    std::visit(
+        [&](auto member) {
+          json[std::string(field.name)] = metrics.*member;
+        },
+        field.member);
+  }
+  return json;
+}
+
+/// A comparison of both runs, figure by figure.
+struct LiveFigures {
+  bool within = true;  // all judged figures agree
+  OrderedJson comparison = OrderedJson::array();
+  OrderedJson rows = OrderedJson::array();  // the judged figures, as rows of a table of bars
+};
+
+LiveFigures CompareFigures(const Metrics& real, const Metrics& simulated, double bar) {
+  LiveFigures figures;
+  for (const ComparedFigure& figure : ComparedFigures()) {
+    const double off = Off(figure, real, simulated);
+    figures.comparison.push_back({{"figure", figure.name},
+                                  {"unit", figure.unit},
+                                  {"virtual", figure.scale * simulated.*figure.value},
+                                  {"live", figure.scale * real.*figure.value},
+                                  {"off", off}});
+    if (!figure.judged) continue;
+    const bool pass = std::abs(off) <= bar;
+    figures.within = figures.within && pass;
+    figures.rows.push_back(
+        {{"name", std::string("live beside virtual time, off in ") + figure.name},
+         {"bar", "<= " + ShortNumber(bar)},
+         {"value", std::abs(off)},
+         {"pass", pass}});
+  }
+  return figures;
+}
+
+OrderedJson LiveJson(const LiveArguments& arguments, const LabCase& test, const LiveTries& tries,
+                     const CaseResult& simulated, const LiveFigures& figures) {
+  const LiveRun& live = tries.last;
+  return {{"case", test.name},
+          {"users", test.users},
+          {"network", arguments.tap ? "TAP hub" : "link conditioner"},
+          {"runs", tries.count},
+          {"kept", arguments.keep.empty() ? OrderedJson() : OrderedJson(tries.folder.string())},
+          {"scheduler", live.scheduler},
+          {"frames", live.frames},
+          {"missed", live.missed},
+          {"missed_share", live.missed_share()},
+          {"bar", arguments.bar},
+          {"within", figures.within},
+          {"verdict_virtual", NameOf(simulated.verdict)},
+          {"verdict_live", NameOf(live.run.verdict)},
+          {"rows", figures.rows},
+          {"comparison", figures.comparison},
+          {"metrics_virtual", MetricsJson(simulated.metrics)},
+          {"metrics_live", MetricsJson(live.run.metrics)}};
+}
+
+void PrintLive(const LiveArguments& arguments, const std::string& name, const LiveRun& live,
+               const CaseResult& simulated) {
+  const Metrics& real = live.run.metrics;
+  std::printf("%-26s %12s %12s %8s\n", name.c_str(), "virtual", "live", "off");
+  for (const ComparedFigure& figure : ComparedFigures()) {
+    std::printf("%-26s %12.3f %12.3f %+7.1f %% %s%s\n", figure.name,
+                figure.scale * simulated.metrics.*figure.value, figure.scale * real.*figure.value,
+                1e2 * Off(figure, real, simulated.metrics), figure.unit, figure.judged ? " *" : "");
+  }
+  std::printf("%-26s %12s %12s\n", "verdict", NameOf(simulated.verdict), NameOf(live.run.verdict));
+  std::printf("* must agree to %.0f %%; frames missed: %.2f %%, %s, delays by the %s\n",
+              1e2 * arguments.bar, 1e2 * live.missed_share(), live.scheduler.c_str(),
+              arguments.tap ? "TAP hub" : "link conditioner");
+}
+
+int RunStabilityLive(const LiveArguments& arguments) {
+  const Result<LabCase> read = LoadCase(arguments.file);
+  if (!read) return Fail(kExitFile, read.error().what);
+  if (const std::string why = NotLive(*read, arguments.tap); !why.empty()) {
+    return Fail(kExitUsage, arguments.file + ": cannot be run live: " + why);
+  }
+  const Result<LabScene> scene = LoadLabScene(*read, LabSceneFolder());
+  if (!scene) return Fail(kExitFile, scene.error().what);
+  TellStart(FindStartGaps(*scene->model));
+  // both runs last equally long: in virtual time a case without a length may go on
+  LabCase timed = *read;
+  timed.seconds = timed.Lasts();
+  const LabCase test = FittedTo(scene->inertia(), timed);
+  const CaseResult simulated = RunCase(timed, *scene);
+  if (simulated.fault) return Fail(kExitFailed, arguments.file + ": " + simulated.fault->what);
+
+  const auto run = [&](const fs::path& folder) {
+    return RunLive(test, *scene, folder, arguments.tap);
+  };
+  const Result<LiveTries> tries = TryLive(arguments.keep, run);
+  if (!tries) return Fail(kExitFailed, arguments.file + ": " + tries.error().what);
+  const LiveRun& live = tries->last;
+
+  const LiveFigures figures = CompareFigures(live.run.metrics, simulated.metrics, arguments.bar);
+  if (arguments.json) {
+    const OrderedJson out = LiveJson(arguments, test, *tries, simulated, figures);
+    std::printf("%s\n", JsonText(out, 2).c_str());
+  } else {
+    PrintLive(arguments, test.name, live, simulated);
+  }
+  if (!arguments.keep.empty()) Say("kept in " + tries->folder.string());
+  if (live.too_busy()) {
+    Say("the machine was too busy, twice: " + std::to_string(live.missed) + " of " +
+        std::to_string(live.frames) + " frames came too late");
+  }
+  return figures.within
+             ? kExitOk
+             : Fail(kExitFailed, arguments.file + ": live and virtual time differ by more than " +
+                                     std::to_string(std::lround(1e2 * arguments.bar)) + " %");
+}
+
+}  // namespace
+
+void AddStabilityLive(CLI::App& stability, int& exit_code) {
+  auto arguments = std::make_shared<LiveArguments>();
+  CLI::App* command = stability.add_subcommand(
+      "live", "One case by real peers over DDS, in real time, beside virtual time");
+  command->add_option("case", arguments->file, "case file (docs/stability.md)")
+      ->required()
+      ->check(CLI::ExistingFile);
+  command
+      ->add_option("--bar", arguments->bar,
+                   "by how much divergence and force may differ, as a share; beyond it ends with 1")
+      ->check(NumberAbove(0, 10))
+      ->capture_default_str();
+  command->add_flag("--tap", arguments->tap,
+                    "as root: delays by a network of real packets, in place of the conditioner");
+  command->add_option("--keep", arguments->keep,
+                      "keep recordings, hands and plans in this folder, a sub-folder for each try");
+  command->add_flag("--json", arguments->json, "print one JSON object");
+  command->callback([arguments, &exit_code] {
+    exit_code = RunStabilityLive(*arguments);
+  });
+}
+
+}  // namespace tandem

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <map>
+
+#include "collab/session/messages.h"
+
+namespace tandem {
+
+using Colour = std::array<float, 3>;  // red, green, blue, 0 to 1
+
+/// Assigns a colour to each peer, in the order in which they are met, for the whole run. The
+/// colours remain distinguishable with common colour blindness (Okabe and Ito). A name stands with
+/// each colour.
+class PeerPalette {
+ public:
+  Colour Of(PeerId peer);
+
+ private:
+  std::map<PeerId, std::size_t> order_;
+};
+
+}  // namespace tandem

@@ -1,0 +1,306 @@
+#include "collab/mirror/remote_bodies.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "collab/coupling/coupling_law.h"
+#include "collab/coupling/energy_gate.h"
+#include "collab/receive/newer.h"
+#include "collab/session/planted_faults.h"
+
+namespace tandem {
+
+RemoteBodies::RemoteBodies(const WorldModel& model, MirrorModel mirror) : mirror_(mirror) {
+  for (const std::uint32_t object : model.object) {
+    bodies_.push_back(
+        {.object = object,
+         .free = model.scene.bodies[object].free,
+         .eased = model.scene.bodies[object].free && !model.scene.bodies[object].shared,
+         .blend = {},
+         .instances = {},
+         .loose = {},
+         .told_V_WB = {}});
+  }
+}
+
+RemoteBodies::Instance* RemoteBodies::Find(Body& body, PeerId peer) noexcept {
+  const auto it =
+      std::find_if(body.instances.begin(), body.instances.end(), [peer](const Instance& i) {
+        return i.peer == peer;
+      });
+  return it == body.instances.end() ? nullptr : &*it;
+}
+
+void RemoteBodies::OnMembership(const MembershipChange& change) noexcept {
+  const bool goes_on = change.kind == MembershipChange::Kind::kClaims;
+  for (Body& body : bodies_) {
+    // a peer that comes anew numbers its states anew
+    if (!goes_on && body.loose.peer == change.peer) body.loose.peer = 0;
+    const Claim* const claim = change.HeldClaim(body.object);
+    Instance* instance = Find(body, change.peer);
+    if (instance == nullptr && claim != nullptr) instance = Find(body, 0);
+    if (instance == nullptr) continue;
+    // a peer that goes on holding the body is where it last said
+    if (goes_on && claim != nullptr && instance->holds && instance->epoch == claim->epoch) continue;
+    *instance = Instance{};
+    if (claim != nullptr) {
+      instance->peer = change.peer;
+      instance->holds = true;
+      instance->epoch = claim->epoch;
+    }
+  }
+}
+
+void RemoteBodies::OnState(const ObjectState& state) noexcept {
+  for (Body& body : bodies_) {
+    if (body.object != state.object) continue;
+    Instance* instance = Find(body, state.peer);
+    const auto note = [&] {
+      body.told_V_WB = state.V_WB;
+      body.told_frames = 0;
+    };
+    if ((state.flags & kStateParked) != 0) {
+      body.loose = {};
+      return note();
+    }
+    if ((state.flags & kStateLoose) != 0) {
+      // the holder has let go, even if its claim has not said so yet
+      if (instance != nullptr) instance->heard = false;
+      const bool same = body.loose.heard && body.loose.peer == state.peer;
+      if (same && !IsNewer(state, body.loose.state)) return;
+      body.loose = {.peer = state.peer, .heard = true, .state = state, .X_WB = state.X_WB};
+      return note();
+    }
+    if (instance == nullptr || !instance->holds) return;
+    if (Planted(Fault::kMirrorFrozen) && instance->heard) return;
+    if (!instance->heard || IsNewer(state, instance->state)) {
+      instance->state = state;
+      instance->X_WB = state.X_WB;
+      instance->heard = true;
+      body.loose = {};
+      note();
+    }
+    return;
+  }
+}
+
+std::size_t RemoteBodies::heard() const noexcept {
+  std::size_t count = 0;
+  for (const Body& body : bodies_) {
+    for (const Instance& instance : body.instances) count += instance.heard ? 1 : 0;
+  }
+  return count;
+}
+
+double RemoteBodies::LagOf(PeerId peer) const noexcept {
+  double lag = 0;
+  for (const Body& body : bodies_) {
+    for (const Instance& instance : body.instances) {
+      if (instance.heard && instance.peer == peer) lag = std::max(lag, body.lag);
+    }
+    if (body.loose.heard && body.loose.peer == peer) lag = std::max(lag, body.lag);
+  }
+  return lag;
+}
+
+Pose RemoteBodies::Ahead(const ObjectState& state, double loop_age_s) noexcept {
+  const double ahead = std::min(0.5 * loop_age_s, kFarthestAhead_s);
+  const auto& [w, v] = state.V_WB;
+  const Vec3 way = ahead * v;
+  const double share = std::min(1.0, kFarthestAhead_m / std::max(way.norm(), 1e-9));
+  return {RotationBy(ahead * w) * state.X_WB.q, state.X_WB.p + share * way};
+}
+
+void RemoteBodies::Reckon(std::span<const Echoes::Loop> loops) noexcept {
+  if (mirror_ != MirrorModel::kDeadReckoned) return;
+  const auto reckon = [&loops](Instance& instance) {
+    if (!instance.heard) return;
+    const auto loop = std::ranges::find(loops, instance.peer, &Echoes::Loop::peer);
+    instance.X_WB = Ahead(instance.state, loop == loops.end() ? 0.0 : loop->age_s);
+  };
+  for (Body& body : bodies_) {
+    std::ranges::for_each(body.instances, reckon);
+    reckon(body.loose);
+  }
+}
+
+void RemoteBodies::Place(Body& body, StepInputs::BodyInput& input) noexcept {
+  // the two instances that are farthest apart, found in a fixed order
+  const Instance* first = nullptr;
+  const Instance* second = nullptr;
+  double farthest = -1;
+  for (const Instance& a : body.instances) {
+    if (!a.heard) continue;
+    for (const Instance& b : body.instances) {
+      if (!b.heard || b.peer < a.peer) continue;
+      const double apart = (a.X_WB.p - b.X_WB.p).norm();
+      if (apart <= farthest) continue;
+      farthest = apart;
+      first = &a;
+      second = &b;
+    }
+  }
+  if (body.parted) {
+    // hands tremble, so another pair may be the farthest: each instance stays on its side
+    const auto from_last = [&input](const Instance* instance) {
+      return (instance->X_WB.p - input.mirror_WB.p).squaredNorm();
+    };
+    if (from_last(second) < from_last(first)) std::swap(first, second);
+  }
+  body.parted = farthest > (body.parted ? kMeet : kPart);
+  std::array<Vec3, 2> p{Vec3::Zero(), Vec3::Zero()};
+  std::array<Eigen::Vector4d, 2> q{Eigen::Vector4d::Zero(), Eigen::Vector4d::Zero()};
+  std::array<double, 2> count{};
+  for (const Instance& instance : body.instances) {
+    if (!instance.heard) continue;
+    const Pose& X_WB = instance.X_WB;
+    const bool nearer_second =
+        (X_WB.p - second->X_WB.p).squaredNorm() < (X_WB.p - first->X_WB.p).squaredNorm();
+    const std::size_t side = body.parted && nearer_second ? 1 : 0;
+    const Quat& reference = (side == 0 ? first : second)->X_WB.q;
+    const double sign = reference.dot(X_WB.q) < 0 ? -1.0 : 1.0;
+    p[side] += X_WB.p;
+    q[side] += sign * X_WB.q.coeffs();
+    count[side] += 1;
+  }
+  input.mirror_WB = {Quat(q[0]).normalized(), p[0] / count[0]};
+  input.parted = body.parted;
+  if (body.parted) input.second_WB = {Quat(q[1]).normalized(), p[1] / count[1]};
+}
+
+void RemoteBodies::Prepare(int held, StepInputs& inputs) noexcept {
+  for (std::size_t b = 0; b < bodies_.size(); ++b) {
+    StepInputs::BodyInput& input = inputs.bodies[b];
+    input.parted = false;
+    ++bodies_[b].told_frames;
+    if (static_cast<int>(b) == held) {
+      TakeOver(b, inputs);
+      continue;
+    }
+    const bool in_hand = std::any_of(bodies_[b].instances.begin(), bodies_[b].instances.end(),
+                                     [](const Instance& instance) {
+                                       return instance.heard;
+                                     });
+    const bool followed = in_hand || bodies_[b].loose.heard;
+    input.drive = followed ? BodyDrive::kMirrored : BodyDrive::kParked;
+    if (in_hand) {
+      Place(bodies_[b], input);
+    } else if (followed) {
+      input.mirror_WB = bodies_[b].loose.X_WB;
+    }
+    if (followed && Planted(Fault::kMirrorNotTurned)) input.mirror_WB.q = Quat::Identity();
+  }
+}
+
+void RemoteBodies::TakeOver(std::size_t body, StepInputs& inputs) noexcept {
+  StepInputs::BodyInput& input = inputs.bodies[body];
+  const bool goes_on = bodies_[body].free && bodies_[body].told_frames <= kGoesOn;
+  input.drive = BodyDrive::kSimulated;
+  input.begin_V_WB = goes_on ? bodies_[body].told_V_WB : Twist{};
+  bodies_[body].loose = {};
+}
+
+void RemoteBodies::HandOn(std::size_t body, PeerId peer, const RigidState& state,
+                          StepInputs& inputs) noexcept {
+  Body& mirror = bodies_[body];
+  if (inputs.bodies[body].drive != BodyDrive::kParked) return;  // its states have come already
+  mirror.loose = {.peer = peer, .heard = true, .state = {}, .X_WB = state.X_WB};
+  mirror.loose.state.X_WB = state.X_WB;
+  mirror.told_V_WB = state.V_WB;
+  mirror.told_frames = 0;
+  inputs.bodies[body].drive = BodyDrive::kMirrored;
+  inputs.bodies[body].mirror_WB = state.X_WB;
+}
+
+double RemoteBodies::WorstLoop(const Body& body, std::span<const Echoes::Loop> loops) noexcept {
+  double worst = -1;
+  const auto look = [&](const Instance& instance, double unknown_s) {
+    const auto loop = std::ranges::find(loops, instance.peer, &Echoes::Loop::peer);
+    worst = std::max(worst, loop == loops.end() ? unknown_s : loop->peak_s);
+  };
+  for (const Instance& instance : body.instances) {
+    if (instance.holds) look(instance, 0);
+  }
+  if (body.loose.heard) look(body.loose, kUnknownLoop_s);
+  return worst;
+}
+
+void RemoteBodies::GoHome(Body& body, bool pushed, const RigidState& state,
+                          StepInputs::BodyInput& input) noexcept {
+  body.eases = body.eases || pushed || body.blend.yields();
+  body.blend = ContactBlend{};
+  if (input.drive != BodyDrive::kMirrored) return;  // it waits for its pose
+  const Pose& home_WB = input.mirror_WB;
+  body.lag = (home_WB.p - state.X_WB.p).norm();
+  const double turn = home_WB.q.angularDistance(state.X_WB.q);
+  const double frames = std::max(body.lag / kHomeStep, turn / kHomeTurn);
+  body.eases = body.eases && frames > 1;
+  if (body.eases) input.mirror_WB = Between(state.X_WB, home_WB, 1.0 / frames);
+}
+
+void RemoteBodies::Ease(const Body& body, const RigidState& state,
+                        StepInputs::BodyInput& input) noexcept {
+  if (!body.eased || input.drive != BodyDrive::kMirrored) return;
+  const bool goes_on = body.told_frames <= kGoesOn;
+  const Vec3 v = goes_on ? body.told_V_WB.v : Vec3::Zero();
+  const Vec3 w = goes_on ? body.told_V_WB.w : Vec3::Zero();
+  const Pose on{RotationBy(kFrame * w) * state.X_WB.q, state.X_WB.p + kFrame * v};
+  input.mirror_WB = Between(on, input.mirror_WB, kFrame / kEase_s);
+}
+
+bool RemoteBodies::Yields(ContactBlend& blend, bool pushed, double te_s, const RigidState& state,
+                          const Pose& target_WB, const Inertia& inertia, double& most_lag,
+                          CouplingGains& pull) noexcept {
+  const double lag = (target_WB.p - state.X_WB.p).norm();
+  most_lag = std::max(most_lag, lag);
+  blend.Next(pushed, te_s, lag, kFrame);
+  if (!blend.yields()) return false;
+  const Mat3 R = state.X_WB.q.toRotationMatrix();
+  const Mat3 per_mass = R * inertia.I_B * R.transpose() / inertia.mass;
+  const double drag = blend.Drag(inertia.mass);
+  pull = {blend.stiffness(), drag, blend.stiffness() * per_mass, drag * per_mass};
+  return true;
+}
+
+void RemoteBodies::GiveWay(const World& world, std::span<const Echoes::Loop> loops,
+                           StepInputs& inputs) noexcept {
+  mirror_lag_ = 0;
+  for (std::size_t b = 0; b < bodies_.size(); ++b) {
+    StepInputs::BodyInput& input = inputs.bodies[b];
+    Body& body = bodies_[b];
+    body.lag = 0;
+    const Inertia& inertia = world.model().bodies[b].inertia;
+    const bool gives_way = mirror_ == MirrorModel::kBlend;
+    const double worst_loop = WorstLoop(body, loops);
+    const double te_s = DesignDelay(std::max(worst_loop, 0.0));
+    if (worst_loop < 0 && input.drive != BodyDrive::kSimulated) {
+      GoHome(body, world.Pushed(b), world.state(b), input);
+      if (!body.eases) Ease(body, world.state(b), input);
+      mirror_lag_ = std::max(mirror_lag_, body.lag);
+      continue;
+    }
+    body.eases = false;
+    if (input.drive == BodyDrive::kSimulated) {
+      body.told_V_WB = world.state(b).V_WB;
+      body.told_frames = 0;
+    }
+    if (input.drive != BodyDrive::kMirrored) {
+      body.blend = ContactBlend{};
+    } else if (Yields(body.blend, gives_way && world.Pushed(b), te_s, world.state(b),
+                      input.mirror_WB, inertia, body.lag, input.pull)) {
+      input.drive = BodyDrive::kYielding;
+    }
+    Ease(body, world.state(b), input);
+    input.second_drive = BodyDrive::kMirrored;
+    if (!input.parted) {
+      body.second_blend = ContactBlend{};
+    } else if (Yields(body.second_blend, gives_way && world.SecondPushed(b), te_s,
+                      world.second_state(b), input.second_WB, inertia, body.lag,
+                      input.second_pull)) {
+      input.second_drive = BodyDrive::kYielding;
+    }
+    mirror_lag_ = std::max(mirror_lag_, body.lag);
+  }
+}
+
+}  // namespace tandem

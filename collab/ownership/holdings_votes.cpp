@@ -1,0 +1,120 @@
+#include <algorithm>
+
+#include "collab/ownership/holdings.h"
+#include "engine/base/units.h"
+
+// Counts which peers name which authority, and follows what they say of a body.
+// docs/decisions/0036-who-may-say-what.md
+
+namespace tandem {
+
+namespace {
+
+constexpr std::int64_t kHearsay = 1000 * kMs;  // until a newcomer has heard the other peers, too
+
+}  // namespace
+
+const Belief* Holdings::BeliefOf(const Member& member, std::size_t body) noexcept {
+  return body < kMaxClaims && member.beliefs[body] ? &*member.beliefs[body] : nullptr;
+}
+
+PeerId Holdings::NamedBy(const Member& member, std::size_t body) noexcept {
+  // a holder beside others also says which peer is the authority
+  if (const Belief* belief = BeliefOf(member, body)) return belief->peer;
+  return ClaimOf(member, body) != nullptr ? member.peer : 0;
+}
+
+bool Holdings::HadItLately(const Body& body, PeerId peer) const noexcept {
+  return std::ranges::any_of(body.before, [&](const Before& before) {
+    return before.peer == peer && now_ns_ - before.until_ns < kAllTold;
+  });
+}
+
+// The peer that a member names, where that is a vote: a newcomer has it from hearsay.
+PeerId Holdings::VoteOf(const Member& member, std::size_t body) const noexcept {
+  if (member.peer == 0 || !member.present) return 0;
+  const PeerId named = NamedBy(member, body);
+  return named == member.peer || now_ns_ - member.known_ns > kHearsay ? named : 0;
+}
+
+bool Holdings::IsStale(const Member& member, const Body& body, PeerId named) const noexcept {
+  const Belief* const belief = BeliefOf(member, body.index);
+  return belief != nullptr && named != member.peer && belief->epoch < body.began_epoch &&
+         now_ns_ - body.claimed_ns < kAllTold;
+}
+
+bool Holdings::IsSure(const Body& body) const noexcept {
+  return !body.unsure && body.in_absence_of[0] == 0 && !is_new();
+}
+
+int Holdings::VotesFor(const Body& body, PeerId peer) const noexcept {
+  return static_cast<int>(std::ranges::count_if(members_, [&](const Member& member) {
+    return VoteOf(member, body.index) == peer;
+  }));
+}
+
+int Holdings::VotesAgainst(const Body& body, PeerId rival) const noexcept {
+  int votes = 0;
+  for (const Member& member : members_) {
+    const PeerId named = VoteOf(member, body.index);
+    if (named == 0 || named == rival) continue;
+    // a member that names a recent owner has not heard yet
+    votes += named == body.claim.peer || (named != member.peer && HadItLately(body, named)) ? 1 : 0;
+  }
+  return votes;
+}
+
+// Returns the peer to which the body went by the authority's word, followed through several hands.
+// A peer that names another under an epoch that is not greater has not heard yet that it has the
+// body itself; its word counts only if `by_any_word`.
+PeerId Holdings::GoneTo(const Body& body, bool by_any_word) const noexcept {
+  BodyClaim at = body.claim;
+  for (int hands = 0; hands < 4; ++hands) {
+    const Member* member = Find(at.peer);
+    if (member == nullptr || !member->present) return at.peer;
+    const Belief* const said = BeliefOf(*member, body.index);
+    if (said == nullptr || said->peer == 0 || said->peer == at.peer) return at.peer;
+    const bool is_above =
+        said->epoch > at.epoch || (said->epoch == at.epoch && said->peer < at.peer);
+    if (!is_above && !by_any_word) return at.peer;
+    at = {said->epoch, said->peer};
+  }
+  return at.peer;
+}
+
+bool Holdings::SaysGoneTo(const Body& body, PeerId peer) const noexcept {
+  if (body.forsaken) return false;
+  BodyClaim at = body.claim;
+  for (int hands = 0; hands < 4; ++hands) {
+    if (at.peer == peer) return true;
+    const Member* member = Find(at.peer);
+    if (member == nullptr || !member->present) return false;
+    const Belief* const said = BeliefOf(*member, body.index);
+    if (said == nullptr || said->peer == 0) return false;
+    if (said->epoch < at.epoch || (said->epoch == at.epoch && said->peer > at.peer)) return false;
+    at = {said->epoch, said->peer};
+  }
+  return at.peer == peer;
+}
+
+bool Holdings::SaidByReturned(const Body& body, PeerId peer) const noexcept {
+  return std::ranges::any_of(body.in_absence_of, [&](PeerId absent) {
+    const Member* const member = absent == 0 ? nullptr : Find(absent);
+    return member != nullptr && member->present && NamedBy(*member, body.index) == peer;
+  });
+}
+
+bool Holdings::IsHearsay(const Body& body, PeerId peer) const noexcept {
+  return std::ranges::any_of(members_, [&](const Member& member) {
+    return member.peer != 0 && member.present && NamedBy(member, body.index) == peer &&
+           VoteOf(member, body.index) != peer;
+  });
+}
+
+int Holdings::StaleFor(const Body& body, PeerId peer) const noexcept {
+  return static_cast<int>(std::ranges::count_if(members_, [&](const Member& member) {
+    return VoteOf(member, body.index) == peer && IsStale(member, body, peer);
+  }));
+}
+
+}  // namespace tandem

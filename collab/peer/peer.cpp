@@ -1,0 +1,372 @@
+#include "collab/peer/peer.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <span>
+
+#include "collab/coupling/energy_gate.h"
+#include "collab/session/planted_faults.h"
+#include "engine/base/check.h"
+#include "engine/base/hash.h"
+
+namespace tandem {
+
+namespace {
+
+constexpr double kFarthest = 1e3;      // m; a handle farther away is implausible
+constexpr double kFastest = 1e3;       // m/s; a faster handle is implausible
+constexpr double kFastestTurn = 1e4;   // rad/s
+constexpr double kNear = 1e-3;         // m from where it was said to be: the hand may take it
+constexpr double kNearAngle = 0.01;    // rad
+constexpr double kNearingStep = 1e-3;  // m a frame; step of a body that comes to the hand
+constexpr double kNearingTurn = 0.02;  // rad a frame; likewise
+constexpr std::int64_t kNearingFrames = 2000;  // longest approach of a body that does not arrive
+
+/// Does nothing in the product. The simulator's tests do not build the engine again, so they plant
+/// the engine's faults here.
+void PlantInWorld(std::uint32_t seq, int held, const StepInputs& inputs, World& world) noexcept {
+  const auto shift = [&world](std::size_t body, double metres) {
+    const Pose& X_WB = world.state(body).X_WB;
+    world.Place(body, {X_WB.q, X_WB.p + Vec3(metres, 0, 0)});
+  };
+  if (Planted(Fault::kHeldSlips) && held >= 0 && seq % 1000 == 999) {
+    shift(static_cast<std::size_t>(held), 3e-3);
+  }
+  for (std::size_t b = 0; Planted(Fault::kMirrorTrembles) && b < inputs.bodies.size(); ++b) {
+    if (inputs.bodies[b].drive == BodyDrive::kMirrored) shift(b, seq % 2 == 0 ? 2e-3 : -2e-3);
+  }
+}
+
+bool AllFinite(const Wrench& F) {
+  return F.f.allFinite() && F.tau.allFinite();
+}
+
+std::vector<bool> SharedOf(const WorldModel& model) {
+  std::vector<bool> shared;
+  for (const ObjectId object : model.object) shared.push_back(model.scene.bodies[object].shared);
+  return shared;
+}
+
+}  // namespace
+
+Peer::Peer(World& world, Device& device, PeerInbox& inbox, const PeerOptions& options)
+    : world_(&world),
+      device_(&device),
+      inbox_(&inbox),
+      options_(options),
+      holdings_(options.id, world.model(), options.settle_ns, options.own_only, &inbox.drops()),
+      parting_(options.id, world.model()),
+      remote_(world.model(), options.mirror),
+      gate_(options.id, world.model().object, inbox.drops(), SharedOf(world.model())),
+      device_can_(device.capabilities()),
+      guard_(device_can_.peak),
+      echoes_(options.id) {
+  const WorldModel& model = world.model();
+  inputs_.bodies.resize(model.bodies.size());
+  inputs_.capacity = options.capacity;
+  inputs_.look_price = options.look_price;
+  next_parked_ns_.resize(model.bodies.size());
+  free_.resize(model.bodies.size());
+  handle_.X_WA.p.setConstant(std::numeric_limits<double>::quiet_NaN());
+  trace_.resize(options.trace_frames);
+  if (options.held_object < 0) return;
+  const auto object = static_cast<std::size_t>(options.held_object);
+  TANDEM_CHECK(object < model.body_index.size() && model.body_index[object] >= 0);
+  holdings_.Ask(static_cast<ObjectId>(object));
+}
+
+const RigidState* Peer::held_state() const noexcept {
+  return held_ < 0 ? nullptr : &world_->state(static_cast<std::size_t>(held_));
+}
+
+SafetyCounts Peer::safety_counts() const noexcept {
+  SafetyCounts counts = guard_.counts();
+  const std::uint64_t stops = counts.stops;
+  counts += device_->safety().counts;
+  // a stop reaches both guards
+  counts.stops = std::max(stops, device_->safety().counts.stops);
+  return counts;
+}
+
+SafetyState Peer::safety_state() const noexcept {
+  const SafetyState device = device_->safety().state;
+  return device == SafetyState::kOn ? guard_.state() : device;
+}
+
+void Peer::Tick(std::int64_t now_ns, Outbox& out) noexcept {
+  FrameTap* const tap = options_.tap;
+  if (tap != nullptr) tap->Begin(now_ns, inputs_.capacity);
+  SeeBodies();
+  Receive(now_ns);
+  SeeTouches();
+  TickHoldings(now_ns);
+  TakeAndLetGo();
+  if (shared_) CoupleTheRest();
+  StartWhenReady(now_ns);
+
+  const Anchor goal = ReadDevice();
+  if (tap != nullptr) tap->Felt(goal);
+  echoes_.Measure(now_ns, held_ >= 0);
+  remote_.Reckon(echoes_.loops());
+  remote_.Prepare(held_, inputs_);
+  PrepareLoose();
+  PrepareParked();
+  remote_.GiveWay(*world_, echoes_.loops(), inputs_);
+  PlantInWorld(seq_, held_, inputs_, *world_);
+  inputs_.hand.body = -1;
+  inputs_.link_count = 0;
+  inputs_.ground_damping = 0;
+  inputs_.ground_rotation_damping.setZero();
+  if (held_ >= 0) {
+    if (!goal.X_WA.p.allFinite()) {
+      // the hand's pose is not known yet: the body waits for it where it stands
+      inputs_.bodies[static_cast<std::size_t>(held_)].drive = BodyDrive::kParked;
+    } else if (!attached_) {
+      Attach(goal);
+    }
+    const BodyModel& body = world_->model().bodies[static_cast<std::size_t>(held_)];
+    if (attached_) {
+      inputs_.hand = {.body = held_,
+                      .X_BD = X_BD_,
+                      .goal = goal,
+                      .gains = BorneBy(device_can_, DefaultHandGains(body.inertia))};
+    }
+    if (shared_) parting_.Look(now_ns, *held_state(), *shared_);
+    if (shared_ && attached_) {
+      parting_.Lead(*held_state(), goal.X_WA, X_BD_, inputs_.hand);
+    }
+    if (shared_) shared_->Prepare(now_ns, *held_state(), inputs_);
+  }
+  report_ = world_->Step(inputs_);
+  if (attached_ && parting_.leading()) report_.hand_B_W = {};
+  CountLimits();
+  Render();
+  if (!AllFinite(report_.hand_B_W) || !AllFinite(report_.contact_B_W)) {
+    // NaN goes no further than the guard
+    report_.hand_B_W = report_.contact_B_W = {};
+    report_.links_B_W = {};
+  }
+  if (guard_.broken()) report_.hand_B_W = {};  // nor does the force that it keeps from the hand
+
+  FillOutbox(now_ns, out);
+  SayLoose(now_ns, out);
+  SayParked(now_ns);
+  if (seq_ % PeerTable::kPeriod == 0) FillTable(now_ns);
+  Record(now_ns);
+  if (tap != nullptr) tap->End(StateHash());
+}
+
+Anchor Peer::ReadDevice() noexcept {
+  device_->Holding(held_ >= 0);
+  const Anchor read = device_->Read();
+  // a device in this process has no other guard that would ask
+  if (device_->stop_button() && !guard_.stopped()) {
+    guard_.Stop();
+    device_->Stop();
+    stop_pressed_ = true;
+  }
+  // without motors there is no force to be taken away (DeviceLoop::Tick)
+  if (device_->failed() && device_can_.freedoms_out > 0) guard_.Fail();
+  const bool sound = read.X_WA.p.allFinite() && read.X_WA.p.cwiseAbs().maxCoeff() < kFarthest &&
+                     std::abs(read.X_WA.q.norm() - 1.0) < 1e-6 && read.V_WA.v.allFinite() &&
+                     read.V_WA.w.allFinite() && read.V_WA.v.cwiseAbs().maxCoeff() < kFastest &&
+                     read.V_WA.w.cwiseAbs().maxCoeff() < kFastestTurn;
+  if (sound) {
+    handle_ = read;
+  } else {
+    handle_.V_WA = {};
+  }
+  return handle_;
+}
+
+void Peer::SeeBodies() noexcept {
+  for (std::size_t b = 0; b < inputs_.bodies.size(); ++b) {
+    holdings_.SeeAt(b, world_->state(b).X_WB);
+  }
+}
+
+void Peer::TickHoldings(std::int64_t now_ns) noexcept {
+  std::array<Event, 8> events;
+  std::size_t count = 0;
+  holdings_.Tick(now_ns, events, count);
+  for (std::size_t i = 0; i < count; ++i) events_.TryPush(events[i]);
+  HoldingNews news;
+  while (holdings_.TakeNews(news)) news_.TryPush(news);
+  while (parting_.TakeNews(news)) news_.TryPush(news);
+  ClaimList& list = claims_.back();
+  list.count = holdings_.Claims(list.claims);
+  list.belief_count = holdings_.Beliefs(list.beliefs);
+  claims_.Publish();
+}
+
+void Peer::TakeAndLetGo() noexcept {
+  const int now_held = holdings_.held();
+  if (now_held == held_) return;
+  if (shared_) last_delay_s_ = shared_->mean_delay_s();
+  shared_.reset();
+  parting_.Begin(-1);
+  held_ = now_held;
+  attached_ = false;
+  nearing_frames_ = 0;
+  if (held_ < 0) return;
+  const WorldModel& model = world_->model();
+  const auto body = static_cast<std::size_t>(held_);
+  const ObjectId object = model.object[body];
+  if (!model.scene.bodies[object].shared) return;
+  parting_.Begin(held_);
+  uncoupled_.fill(0);
+  shared_.emplace(options_.id, object, model.bodies[body].inertia, options_.coupling);
+  std::array<PeerId, kMaxPeers> holders{};
+  const std::size_t count = holdings_.Holders(body, holders);
+  for (std::size_t i = 0; i < count; ++i) Couple(holders[i]);
+}
+
+void Peer::Couple(PeerId peer) noexcept {
+  if (shared_->Join(peer)) return;
+  if (std::find(uncoupled_.begin(), uncoupled_.end(), peer) != uncoupled_.end()) return;
+  const auto place = std::find(uncoupled_.begin(), uncoupled_.end(), PeerId{0});
+  if (place == uncoupled_.end()) return;
+  *place = peer;
+  const ObjectId object = world_->model().object[static_cast<std::size_t>(held_)];
+  news_.TryPush({HoldingNews::Kind::kUncoupled, object, peer});
+}
+
+void Peer::CoupleTheRest() noexcept {
+  for (PeerId& peer : uncoupled_) {
+    if (peer == 0) continue;
+    const bool holds = holdings_.HeldBy(static_cast<std::size_t>(held_), peer);
+    if (!holds || shared_->Join(peer)) peer = 0;
+  }
+}
+
+void Peer::Attach(const Anchor& goal) noexcept {
+  const auto body = static_cast<std::size_t>(held_);
+  const Pose& X_WB = held_state()->X_WB;
+  // the hand takes a free body where it is; the other bodies first come to their told pose
+  const bool free = world_->model().scene.bodies[world_->model().object[body]].free;
+  const Pose* told = shared_ || free ? nullptr : holdings_.ParkedAt(body);
+  if (told != nullptr && nearing_frames_ < kNearingFrames) {
+    const bool near =
+        (told->p - X_WB.p).norm() < kNear && told->q.angularDistance(X_WB.q) < kNearAngle;
+    if (!near) {
+      // its told pose is not reached here yet: the body is in our hand, so it comes at a hand's
+      // pace
+      ++nearing_frames_;
+      const double turn = told->q.angularDistance(X_WB.q);
+      const double frames = std::max((told->p - X_WB.p).norm() / kNearingStep, turn / kNearingTurn);
+      inputs_.bodies[body].drive = BodyDrive::kMirrored;
+      inputs_.bodies[body].mirror_WB = Between(X_WB, *told, 1.0 / std::max(1.0, frames));
+      return;
+    }
+  }
+  const Pose& X_WB0 = world_->model().bodies[body].X_WB0;
+  const bool first = X_WB.p == X_WB0.p && X_WB.q.coeffs() == X_WB0.q.coeffs();
+  const bool as_agreed =
+      first && static_cast<int>(world_->model().object[body]) == options_.held_object;
+  X_BD_ = as_agreed ? options_.X_BD : X_WB.Inverse() * goal.X_WA;
+  attached_ = true;
+  guard_.Begin();
+}
+
+void Peer::CountLimits() noexcept {
+  limits_.Count(report_.flags);
+  // the force that the hand felt before the wait comes back slowly
+  if (report_.waited == 0 && waited_ > 0) guard_.Begin();
+  waited_ = report_.waited;
+  if (waited_ > 0) {
+    voxel_waits_.count += waited_ == 1 ? 1 : 0;
+    ++voxel_waits_.frames;
+    voxel_waits_.longest = std::max(voxel_waits_.longest, waited_);
+    if (waited_ >= kLongestVoxelWait) voxels_lack_.store(true, std::memory_order_relaxed);
+  }
+  if ((report_.flags & StepReport::kContactsFull) == 0) return;
+  ++crowded_frames_;
+  if (crowded_frames_ == 1) news_.TryPush({HoldingNews::Kind::kCrowded, kNoObject, 0});
+}
+
+void Peer::Render() noexcept {
+  // the reaction of the body, about the device's own origin
+  Wrench wanted;
+  if (attached_ && !parting_.leading()) {
+    const Vec3 r = held_state()->X_WB.q * X_BD_.p;
+    wanted = {-(report_.hand_B_W.tau - r.cross(report_.hand_B_W.f)), -report_.hand_B_W.f};
+  }
+  const bool broken = guard_.broken();
+  Wrench given = Planted(Fault::kNoGuard) ? wanted : guard_.Pass(wanted);
+  if (Planted(Fault::kNoNumberFelt)) given.f.x() = std::nan("");
+  if (Planted(Fault::kFeltTenfold)) given = {10 * given.tau, 10 * given.f};
+  felt_.peak_force = std::max(felt_.peak_force, given.f.norm());
+  felt_.peak_moment = std::max(felt_.peak_moment, given.tau.norm());
+  felt_.peak_step = std::max(felt_.peak_step, (given.f - felt_.F_D_W.f).norm());
+  felt_.F_D_W = given;
+  device_->Render(given);
+  if (guard_.broken() == broken) return;
+  const ObjectId object = world_->model().object[static_cast<std::size_t>(held_)];
+  news_.TryPush({HoldingNews::Kind::kForceStopped, object, 0});
+}
+
+void Peer::PrepareParked() noexcept {
+  for (std::size_t b = 0; b < inputs_.bodies.size(); ++b) {
+    StepInputs::BodyInput& input = inputs_.bodies[b];
+    if (input.drive != BodyDrive::kParked) continue;
+    const Pose* told = holdings_.ParkedAt(b);
+    if (told == nullptr) continue;
+    input.drive = BodyDrive::kMirrored;
+    input.mirror_WB = *told;
+  }
+}
+
+void Peer::StartWhenReady(std::int64_t now_ns) noexcept {
+  if (started_ns_) return;
+  // the hand does not begin until its first body is in hand, or refused
+  if (options_.held_object >= 0 && holdings_.wanted() >= 0) return;
+  // partners on the shared body must have heard us too; from other peers a first pose is enough
+  const std::size_t ready = shared_ ? shared_->coupled() : remote_.heard();
+  if (ready < options_.wait_for) return;
+  started_ns_ = now_ns;
+  device_->Start();
+}
+
+void Peer::Leave(std::int64_t now_ns) noexcept {
+  SeeBodies();
+  holdings_.Leave();
+  for (int turns = 0; turns < 32; ++turns) TickHoldings(now_ns);
+}
+
+void Peer::Record(std::int64_t now_ns) noexcept {
+  if (held_ < 0 || !started_ns_) return;
+  const double force = report_.hand_B_W.f.norm();
+  ++hand_figures_.frames;
+  hand_figures_.frames_in_contact += report_.contact_points > 0 ? 1 : 0;
+  hand_figures_.contact_points += report_.contact_points;
+  hand_figures_.most_contact_points =
+      std::max(hand_figures_.most_contact_points, report_.contact_points);
+  hand_figures_.peak_force = std::max(hand_figures_.peak_force, force);
+  hand_limits_.Count(report_.flags);
+  hand_figures_.limits = hand_limits_.all();
+  const std::size_t frame = traced_.load(std::memory_order_relaxed);
+  if (frame >= trace_.size()) return;
+  const RigidState& state = *held_state();
+  trace_[frame] = {.time_ns = now_ns,
+                   .X_WB = state.X_WB,
+                   .V_WB = state.V_WB,
+                   .hand_force = static_cast<float>(force),
+                   .contact_points = report_.contact_points,
+                   .loaded = report_.loaded_points > 0};
+  traced_.store(frame + 1, std::memory_order_release);
+}
+
+std::uint64_t Peer::StateHash() const noexcept {
+  Hash64 hash;
+  for (std::size_t b = 0; b < inputs_.bodies.size(); ++b) {
+    const RigidState& state = world_->state(b);
+    for (const double x : state.X_WB.q.coeffs()) hash.Add(x);
+    for (const Vec3* v : {&state.X_WB.p, &state.V_WB.v, &state.V_WB.w}) {
+      for (const double x : *v) hash.Add(x);
+    }
+  }
+  return hash.value();
+}
+
+}  // namespace tandem

@@ -1,0 +1,380 @@
+#include "engine/contact/field/field_pair.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "engine/base/check.h"
+#include "engine/contact/features/edge_contact.h"
+
+namespace tandem {
+
+namespace {
+
+/// Voxels of depth from which a contact has full damping.
+constexpr double kFullDampingDepth = 0.5;
+/// Voxels of depth from which a contact counts in full among those that share their stiffness.
+constexpr double kFullShareDepth = 0.25;
+/// The number of full contacts whose stiffness together is the greatest.
+constexpr double kStiffest = 100;
+/// The least distance from the surface to which a tight fit reduces the reach, voxels.
+constexpr double kLeastReach = 0.02;
+/// The deepest place in the other's surface where a shift and a displacement may let force begin,
+/// voxels.
+constexpr double kDeepestReach = -1.0;
+/// Cosine between a point's inward normal and the direction off a sheet, or a thin wall, from which
+/// on a push fades out. Below zero the point has come through.
+constexpr double kWallFade = 0.2;
+/// The thickness of walls below which a point that has come through is pushed back, voxels.
+constexpr double kThickest = 1.9;
+constexpr std::size_t kMostContacts = std::size_t{1} << 17U;
+
+/// Share of the overlap of opposite sides by which the reach shrinks in a frame. If it were much
+/// larger, contacts that bear a load in a tight fit would lose it for a frame.
+constexpr double kReachCut = 0.25;
+/// Voxels by which the reach grows in a frame without overlap.
+constexpr double kReachPace = 0.01;
+/// Voxels of overlap from which on the reach does not grow.
+constexpr double kNoRoom = 0.005;
+/// Directions all round, one for each pair of opposite directions. No direction is farther than 28
+/// degrees from the nearest of these or their opposites.
+constexpr double kEdgeWay = 0.70710678118654752;
+constexpr double kCornerWay = 0.57735026918962576;
+constexpr std::size_t kDirections = 13;
+constexpr double kE = kEdgeWay;
+constexpr double kC = kCornerWay;
+constexpr std::array<double, kDirections> kWaysX{1, 0, 0, kE, kE, kE, kE, 0, 0, kC, kC, kC, kC};
+constexpr std::array<double, kDirections> kWaysY{0, 1, 0, kE, -kE, 0, 0, kE, kE, kC, kC, -kC, -kC};
+constexpr std::array<double, kDirections> kWaysZ{0, 0, 1, 0, 0, kE, -kE, kE, -kE, kC, -kC, kC, -kC};
+/// Cosines of the angle with a direction: up to kAlong a push counts in full along it, from kAside
+/// on it does not count.
+constexpr double kAlong = 0.88;
+constexpr double kAside = 0.7;
+
+/// Returns 1 up to one angle and 0 from another on, by their cosines or sines.
+double Fading(double value, double full, double none) {
+  return std::clamp((value - none) / (full - none), 0.0, 1.0);
+}
+
+/// Returns the share of a push on the middle of a sharp edge's part that counts. It is nothing
+/// where the other body's edge, which turns by 20 degrees or more, is nearest: crossing edges push
+/// as lines (MeetEdges()). It is nothing where the surface comes nearer along the part: then
+/// another part, or the edge's end, touches. It is 1 a quarter of a voxel deep, where edges may
+/// have passed one another.
+double ShareOnEdge(const FieldPush& push, const Vec3& tangent) {
+  const double on_face =
+      Fading(push.facing, 0.985, 0.940) * Fading(std::abs(push.away_V.dot(tangent)), 0.17, 0.34);
+  return 1.0 - (1.0 - on_face) * Fading(push.distance, 0, -0.25);
+}
+
+/// Returns the thickness of the solid behind the place on its surface that pushes a point, voxels;
+/// nothing from kThickest on.
+std::optional<double> Thickness(const DistanceField& field, const Vec3& point_V,
+                                const FieldPush& push) {
+  constexpr double kStep = 0.25;      // voxels
+  constexpr double kTold = 0.05;      // voxels by which the other side is nearer
+  constexpr double kOpposite = -0.7;  // cosine between the sides' directions off
+  for (double depth = kStep; depth < kThickest; depth += kStep) {
+    const Vec3 place_V = point_V - (push.distance + depth) * push.away_V;
+    FieldGradient told;
+    field.WithGradients({&place_V, 1}, &told);
+    if (!told.reading.near || told.reading.value < kTold - depth) continue;
+    if (told.gradient.dot(push.away_V) > kOpposite * told.gradient.norm()) continue;
+    const double thickness = depth - told.reading.value;
+    return thickness < kThickest ? std::optional(thickness) : std::nullopt;
+  }
+  return {};
+}
+
+/// Turns the push on a point that has come through a wall back to the side that it came from.
+FieldPush Turned(FieldPush push, double thickness) {
+  push.distance = -(push.distance + thickness);
+  push.away_V = -push.away_V;
+  return push;
+}
+
+/// The shell's body as the one that turns: with its own features, or with its field.
+FieldSchedule::Centre CentreOf(const BodySurface& shell, bool of_features) {
+  const double s = shell.field.voxel_size();
+  return {shell.X_BV.Inverse().p / s, of_features, shell.radius / s};
+}
+
+}  // namespace
+
+FieldPair::FieldPair(const BodySurface& shell, const BodySurface& map, const Options& options,
+                     const ContactGains& gains)
+    : shell_(&shell),
+      map_(&map),
+      s_(map.field.voxel_size()),
+      both_move_(options.both_move),
+      gains_(gains),
+      inward_shift_(options.inward_shift),
+      of_shell_(shell.features, map.field, &map.features, CentreOf(shell, true), options.schedule),
+      of_map_(map.features, shell.field, nullptr, CentreOf(shell, false), options.schedule),
+      contacts_(std::min(kMostContacts,
+                         1024 + 2 * (shell.features.point_count() + map.features.point_count()))) {
+  TANDEM_CHECK(shell.field.voxel_size() == map.field.voxel_size());
+  SetClearance({static_cast<double>(DefaultForceLayer(ContactModel::kRefined)), 0.0});
+  reach_ = full_reach_;
+}
+
+FieldPair::Places FieldPair::PlacesOf(const BodyMotion& shell_body,
+                                      const BodyMotion& map_body) const noexcept {
+  Places places;
+  const Pose X_WV = map_body.X_WB * map_->X_BV;
+  const Pose X_VW = X_WV.Inverse();
+  places.pair = {X_VW * shell_body.X_WB, X_WV, shell_body, map_body};
+  places.shell_in_map = places.pair.X_VS * shell_->X_BV;
+  places.shell_in_map.p /= s_;
+  places.map_in_shell = places.shell_in_map.Inverse();
+  return places;
+}
+
+PairMotion FieldPair::MotionSince(const Pose& X_VS) noexcept {
+  const std::optional<Pose> before = std::exchange(X_VS_, X_VS);
+  if (!before) return {.way = std::numeric_limits<double>::infinity()};
+  constexpr double kRounding = 1 + 1e-9;
+  return {.way = (X_VS.p - before->p).norm() / s_ * kRounding,
+          .angle = RotationVector(X_VS.q * before->q.conjugate()).norm() * kRounding};
+}
+
+PairReport FieldPair::Collide(const BodyMotion& shell_body, const BodyMotion& map_body,
+                              Load& on_shell, Load& on_map) noexcept {
+  const Places places = PlacesOf(shell_body, map_body);
+  const PairMotion motion = MotionSince(places.pair.X_VS);
+  of_shell_.Test(places.shell_in_map, motion, reach_);
+  of_map_.Test(places.map_in_shell, motion, reach_);
+  FindContacts(places);
+  FitReach();
+  AddForces(places, on_shell, on_map);
+  CountLoad();
+  PairReport report;
+  report.tests = of_shell_.counts();
+  report.tests += of_map_.counts();
+  report.contact_points = static_cast<int>(contact_count_);
+  report.loaded_points = static_cast<int>(contact_count_);
+  report.looks = static_cast<int>(contact_count_);
+  report.look_work = static_cast<double>(contact_count_);
+  report.over_capacity = over_capacity_;
+  return report;
+}
+
+void FieldPair::Add(const Vec3& p_V, const Vec3& nhat_V, double depth, double share) noexcept {
+  if (!(depth > 0 && share > 0)) return;
+  if (contact_count_ == contacts_.size()) {
+    over_capacity_ = true;
+    return;
+  }
+  contacts_[contact_count_++] = {s_ * p_V, nhat_V, s_ * depth, share};
+}
+
+void FieldPair::FindContacts(const Places& places) noexcept {
+  contact_count_ = 0;
+  over_capacity_ = false;
+  MeetField(of_shell_, *shell_, *map_, places.shell_in_map, true, places.shell_in_map);
+  MeetField(of_map_, *map_, *shell_, places.map_in_shell, false, places.shell_in_map);
+  MeetEdges(places.shell_in_map);
+}
+
+void FieldPair::MeetField(const FieldSchedule& schedule, const BodySurface& own,
+                          const BodySurface& other, const Pose& X_VF, bool to_map,
+                          const Pose& shell_in_map) noexcept {
+  const Mat3 R_VF = X_VF.q.toRotationMatrix();
+  std::array<TouchingPoint, FieldPushes::kMostPlaces> points;
+  std::array<Vec3, FieldPushes::kMostPlaces> places_V;
+  FieldPushes pushes;
+  std::size_t count = 0;
+  const auto push = [&] {
+    other.field.Pushes(std::span(places_V).first(count), reach_, pushes);
+    for (std::size_t k = 0; k < count; ++k) {
+      AddPushes(points[k], places_V[k], pushes.Of(k), other.field, to_map, shell_in_map);
+    }
+    count = 0;
+  };
+  for (const FieldSchedule::NearBlock& near : schedule.near()) {
+    for (unsigned rest = near.touching; rest != 0; rest &= rest - 1) {
+      const auto lane = static_cast<std::size_t>(std::countr_zero(rest));
+      const BodyFeatures::Point& point = own.features.point(near.block, lane);
+      places_V[count] = R_VF * own.features.place(near.block, lane) + X_VF.p;
+      points[count] = {.inward_V = R_VF * point.inward.cast<double>(), .weight = point.weight};
+      if (point.edge != BodyFeatures::kNoEdge) {
+        points[count].tangent_V = R_VF * own.features.edge(point.edge).tangent.cast<double>();
+      }
+      if (++count == points.size()) push();
+    }
+  }
+  if (count > 0) push();
+}
+
+void FieldPair::AddPushes(const TouchingPoint& point, const Vec3& place_V,
+                          std::span<const FieldPush> pushes, const DistanceField& field,
+                          bool to_map, const Pose& shell_in_map) noexcept {
+  FieldPush inward;
+  if (pushes.empty()) {
+    const FieldReading reading = field.At(place_V);
+    if (reading.near || reading.value >= 0) return;
+    // deeper than the field tells the way out: along the point's own normal
+    inward = {-DistanceField::kMostNear, point.inward_V, 1.0, false, 1};
+    pushes = {&inward, 1};
+  }
+  for (FieldPush push : pushes) {
+    push.share *= point.weight;
+    const double facing = push.away_V.dot(point.inward_V);
+    if (facing < kWallFade) {
+      const std::optional<double> thickness = push.sheet ? 0.0 : Thickness(field, place_V, push);
+      if (thickness) {
+        push.share *= std::min(1.0, std::abs(facing) / kWallFade);
+        if (facing < 0) push = Turned(push, *thickness);
+      }
+    }
+    if (point.tangent_V) push.share *= ShareOnEdge(push, *point.tangent_V);
+    const double depth = reach_ - push.distance;
+    if (to_map) {
+      Add(place_V, push.away_V, depth, push.share);
+    } else {
+      Add(shell_in_map * place_V, -(shell_in_map.q * push.away_V), depth, push.share);
+    }
+  }
+}
+
+void FieldPair::MeetEdges(const Pose& shell_in_map) noexcept {
+  const Mat3 R = shell_in_map.q.toRotationMatrix();
+  const BodyFeatures& features = shell_->features;
+  const double reach = EdgeReach(reach_);
+  const auto arc_of = [](float cosine) {
+    return cosine > 0 ? EdgeArc::OfCosine(cosine) : LooseArc();
+  };
+  for (const FieldSchedule::NearBlock& near : of_shell_.near()) {
+    for (unsigned rest = near.crossing; rest != 0; rest &= rest - 1) {
+      const auto lane = static_cast<std::size_t>(std::countr_zero(rest));
+      const BodyFeatures::Edge& edge = features.edge(features.point(near.block, lane).edge);
+      const Vec3 p = shell_in_map * edge.middle;
+      const Vec3 far = Vec3::Constant(reach + edge.half_length + map_->features.longest_half());
+      ShellEdge own;
+      bool made = false;
+      map_->features.VisitEdgesIn(p - far, p + far, [&](const BodyFeatures::Edge& other) {
+        const double apart = reach + edge.half_length + other.half_length;
+        if ((other.middle - p).squaredNorm() > apart * apart) return;
+        if (!made) {
+          own = {p,
+                 R * edge.tangent.cast<double>(),
+                 -(R * edge.outward.cast<double>()),
+                 edge.half_length,
+                 arc_of(edge.cosine),
+                 edge.ends != 0,
+                 0.5};
+          made = true;
+        }
+        Vec3 nhat = other.outward.cast<double>();
+        if (other.cosine == 0 && nhat.dot(own.nhat) < 0) nhat = -nhat;
+        const EdgeMeeting meeting = Meet(own,
+                                         {other.middle, other.tangent.cast<double>(), nhat,
+                                          other.half_length, arc_of(other.cosine), other.ends != 0},
+                                         reach);
+        if (!(meeting.depth > 0 && meeting.share > 0)) return;
+        // edges are met as lines with wedges about them, which continue where their faces end
+        const FieldReading surface = map_->field.At(meeting.on_shell);
+        const double depth = std::min(meeting.depth, reach - surface.value);
+        Add(meeting.place, meeting.normal, depth, meeting.share);
+      });
+    }
+  }
+}
+
+void FieldPair::FitReach() noexcept {
+  // by direction: the deepest contact that pushes along it, weighted by how far it does
+  std::array<double, kDirections> forth{};
+  std::array<double, kDirections> back{};
+  constexpr double kPerCosine = 1.0 / (kAlong - kAside);
+  for (const Contact& contact : contacts()) {
+    const Vec3& nhat = contact.nhat_V;
+    const double deep = contact.depth * contact.share;
+    for (std::size_t i = 0; i < kDirections; ++i) {
+      const double along = nhat.x() * kWaysX[i] + nhat.y() * kWaysY[i] + nhat.z() * kWaysZ[i];
+      const auto counts = [](double cosine) {
+        return std::min(1.0, std::max(0.0, (cosine - kAside) * kPerCosine));
+      };
+      forth[i] = std::max(forth[i], deep * counts(along));
+      back[i] = std::max(back[i], deep * counts(-along));
+    }
+  }
+  double common = 0;  // m
+  for (std::size_t i = 0; i < kDirections; ++i) {
+    common = std::max(common, std::min(forth[i], back[i]));
+  }
+  const double overlap = common / s_;
+  // squared, the growth changes little where both balance: otherwise the overlap would never settle
+  const double room = std::max(0.0, 1.0 - overlap / kNoRoom);
+  const double wider = kReachPace * room * room;
+  const double least_reach = std::min(kLeastReach, full_reach_);
+  reach_ = std::clamp(reach_ - kReachCut * overlap + wider, least_reach, full_reach_);
+}
+
+void FieldPair::AddForces(const Places& places, Load& on_shell, Load& on_map) noexcept {
+  if (contact_count_ == 0) return;
+  double area = 0;  // number of contacts, weighted up to full ones
+  for (const Contact& contact : contacts()) {
+    area += contact.share * std::min(1.0, contact.depth / (kFullShareDepth * s_));
+  }
+  ForceRule rule{gains_, s_, kFullDampingDepth, kFullStiffnessDepth};
+  const double share = std::min(1.0, kStiffest / area);
+  rule.gains.stiffness *= share;
+  rule.gains.damping *= share;
+  const CrossLoad cross = AddContactForces(std::span(contacts_).first(contact_count_), places.pair,
+                                           rule, on_shell, on_map);
+  if (both_move_) cross_ = cross;
+}
+
+void FieldPair::CountLoad() noexcept {
+  load_.mandatory = of_shell_.owed() + of_map_.owed();
+  load_.per_metre = (of_shell_.owed_per_voxel() + of_map_.owed_per_voxel()) / s_;
+  load_.looks = static_cast<double>(contact_count_);
+  load_.bound =
+      s_ * std::max(FieldSchedule::kMostTravel, std::min(of_shell_.free_way(), of_map_.free_way()));
+}
+
+void FieldPair::SetClearance(const Clearance& clearance) noexcept {
+  clearance_ = clearance;
+  const double wanted = kRefinedClearance + clearance.layers -
+                        DefaultForceLayer(ContactModel::kRefined) - clearance.displacement / s_ -
+                        inward_shift_;
+  const double before = std::exchange(
+      full_reach_,
+      std::clamp(wanted, kDeepestReach, std::min(shell_->field.range(), map_->field.range())));
+  // a wider clearance applies at once, but in a tight fit as fast as there is room
+  reach_ = reach_ < before ? std::min(reach_, full_reach_) : full_reach_;
+}
+
+ClearanceBounds FieldPair::clearance_bounds() const noexcept {
+  const double range = std::min(shell_->field.range(), map_->field.range());
+  return ClearanceBounds::OfFields(range - kRefinedClearance, s_);
+}
+
+std::size_t FieldPair::CountUnfound(const BodyMotion& shell_body,
+                                    const BodyMotion& map_body) const {
+  const Places places = PlacesOf(shell_body, map_body);
+  return of_shell_.CountUnfound(places.shell_in_map) + of_map_.CountUnfound(places.map_in_shell);
+}
+
+PoseReading FieldPair::Read(const BodyMotion& shell_body, const BodyMotion& map_body) noexcept {
+  const Places places = PlacesOf(shell_body, map_body);
+  X_VS_.reset();  // the calendars know of this pose
+  const double nearest = std::min(of_shell_.Read(places.shell_in_map, reach_),
+                                  of_map_.Read(places.map_in_shell, reach_));
+  FindContacts(places);
+  PoseReading reading;
+  reading.contact_points = static_cast<int>(contact_count_);
+  for (const FieldSchedule* schedule : {&of_shell_, &of_map_}) {
+    for (const FieldSchedule::NearBlock& near : schedule->near()) {
+      reading.touching_points += std::popcount(near.touching);
+    }
+  }
+  reading.nearest_voxels = static_cast<int>(std::max(0.0, std::floor(nearest)));
+  Load on_map;
+  AddForces(places, reading.on_shell, on_map);
+  return reading;
+}
+
+}  // namespace tandem

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "engine/geometry/mesh/triangle_mesh.h"
+#include "engine/geometry/mesh/weld.h"
+
+namespace tandem {
+
+/// Triangles as a file holds them: not welded, in file units, not yet checked.
+struct RawMesh {
+  std::vector<FloatPoint> points;
+  std::vector<TriangleMesh::Triangle> triangles;
+};
+
+/// The answer of the reading process.
+struct ReadAnswer {
+  enum class Kind : std::uint32_t { kMesh, kRefused, kOutOfMemory };
+  Kind kind = Kind::kRefused;
+  std::string words;  // text of a refusal
+  RawMesh mesh;
+  double metres_per_unit = 0;  // as the file declares; 0: it does not
+};
+
+/// Writes an answer into a pipe, for ParseAnswer() in a process of the same program. Returns false
+/// when the reader has gone.
+bool WriteAnswer(int fd, const ReadAnswer& answer);
+
+/// Returns the answer that `bytes` are, or nothing if they are cut short or are something else.
+std::optional<ReadAnswer> ParseAnswer(std::string_view bytes);
+
+}  // namespace tandem

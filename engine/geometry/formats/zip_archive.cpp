@@ -1,0 +1,134 @@
+#include "engine/geometry/formats/zip_archive.h"
+
+#include <algorithm>
+#include <utility>
+
+#include <zlib.h>
+
+#include "engine/geometry/formats/xml_scanner.h"
+
+namespace tandem {
+
+namespace {
+
+constexpr std::size_t kLongestTail =
+    66'000;  // the directory's end and the longest remark behind it
+constexpr std::size_t kMostDirectory = 16 << 20;
+
+/// Reads a little-endian number; 0 beyond the end.
+std::uint32_t NumberAt(std::string_view bytes, std::size_t at, std::size_t size) {
+  if (at + size > bytes.size()) return 0;
+  std::uint32_t number = 0;
+  for (std::size_t i = 0; i < size; ++i) {
+    number |= static_cast<std::uint32_t>(static_cast<unsigned char>(bytes[at + i])) << (8 * i);
+  }
+  return number;
+}
+
+/// Returns the beginning of deflated data.
+std::string Inflated(std::string packed, std::size_t most) {
+  z_stream stream{};
+  if (inflateInit2(&stream, -MAX_WBITS) != Z_OK) return {};
+  stream.next_in = reinterpret_cast<Bytef*>(packed.data());
+  stream.avail_in = static_cast<uInt>(packed.size());
+  std::string plain;
+  int state = Z_OK;
+  while (state == Z_OK && plain.size() < most) {
+    constexpr std::size_t kBlock = 1 << 16;
+    const std::size_t before = plain.size();
+    plain.resize(std::min(most, before + kBlock));
+    stream.next_out = reinterpret_cast<Bytef*>(plain.data() + before);
+    stream.avail_out = static_cast<uInt>(plain.size() - before);
+    state = inflate(&stream, Z_SYNC_FLUSH);
+    const bool stuck = stream.avail_out == plain.size() - before;
+    plain.resize(plain.size() - stream.avail_out);
+    if (stuck) break;
+  }
+  inflateEnd(&stream);
+  return plain;
+}
+
+}  // namespace
+
+std::string ZipArchive::Bytes(std::uint64_t from, std::size_t size) const {
+  std::string bytes(std::min<std::uintmax_t>(size, file_.size()), '\0');
+  bytes.resize(file_.Read(from, bytes));
+  return bytes;
+}
+
+std::optional<ZipArchive> ZipArchive::Open(const std::filesystem::path& file) {
+  constexpr std::string_view kEnd("PK\x05\x06", 4);
+  constexpr std::uint32_t kEntry = 0x02014b50;
+  Result<RegularFile> opened = RegularFile::Open(file);
+  if (!opened) return std::nullopt;
+  ZipArchive archive(*std::move(opened));
+  const std::uint64_t size = archive.file_.size();
+  const auto tail_size = static_cast<std::size_t>(std::min<std::uint64_t>(size, kLongestTail));
+  const std::string tail = archive.Bytes(size - tail_size, tail_size);
+  const std::size_t end = tail.rfind(kEnd);
+  if (end == std::string::npos) return std::nullopt;
+  const std::size_t directory_size = NumberAt(tail, end + 12, 4);
+  if (directory_size > kMostDirectory) return std::nullopt;
+  const std::string directory = archive.Bytes(NumberAt(tail, end + 16, 4), directory_size);
+  for (std::size_t at = 0; NumberAt(directory, at, 4) == kEntry;) {
+    const std::size_t length = NumberAt(directory, at + 28, 2);
+    if (at + 46 + length > directory.size()) break;
+    archive.entries_.push_back({directory.substr(at + 46, length), NumberAt(directory, at + 10, 2),
+                                NumberAt(directory, at + 16, 4), NumberAt(directory, at + 20, 4),
+                                NumberAt(directory, at + 24, 4), NumberAt(directory, at + 42, 4)});
+    at += 46 + length + NumberAt(directory, at + 30, 2) + NumberAt(directory, at + 32, 2);
+  }
+  return archive;
+}
+
+std::string ZipArchive::StartOfRelations() const {
+  constexpr std::size_t kMostRelations = 1 << 20;
+  const Result<std::string> relations = Read("_rels/.rels", kMostRelations);
+  if (!relations) return {};
+  XmlScanner xml(*relations);
+  for (auto piece = xml.Next();; piece = xml.Next()) {
+    if (piece == XmlScanner::Piece::kEnd || piece == XmlScanner::Piece::kFault) return {};
+    if (piece != XmlScanner::Piece::kOpen || xml.name() != "Relationship") continue;
+    if (!xml.Attribute("Type").value_or("").ends_with("/3dmodel")) continue;
+    std::string target = xml.Attribute("Target").value_or("");
+    if (target.starts_with('/')) target.erase(0, 1);
+    return target;
+  }
+}
+
+std::string ZipArchive::Model() const {
+  const std::string start = StartOfRelations();
+  if (std::ranges::count(entries_, start, &Entry::name) > 0) return start;
+  std::string model;
+  for (const Entry& entry : entries_) {
+    if (entry.name == "3D/3dmodel.model") return entry.name;
+    if (model.empty() && entry.name.ends_with(".model")) model = entry.name;
+  }
+  return model;
+}
+
+Result<std::string> ZipArchive::Read(std::string_view name, std::size_t most) const {
+  const auto entry = std::ranges::find(entries_, name, &Entry::name);
+  if (entry == entries_.end()) return Error{"is missing"};
+  if (entry->method != 0 && entry->method != 8) {
+    return Error{"is packed in a way that is not known"};
+  }
+  constexpr std::size_t kLocal = 30;
+  const std::string local = Bytes(entry->header, kLocal);
+  const std::uint64_t begin =
+      std::uint64_t{entry->header} + kLocal + NumberAt(local, 26, 2) + NumberAt(local, 28, 2);
+  // the beginning of the packed data unpacks to more than `most` bytes, or is all of it
+  std::string content =
+      entry->method == 0
+          ? Bytes(begin, std::min<std::size_t>(entry->packed, most))
+          : Inflated(Bytes(begin, std::min<std::size_t>(entry->packed, most + 1024)), most);
+  constexpr std::uint32_t kElsewhere = 0xffffffff;  // a size of 64 bits, behind the name
+  if (entry->size > most && (entry->size != kElsewhere || content.size() >= most)) return content;
+  const uLong sum = crc32_z(0, reinterpret_cast<const Bytef*>(content.data()), content.size());
+  if ((entry->size != kElsewhere && content.size() != entry->size) || sum != entry->sum) {
+    return Error{"is damaged: its bytes are not those that were packed"};
+  }
+  return content;
+}
+
+}  // namespace tandem

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "engine/base/result.h"
+#include "engine/scene/scene.h"
+
+namespace tandem {
+
+/// The hashes that peers compare before they touch one another. They do not depend on names,
+/// colours, hands or the places of files.
+struct SceneHash {
+  struct Body {
+    std::uint64_t values = 0;  // scale, placement, mass, sharing, constraint, …
+    std::uint64_t mesh = 0;    // bytes of its mesh file, and of a glTF file's buffers
+
+    friend bool operator==(const Body&, const Body&) = default;
+  };
+
+  std::uint64_t content = 0;  // hash of all bodies, of pairs and gravity; not of force parameters
+  std::uint64_t parameters = 0;  // hash of voxel size and force parameters
+  std::vector<Body> bodies;      // in the scene's order
+};
+
+/// Hashes a scene. Reads the bytes of regular files, up to 4 GB for a mesh. The error names the
+/// file.
+Result<SceneHash> HashScene(const Scene& scene);
+
+}  // namespace tandem

@@ -1,0 +1,371 @@
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "app/bench/measure/voxelize_times.h"
+#include "app/common/exit_codes.h"
+#include "tests/app/cli/program_run.h"
+#include "tests/support/scratch_folder.h"
+
+// Scripts read the benches' JSON by its names. The tests expect that the names are there and that
+// their values are numbers, however large.
+
+namespace tandem {
+namespace {
+
+using nlohmann::json;
+using testing::RunTandem;
+using testing::Said;
+
+json Bench(const std::string& arguments, const std::string& before = "") {
+  const Said said = RunTandem("bench " + arguments + " --json", before);
+  EXPECT_EQ(said.exit_code, kExitOk) << said.err;
+  return json::parse(said.out, nullptr, false);
+}
+
+/// Expects a number at each of `paths`, such as "/ball/turn_s".
+void ExpectNumbers(const json& told, const std::vector<std::string>& paths) {
+  for (const std::string& path : paths) {
+    const json::json_pointer pointer(path);
+    if (!told.contains(pointer)) {
+      ADD_FAILURE() << path << " is not there";
+    } else if (!told[pointer].is_number() || !std::isfinite(told[pointer].get<double>())) {
+      ADD_FAILURE() << path << " is " << told[pointer].dump();
+    }
+  }
+}
+
+const std::string kPeg = std::string(TANDEM_SCENES) + "/peg_in_slot_peg.stl";
+
+TEST(BenchCommand, PointsSaysWhatAPointsTestTakes) {
+  const json told = Bench("points --scene peg_in_slot --voxel 0.004 --rounds 1");
+  ExpectNumbers(told, {"/transform_ns", "/coherent_ns", "/random_ns", "/limit_ns", "/random_4t_ns",
+                       "/limit_4t_ns", "/map_bytes", "/points", "/field_ns",
+                       "/field_with_gradient_ns", "/error_voxels/p50", "/error_voxels/p99",
+                       "/error_voxels/max", "/field_bytes_per_band_voxel"});
+  EXPECT_TRUE(told["isa"].is_string());
+  EXPECT_GT(told["points"], 0);
+}
+
+TEST(BenchCommand, RemovalEndsWhereVoxelsDoNotComeInTime) {
+  const Said said = RunTandem(
+      "bench removal --scene bracket_actuator --voxel-mm 0.5 --passes 1 --capacity 100000 "
+      "--voxel-memory 3MiB "
+      "--disk-mb-per-s 0.0001");
+  EXPECT_EQ(said.exit_code, kExitFile);
+  EXPECT_NE(said.err.find("voxels were not read in time"), std::string::npos) << said.err;
+  const Said small = RunTandem(
+      "bench removal --scene bracket_actuator --voxel-mm 0.5 --passes 1 --voxel-memory 1MiB");
+  EXPECT_EQ(small.exit_code, kExitFile);
+  EXPECT_NE(small.err.find("it needs at least"), std::string::npos) << small.err;
+}
+
+TEST(BenchCommand, Table1HasThePapersRowsAndTheBallIsAsThePapers) {
+  const json told = Bench("table1 --scenes ball_and_socket --threads 1");
+  ASSERT_EQ(told["rows"].size(), 2U);
+  for (const json& row : told["rows"]) {
+    ExpectNumbers(row, {"/voxel_mm", "/points_mm", "/triangles/moving", "/triangles/fixed",
+                        "/points", "/voxels/interior", "/voxels/surface", "/voxels/band",
+                        "/voxelize_s", "/load_s", "/paper/voxelize_s", "/paper/load_s"});
+    EXPECT_EQ(row["triangles"], row["paper"]["triangles"]);
+    const double points = row["paper"]["points"];
+    EXPECT_NEAR(row["points"].get<double>(), points, 0.004 * points);
+    const double voxels = row["paper"]["voxels"];
+    const json& here = row["voxels"];
+    EXPECT_NEAR(
+        here["interior"].get<double>() + here["surface"].get<double>() + here["band"].get<double>(),
+        voxels, 0.05 * voxels);
+  }
+}
+
+TEST(BenchCommand, Figure10FitsAPowerAndDrawsIt) {
+  const ScratchFolder folder;
+  const json told = Bench("figure10 --scene peg_in_slot --smallest-mm 2 --largest-mm 8 --out " +
+                          folder.path().string());
+  ExpectNumbers(told, {"/exponent", "/finest_exponent", "/times/0/voxel_mm", "/times/0/seconds",
+                       "/times/0/voxels"});
+  ASSERT_EQ(told["times"].size(), 5U);
+  EXPECT_GT(told["times"][4]["voxels"], told["times"][0]["voxels"]);
+  for (const char* file : {"figure10.csv", "figure10.svg"}) {
+    EXPECT_TRUE(std::filesystem::exists(folder.path() / file)) << file;
+  }
+}
+
+TEST(PowerLaw, OfExactPowersIsFoundExactly) {
+  std::vector<VoxelizeTime> times;
+  for (const double size_mm : {1.0, 2.5, 4.0}) {
+    times.push_back(
+        {.voxel_size = 1e-3 * size_mm, .seconds = 3 / (size_mm * size_mm), .voxels = 1});
+  }
+  const PowerLaw law = FitPowerLaw(times);
+  EXPECT_NEAR(law.exponent, -2, 1e-12);
+  EXPECT_NEAR(law.factor, 3, 1e-12);
+}
+
+TEST(BenchCommand, RemovalSaysWhetherThePartCameOutAndWhatFramesTook) {
+  const ScratchFolder folder;
+  const json told = Bench("removal --scene peg_in_slot --voxel-mm 2 --passes 1 --plots " +
+                          folder.path().string());
+  ExpectNumbers(
+      told, {"/frames", "/points", "/voxels", "/cpu_p50_us", "/cpu_p999_us", "/noise_p999_us",
+             "/back_to_back/cpu_p50_us", "/back_to_back/cpu_p99_us", "/back_to_back/cpu_p999_us",
+             "/travel_at_bound_share", "/page_faults", "/peak_bytes", "/voxel_memory_bytes",
+             "/contacts_mean", "/contacts_max", "/hand_force_max_N"});
+  EXPECT_EQ(told["out"], true);
+  EXPECT_GT(told["contacts_max"], 0);
+  EXPECT_GT(told["voxel_memory_bytes"], 0);
+  EXPECT_GT(told["hand_force_max_N"], 0);
+  ExpectNumbers(told, {"/stalls", "/stall_s", "/longest_stall_ms", "/pages_read"});
+  for (const char* picture : {"removal_times", "removal_contacts", "removal_force"}) {
+    EXPECT_TRUE(std::filesystem::exists(folder.path() / (std::string(picture) + ".svg")))
+        << picture;
+  }
+}
+
+TEST(BenchCommand, VoxelizeSaysWhatItTakesAndWhatPolygonsSave) {
+  const json told = Bench("voxelize " + kPeg + " --scale 0.001 --voxel 0.002 --threads 1");
+  ExpectNumbers(told, {"/seconds", "/cpu_seconds", "/points_per_chunk", "/band_voxels", "/bytes",
+                       "/bytes_per_band_voxel", "/polygons", "/edge_voxels", "/vertex_voxels",
+                       "/edge_voxels_unmerged", "/vertex_voxels_unmerged"});
+  EXPECT_LT(told["edge_voxels"], told["edge_voxels_unmerged"]);
+  EXPECT_FALSE(told.contains("surface"));
+}
+
+TEST(BenchCommand, VoxelizeMapsTheSurfaceThatItMade) {
+  const ScratchFolder folder;
+  const std::filesystem::path file = folder.path() / "peg.surface";
+  const json told = Bench("voxelize " + kPeg +
+                          " --scale 0.001 --voxel 0.002 --threads 2 --surface " + file.string());
+  ExpectNumbers(told,
+                {"/surface/build_s", "/surface/build_cpu_s", "/surface/save_s", "/surface/map_s",
+                 "/surface/map_cpu_s", "/surface/field_bytes", "/surface/feature_bytes"});
+  EXPECT_TRUE(told["surface"]["same"]);
+  EXPECT_GT(std::filesystem::file_size(file), told["surface"]["field_bytes"]);
+}
+
+/// Returns a closed cylinder of radius 50 and length 150 whose side has this many strips.
+std::string Cylinder(int sides) {
+  std::ostringstream text;
+  text.precision(12);
+  text << "v 0 0 0\nv 0 0 150\n";
+  for (const int z : {0, 150}) {
+    for (int i = 0; i < sides; ++i) {
+      const double angle = 2 * M_PI * i / sides;
+      text << "v " << 50 * std::cos(angle) << ' ' << 50 * std::sin(angle) << ' ' << z << '\n';
+    }
+  }
+  for (int i = 0; i < sides; ++i) {
+    const int a = 3 + i;
+    const int b = 3 + (i + 1) % sides;
+    text << "f 1 " << b << ' ' << a << "\nf 2 " << a + sides << ' ' << b + sides << "\nf " << a
+         << ' ' << b << ' ' << b + sides << "\nf " << a << ' ' << b + sides << ' ' << a + sides
+         << '\n';
+  }
+  return text.str();
+}
+
+// Paper §4.1: fine tessellation defeats geometrical awareness. After merging, only the rims and a
+// few lines along the side are left, however finely the cylinder is cut.
+TEST(FineCylinder, KeepsFewOfItsEdgesWhenVoxelized) {
+  const ScratchFolder folder;
+  for (const int sides : {360, 720}) {
+    const auto file = folder.Write("cylinder.obj", Cylinder(sides));
+    const Said said =
+        RunTandem("voxelize " + file.string() + " --scale 0.001 --voxel 0.001 --json");
+    ASSERT_EQ(said.exit_code, kExitOk) << said.err;
+    const json told = json::parse(said.out);
+    EXPECT_LT(told["polygons"], 40) << sides;
+    EXPECT_LT(10 * told["edge_voxels"].get<int>(), told["edge_voxels_unmerged"]) << sides;
+    // two at each rim for each strip of the side, as FindFeatures() has them
+    EXPECT_LE(told["vertex_voxels"], 4 * (told["polygons"].get<int>() - 2)) << sides;
+    EXPECT_LT(told["vertex_voxels"], told["vertex_voxels_unmerged"]) << sides;
+  }
+}
+
+TEST(BenchCommand, FrameSaysWhatFramesTakeAndThatNoContactWasMissed) {
+  const json told = Bench("frame --scene peg_in_slot --frames 1000 --capacity 100000 --passes 2");
+  ExpectNumbers(told, {"/points",
+                       "/voxels",
+                       "/contacts",
+                       "/cpu_p50_us",
+                       "/cpu_p99_us",
+                       "/cpu_p999_us",
+                       "/wall_p999_us",
+                       "/frames_over_1ms",
+                       "/missed",
+                       "/noise_p999_us",
+                       "/tests_per_frame",
+                       "/tests_owed_p50",
+                       "/tests_owed_max",
+                       "/travel_at_bound_share",
+                       "/violations",
+                       "/free_cpu_p99_us",
+                       "/looked_up_ns",
+                       "/drifted_ns",
+                       "/back_to_back/cpu_p50_us",
+                       "/back_to_back/cpu_p999_us"});
+  EXPECT_EQ(told["frames"], 1000);
+  EXPECT_EQ(told["violations"], 0);
+  EXPECT_GT(told["contacts"], 0);
+}
+
+TEST(BenchCommand, FrameWithoutCoherenceTestsAllAndWithoutDriftIsForPlainContact) {
+  const std::string frame = "frame --scene peg_in_slot --frames 1000 --capacity 100000";
+  EXPECT_GT(Bench(frame + " --without coherence")["tests_per_frame"],
+            2 * Bench(frame)["tests_per_frame"].get<double>());
+  const Said said = RunTandem("bench " + frame + " --without drift");
+  EXPECT_EQ(said.exit_code, kExitUsage);
+  EXPECT_NE(said.err.find("--without drift: only plain contact"), std::string::npos) << said.err;
+}
+
+TEST(BenchCommand, MemorySaysBytesABandVoxel) {
+  const json told = Bench("memory --scene peg_in_slot");
+  ExpectNumbers(told, {"/bytes_per_band_voxel", "/scenes/0/bytes_per_band_voxel_refined",
+                       "/scenes/0/resident_bytes_per_band_voxel"});
+  EXPECT_EQ(told["scenes"].size(), 1U);
+}
+
+TEST(BenchCommand, NetworkSaysWhatThereAndBackTakes) {
+  const json told = Bench("network --seconds 0.1");
+  ExpectNumbers(
+      told, {"/udp_rtt_p50_us", "/dds_rtt_p50_us", "/ratio", "/udp_rtt_p99_us", "/dds_rtt_p99_us"});
+  EXPECT_GT(told["round_trips"], 0);
+  EXPECT_EQ(told["bytes"], 916);  // a state with its links, which a peer sends at 1 kHz
+}
+
+TEST(BenchCommand, SessionSaysWhatIsDeliveredAmongPeersAndWhetherAllMet) {
+  const json told = Bench("session --peers 2 --hz 250 --seconds 1");
+  ExpectNumbers(told, {"/samples_sent", "/samples_delivered", "/delivered", "/least_delivered",
+                       "/least_sent", "/frames", "/missed", "/judged_frames", "/judged_missed",
+                       "/frames_over_1ms", "/frame_cpu_p99_us/1", "/frame_wall_p999_us/1"});
+  EXPECT_EQ(told["pairs"], 2);
+  EXPECT_EQ(told["pairs_heard"], 2);
+  // frames of both peers, counted only while their hands move
+  EXPECT_EQ(told["judged_frames"], 2000);
+  EXPECT_GT(told["frames"], told["judged_frames"]);
+}
+
+TEST(BenchCommand, SessionComparesPeersWithPeersApart) {
+  const json told = Bench("session --compare 1 --rounds 1 --hz 250 --seconds 1");
+  ExpectNumbers(told, {"/sessions/0/ratio_to_apart", "/sessions/0/median_ratio_to_apart",
+                       "/sessions/0/frame_wall_p999_us", "/sessions/0/frames",
+                       "/sessions/0/frames_over_1ms", "/sessions/0/missed",
+                       "/sessions/0/apart/frame_wall_p999_us", "/sessions/0/apart/missed"});
+}
+
+TEST(BenchCommand, SessionComparesWithTheRunsBeforeAndAfterWithoutViewers) {
+  const json told = Bench("session --viewers 1 --rounds 1 --hz 250 --seconds 1");
+  ASSERT_EQ(told["sessions"].size(), 3U);
+  ExpectNumbers(told, {"/viewerless_ratio", "/sessions/1/ratio", "/sessions/1/ratio_least",
+                       "/sessions/1/ratio_most", "/sessions/1/frame_wall_p999_us",
+                       "/sessions/1/frames_over_1ms", "/sessions/1/missed"});
+  EXPECT_GT(told["sessions"][1]["least_pictures"], 0);
+  const auto p99 = [&told](std::size_t row) {
+    return told["sessions"][row]["frame_cpu_p99_us"].get<double>();
+  };
+  EXPECT_NEAR(told["sessions"][1]["ratio"], p99(1) / (0.5 * (p99(0) + p99(2))), 1e-9);
+}
+
+const std::vector<std::string> kOnPlanes{
+    "/first_force_gap_voxels/min", "/first_force_gap_voxels/mean", "/first_force_gap_voxels/max",
+    "/direction_error_deg/mean",   "/direction_error_deg/max",     "/sliding_ripple"};
+
+std::vector<std::string> Under(const std::string& top, std::vector<std::string> paths) {
+  for (std::string& path : paths) path = top + path;
+  return paths;
+}
+
+TEST(BenchCommand, FidelitySaysHowTrueContactOnPlanesIs) {
+  const json told = Bench("fidelity --approaches 1 --tilts 1 --only first-force --only pressed");
+  ExpectNumbers(told, kOnPlanes);
+  ExpectNumbers(told, Under("/plain", kOnPlanes));
+  EXPECT_TRUE(told["ball"].is_null());
+}
+
+// Holds exist in refined contact alone.
+TEST(BenchCommand, FidelitySaysWhetherHandsFeelRestAndTheClearanceThatTheyAskFor) {
+  const json told = Bench(
+      "fidelity --holds 2 --clearance-tilts 1 --sheet-tries 6 --only holds --only clearance "
+      "--only sheets");
+  ExpectNumbers(told, {"/holds/count", "/holds/moving", "/holds/largest_force_step_N",
+                       "/holds/frame_cpu_p50_us", "/holds/dropped_frames",
+                       "/clearance/error_voxels_max", "/clearance/outer_error_voxels_max",
+                       "/clearance/late_voxels_max", "/clearance/force_step_N",
+                       "/sheets/nearest_voxels", "/dropped_frames", "/frames_over_1ms"});
+  EXPECT_EQ(told["sheets"]["tries"], 6);
+  EXPECT_EQ(told["sheets"]["crossings"], 0);
+  // boxes begin at 28 voxels, and come to lie on the sheet
+  EXPECT_LT(told["sheets"]["nearest_voxels"], 24);
+  EXPECT_EQ(told["holds"]["count"], 2);
+  EXPECT_EQ(told["frames_over_1ms"], told["holds"]["frames_over_1ms"]);
+  EXPECT_TRUE(told["plain"]["holds"].is_null());
+  EXPECT_TRUE(told["plain"]["clearance"].is_null());
+  EXPECT_TRUE(told["plain"]["dropped_frames"].is_null());
+}
+
+const std::vector<std::string> kOfFrames{
+    "/frame_cpu_p50_us", "/frame_cpu_p99_us", "/frame_wall_p999_us",
+    "/frames_over_1ms",  "/missed",           "/dropped_frames"};
+
+/// Returns `paths` under `top`, and the paths that every part has for its frames.
+std::vector<std::string> OfPart(const std::string& top, std::vector<std::string> paths) {
+  paths.insert(paths.end(), kOfFrames.begin(), kOfFrames.end());
+  return Under(top, paths);
+}
+
+// Balls, nuts and pegs simulate many seconds, so they run on demand.
+TEST(BenchCommand, FidelitySaysHowPartsGoTogether) {
+  if (std::getenv("TANDEM_BENCHES") == nullptr) {
+    GTEST_SKIP() << "runs when TANDEM_BENCHES is set";
+  }
+  const bool models = std::getenv("TANDEM_MODELS") != nullptr;
+  const json told = Bench(
+      "fidelity --pegs 3 --contacts 2000 --only ball --only ball-015 --only nut --only nut-tight "
+      "--only pegs");
+  ExpectNumbers(told, OfPart("/ball", {"/points_035", "/points_015", "/turn_s", "/contacts_mean",
+                                       "/turn_1khz_s"}));
+  ExpectNumbers(told,
+                OfPart("/ball_015", {"/points_015", "/turn_s", "/turn_1khz_s", "/contacts_mean"}));
+  EXPECT_EQ(told["ball"]["points_015"], told["ball_015"]["points_015"]);
+  ExpectNumbers(told, {"/dropped_frames", "/frames_over_1ms"});
+  if (!models) return;
+  EXPECT_TRUE(told["nut"]["axial_blocked"].is_boolean());
+  EXPECT_TRUE(told["plain"]["false_pushes"].is_null());
+  const std::vector<std::string> of_checks{"/wrench_error_N", "/wrench_error_held_back_N"};
+  for (const std::string model : {"", "/plain"}) {
+    ExpectNumbers(told, OfPart(model + "/nut", {"/helix_error_mm", "/largest_force_step_N"}));
+    ExpectNumbers(told,
+                  OfPart(model + "/nut_tight", {"/turned_deg", "/helix_error_mm", "/crossing_mm"}));
+    ExpectNumbers(told, OfPart(model + "/pegs", {"/inserted_share", "/buzz"}));
+    ExpectNumbers(told, Under(model, of_checks));
+  }
+  ExpectNumbers(told, Under("/false_pushes", {"/contacts", "/farther_than_0_6_voxel",
+                                              "/askew_by_10_deg", "/share_of_force"}));
+  // about as many contacts as were asked for
+  EXPECT_GT(told["false_pushes"]["contacts"], 1000);
+  EXPECT_LT(told["false_pushes"]["contacts"], 3000);
+}
+
+TEST(BenchCommand, FidelityMeasuresWhatThereIs) {
+  const Said said = RunTandem("bench fidelity --only screw");
+  EXPECT_EQ(said.exit_code, kExitUsage);
+  EXPECT_NE(said.err.find("first-force"), std::string::npos) << said.err;
+}
+
+TEST(BenchCommand, WithoutATemporaryFolderIsRefusedInALine) {
+  // a folder in which nobody can make one, and a folder that does not exist
+  for (const std::string folder : {"/proc", "/nowhere"}) {
+    const Said said =
+        RunTandem("bench session --peers 2 --seconds 1", "TMPDIR=" + folder + " timeout 60 ");
+    testing::ExpectRefused(said, kExitFile, "no temporary folder can be made there");
+  }
+}
+
+}  // namespace
+}  // namespace tandem

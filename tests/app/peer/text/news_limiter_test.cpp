@@ -1,0 +1,73 @@
+#include "app/peer/text/news_limiter.h"
+
+#include <gmock/gmock.h>
+
+namespace tandem {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::IsEmpty;
+
+constexpr std::int64_t kMilliNs = 1'000'000;
+constexpr std::int64_t kTickNs = 20 * kMilliNs;
+
+TEST(NewsLimiter, AQuietSessionsNewsComeAtOnce) {
+  NewsLimiter news;
+  news.Add("anna", "anna joined");
+  news.Add("", "your hand begins");
+  EXPECT_THAT(news.Due(kTickNs), ElementsAre("anna joined", "your hand begins"));
+  EXPECT_THAT(news.Due(2 * kTickNs), IsEmpty());
+}
+
+TEST(NewsLimiter, OneProgramIsToldOfOnceASecondAndItsNewestNewsStay) {
+  NewsLimiter news;
+  std::vector<std::string> said;
+  // a peer comes and goes fifty times a second for ten seconds
+  for (std::int64_t i = 0; i < 500; ++i) {
+    news.Add("vic", "vic joined " + std::to_string(i));
+    for (const std::string& line : news.Due(i * kTickNs)) said.push_back(line);
+  }
+  EXPECT_EQ(said.size(), 10U);
+  EXPECT_EQ(said.front(), "vic joined 0");
+  const std::vector<std::string> rest = news.Rest();
+  EXPECT_THAT(rest, ElementsAre("vic joined 497", "vic joined 498", "vic joined 499",
+                                "(487 more lines left out)"));
+}
+
+TEST(NewsLimiter, ManyProgramsTogetherHaveSoManyLinesInAnySecond) {
+  NewsLimiter news;
+  std::vector<std::int64_t> said_ns;
+  for (std::int64_t i = 0; i < 500; ++i) {
+    for (int n = 0; n < 50; ++n) {
+      const std::string name = "vic-" + std::to_string(50 * i + n);
+      news.Add(name, name + " joined");
+    }
+    for (const std::string& line : news.Due(i * kTickNs)) {
+      static_cast<void>(line);
+      said_ns.push_back(i * kTickNs);
+    }
+  }
+  ASSERT_GT(said_ns.size(), NewsLimiter::kMostPerSecond);
+  for (std::size_t i = NewsLimiter::kMostPerSecond; i < said_ns.size(); ++i) {
+    EXPECT_GE(said_ns[i] - said_ns[i - NewsLimiter::kMostPerSecond], 1000 * kMilliNs);
+  }
+  EXPECT_GT(news.left_out(), 24'000U);
+}
+
+TEST(NewsLimiter, AFloodHidesNoLineOfOnesOwn) {
+  NewsLimiter news;
+  news.Add("", "your hand let go of ball");
+  for (int n = 0; n < 1000; ++n) news.Add("vic-" + std::to_string(n), "joined");
+  const std::vector<std::string> said = news.Due(kTickNs);
+  ASSERT_FALSE(said.empty());
+  EXPECT_EQ(said.front(), "your hand let go of ball");
+}
+
+TEST(NewsLimiter, TheLongestNameThatALineBeginsWithIsWhoItIsAbout) {
+  EXPECT_EQ(AboutWhom("anna b joined", {"anna", "anna b", "b"}), "anna b");
+  EXPECT_EQ(AboutWhom("annab joined", {"anna"}), "");
+  EXPECT_EQ(AboutWhom("you answer for ball now", {"anna"}), "");
+}
+
+}  // namespace
+}  // namespace tandem

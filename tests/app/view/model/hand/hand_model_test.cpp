@@ -1,0 +1,275 @@
+#include "app/view/model/hand/hand_model.h"
+
+#include <gtest/gtest.h>
+
+#include "app/view/model/hand/hand_keys.h"
+#include "tests/app/view/fake_session.h"
+#include "tests/app/view/model/hand/fake_controller.h"
+
+namespace tandem {
+namespace {
+
+constexpr std::size_t kBallInHand = 1;
+const Vec3 kGrabbedAt{0.01, -0.13, 0.0};
+
+class Hand : public ::testing::Test {
+ protected:
+  void Begin() {
+    HandRequest request;
+    request.scene = "block_and_ball.json";
+    request.name = "anna";
+    request.control = "test";
+    hand_.Start(request);
+    ASSERT_TRUE(ProcessEventsUntil([&] {
+      return hand_.ready();
+    }));
+  }
+  void Take() {
+    hand_.Grab(kBallInHand, kGrabbedAt);
+    ASSERT_TRUE(ProcessEventsUntil([&] {
+      return hand_.held() == kBallInHand;
+    }));
+  }
+
+  FakeController controller_;
+  HandModel hand_{controller_.Attach(), controller_.Launch()};
+};
+
+TEST_F(Hand, StartsAControllerAndAttachesToIt) {
+  Begin();
+  ASSERT_EQ(controller_.launched.size(), 1U);
+  EXPECT_EQ(controller_.launched[0].scene, "block_and_ball.json");
+  EXPECT_EQ(controller_.processes, 1);
+  EXPECT_FALSE(hand_.held().has_value());
+}
+
+// Another user of the machine may answer plainly under the controller's name.
+TEST_F(Hand, AttachesToNoPlainControllerWhereItHasStartedASecuredOne) {
+  Begin();
+  EXPECT_FALSE(controller_.wanted_secured);
+  HandRequest request = hand_.request();
+  request.secure = "keys/anna";
+  hand_.Start(request);
+  ASSERT_TRUE(ProcessEventsUntil([&] {
+    return hand_.ready();
+  }));
+  EXPECT_TRUE(controller_.wanted_secured);
+  // a new window opens after a crash of the first one
+  hand_.TakeUp("test", "anna", true, "keys/anna");
+  ASSERT_TRUE(ProcessEventsUntil([&] {
+    return hand_.ready();
+  }));
+  EXPECT_TRUE(controller_.wanted_secured);
+  hand_.TakeUp("test", "anna");
+  ASSERT_TRUE(ProcessEventsUntil([&] {
+    return hand_.ready();
+  }));
+  EXPECT_FALSE(controller_.wanted_secured);
+}
+
+TEST_F(Hand, TakesABodyAndMovesItsGoal) {
+  Begin();
+  Take();
+  const auto grabs = controller_.Asked<GrabRequest>();
+  ASSERT_EQ(grabs.size(), 1U);
+  EXPECT_EQ(grabs[0].body, "ball");
+  EXPECT_EQ(grabs[0].grasp_W, (std::array<double, 3>{0.01, -0.13, 0.0}));
+  const Pose goal{RotationBy({0, 0, 0.1}), kGrabbedAt + Vec3(0.02, 0, 0)};
+  hand_.SetGoal(goal);
+  ASSERT_TRUE(ProcessEventsUntil([&] {
+    return hand_.snapshot().hand.X_WG.p_W[0] > 0.029;
+  }));
+  EXPECT_LT((ToPose(hand_.snapshot().hand.goal).p - goal.p).norm(), 1e-12);
+}
+
+TEST_F(Hand, TellsWhyAGrabIsRefusedAndForgetsTheGoal) {
+  controller_.refuse = "ben holds it";
+  Begin();
+  hand_.Grab(kBallInHand, kGrabbedAt);
+  ASSERT_TRUE(ProcessEventsUntil([&] {
+    return !hand_.word().isEmpty();
+  }));
+  EXPECT_TRUE(hand_.word().contains("ball"));
+  EXPECT_TRUE(hand_.word().contains("ben holds it"));
+  EXPECT_FALSE(hand_.held().has_value());
+}
+
+TEST_F(Hand, ARefusalOfAnythingElseNamesWhatWasAskedFor) {
+  Begin();
+  Take();
+  hand_.Give("ben");
+  ASSERT_TRUE(ProcessEventsUntil([&] {
+    return hand_.word().contains("nobody of that name");
+  }));
+  EXPECT_TRUE(hand_.word().contains("ben"));
+}
+
+TEST_F(Hand, ASilentControllerIsSaidAndTakenUpAgain) {
+  Begin();
+  controller_.heard = false;
+  ASSERT_TRUE(ProcessEventsUntil([&] {
+    return hand_.state() == HandModel::State::kLost;
+  }));
+  EXPECT_TRUE(hand_.trouble().contains("not heard"));
+  EXPECT_TRUE(hand_.shows());  // state as it was last
+  hand_.Grab(kBallInHand, kGrabbedAt);
+  EXPECT_TRUE(controller_.asked.empty());
+  controller_.heard = true;
+  ASSERT_TRUE(ProcessEventsUntil([&] {
+    return hand_.ready();
+  }));
+}
+
+TEST_F(Hand, AControllerThatEndedIsSaidInItsOwnWords) {
+  controller_.reachable = false;
+  HandRequest request;
+  request.control = "test";
+  hand_.Start(request);
+  controller_.ended = "the controller ended with code 3: no such scene";
+  ASSERT_TRUE(ProcessEventsUntil([&] {
+    return hand_.state() == HandModel::State::kEnded;
+  }));
+  EXPECT_TRUE(hand_.trouble().contains("no such scene"));
+  EXPECT_EQ(controller_.processes, 0);
+  controller_.ended.clear();
+  controller_.reachable = true;
+  Begin();  // and another one can be started
+}
+
+TEST_F(Hand, EndsAControllerOfItsOwnAndLeavesAnothersAlone) {
+  Begin();
+  hand_.Leave();
+  EXPECT_EQ(controller_.Asked<QuitRequest>().size(), 1U);
+  EXPECT_EQ(controller_.processes, 0);
+  EXPECT_EQ(hand_.state(), HandModel::State::kNone);
+  hand_.TakeUp("of somebody else", "anna");
+  ASSERT_TRUE(ProcessEventsUntil([&] {
+    return hand_.ready();
+  }));
+  hand_.Leave();
+  EXPECT_EQ(controller_.Asked<QuitRequest>().size(), 1U);
+}
+
+TEST_F(Hand, LetsGoStopsAndResumes) {
+  Begin();
+  Take();
+  hand_.Stop();
+  ASSERT_TRUE(ProcessEventsUntil([&] {
+    return hand_.stopped();
+  }));
+  EXPECT_FALSE(hand_.held().has_value());
+  hand_.Resume();
+  ASSERT_TRUE(ProcessEventsUntil([&] {
+    return !hand_.stopped();
+  }));
+  Take();
+  hand_.Release();
+  ASSERT_TRUE(ProcessEventsUntil([&] {
+    return !hand_.held().has_value();
+  }));
+}
+
+TEST(HandPicture, ShowsOthersInstancesAsGhostsAndTheirBodiesAsTheirs) {
+  ControllerSnapshot now;
+  now.self = 7;
+  now.bodies.resize(3);
+  now.bodies[0].shared = true;
+  now.bodies[0].in_hand = true;
+  now.bodies[0].holders = {7, 9};
+  now.bodies[1].holders = {9};
+  now.bodies[2].fixed = true;
+  SnapshotPeer ben;
+  ben.id = 9;
+  ben.name = "ben";
+  ben.delay_s = 0.1;
+  now.peers = {ben};
+  SnapshotInstance instance;
+  instance.peer = 9;
+  instance.X_W.p_W = {0.01, 0, 0};
+  now.instances = {instance};
+  const ViewerPicture picture = PictureOf(now, "anna");
+  ASSERT_EQ(picture.peers.size(), 2U);
+  EXPECT_EQ(picture.peers[0].info.name, "anna");
+  ASSERT_EQ(picture.peers[0].bodies.size(), 1U);  // neither ben's own nor the fixed one
+  EXPECT_EQ(picture.peers[1].bodies.size(), 2U);
+  EXPECT_DOUBLE_EQ(picture.peers[1].delay_ms, 100);
+
+  const std::vector<BodyLook> looks{{}, {}, {.fixed = true}};
+  PeerPalette palette;
+  PictureComposer composer;
+  DrawList list = composer.Compose(picture, looks, 0, palette);
+  ASSERT_EQ(list.ghosts.size(), 1U);
+  EXPECT_DOUBLE_EQ(list.ghosts[0].X_W.p.x(), 0.01);
+}
+
+TEST(HandPicture, NamesWhoHoldsAPartAndNobodyWhereNobodyDoes) {
+  ControllerSnapshot now;
+  now.self = 7;
+  now.bodies.resize(2);
+  now.bodies[0].shared = now.bodies[1].shared = true;
+  now.bodies[0].holders = {9};  // ben, alone; ours is his mirror
+  SnapshotPeer ben;
+  ben.id = 9;
+  ben.name = "ben";
+  now.peers = {ben};
+  const std::vector<BodyLook> looks{{}, {}};
+  PeerPalette palette;
+  PictureComposer composer;
+  DrawList list = composer.Compose(PictureOf(now, "anna"), looks, 0, palette);
+  EXPECT_EQ(list.solids.size(), 2U);
+  EXPECT_TRUE(list.ghosts.empty());
+  ASSERT_EQ(list.labels.size(), 1U);
+  EXPECT_EQ(list.labels[0].text, "ben");
+  EXPECT_EQ(list.labels[0].body, 0U);
+}
+
+TEST(HandPicture, TheGoalIsAGhostOfThePartWithATether) {
+  ControllerSnapshot now;
+  now.self = 7;
+  now.bodies.resize(1);
+  now.bodies[0].in_hand = true;
+  now.bodies[0].X_W.p_W = {0.5, 0, 0};
+  now.hand.body = 0;
+  now.hand.X_WG.p_W = {0.6, 0, 0};
+  now.hand.force_N = {0, 0, 3};
+  const Pose goal{RotationBy({0, 0, 0.2}), Vec3(0.6, 0.1, 0)};
+  const std::vector<BodyLook> looks{{}};
+  DrawList list;
+  AddGoal(now, goal, looks, list);
+  ASSERT_EQ(list.ghosts.size(), 1U);
+  // the body's point at the grasp is at the goal: it stands 10 cm behind it along the turned axis
+  const Vec3 expected = goal.p + goal.q * Vec3(-0.1, 0, 0);
+  EXPECT_LT((list.ghosts[0].X_W.p - expected).norm(), 1e-12);
+  const HandPicture picture = HandPictureOf(now, goal);
+  ASSERT_TRUE(picture.tether.has_value());
+  EXPECT_DOUBLE_EQ(picture.tether->force_N, 3);
+  EXPECT_EQ(picture.tether->from_W, Vec3(0.6, 0, 0));
+  // a goal at the part itself shows no ghost
+  list = {};
+  AddGoal(now, ToPose(now.hand.X_WG), looks, list);
+  EXPECT_TRUE(list.ghosts.empty());
+}
+
+TEST(HandPicture, ForceGoesFromGreenToRed) {
+  EXPECT_GT(ForceColour(0)[1], ForceColour(0)[0]);
+  EXPECT_GT(ForceColour(kTetherFullForce)[0], 5 * ForceColour(kTetherFullForce)[1]);
+  EXPECT_EQ(ForceColour(1e9), ForceColour(kTetherFullForce));
+}
+
+TEST(HandKeys, ArrowsMoveCtrlTurnsAndAxesLock) {
+  using Kind = HandKey::Kind;
+  EXPECT_EQ(HandKeyOf(Qt::Key_Right, {})->steps_C, Vec3(1, 0, 0));
+  EXPECT_EQ(HandKeyOf(Qt::Key_PageUp, {})->steps_C, Vec3(0, 0, -1));
+  EXPECT_EQ(HandKeyOf(Qt::Key_Up, Qt::ShiftModifier)->steps_C, Vec3(0, 0.1, 0));
+  const auto turn = HandKeyOf(Qt::Key_Right, Qt::ControlModifier);
+  EXPECT_EQ(turn->kind, Kind::kTurn);
+  EXPECT_EQ(turn->steps_C, Vec3(0, 1, 0));  // about the picture's up: the near side goes right
+  EXPECT_EQ(HandKeyOf(Qt::Key_Y, {})->axis, 1);
+  EXPECT_EQ(HandKeyOf(Qt::Key_Y, {})->kind, Kind::kLock);
+  EXPECT_TRUE(HandKeyOf(Qt::Key_Z, Qt::ShiftModifier)->plane);
+  EXPECT_FALSE(HandKeyOf(Qt::Key_Z, Qt::ControlModifier).has_value());  // undo
+  EXPECT_FALSE(HandKeyOf(Qt::Key_Q, {}).has_value());
+}
+
+}  // namespace
+}  // namespace tandem

@@ -1,0 +1,32 @@
+#include "collab/session/sessions_nearby.h"
+
+#include <gtest/gtest.h>
+
+namespace tandem {
+namespace {
+
+TEST(SessionsNearby, WhoHearsNobodyIsToldWhatMayBeWrongOrWhichSessionsThereAre) {
+  const AnnouncedSession plain{"press", false};
+  EXPECT_EQ(NobodyHeard(plain, {}),
+            "nobody heard in session press: another name, network, domain or keys?");
+  EXPECT_EQ(NobodyHeard(plain, {{"pres", false}, {"gear", true}}),
+            "nobody heard in session press; announced here: pres, gear (secured)");
+  EXPECT_EQ(NobodyHeard({"press/view", false}, {{"gear/view", true}}),
+            "nobody heard in session the relay of press; announced here: the relay of gear "
+            "(secured)");
+}
+
+TEST(SessionsNearby, WhoHasNoKeysOrOthersIsToldOfTheKeys) {
+  EXPECT_EQ(NobodyHeard({"press", false}, {{"gear", false}, {"press", true}}),
+            "nobody heard in session press: it is secured, and needs a viewer's keys (--secure)");
+  EXPECT_EQ(NobodyHeard({"press", true}, {{"press", false}}),
+            "nobody heard in session press: it is plain, and you came with keys (--secure)");
+  EXPECT_EQ(NobodyHeard({"press", true}, {{"press", true}}),
+            "nobody heard in session press: others are in it by keys that do not fit yours");
+  // somebody is about to be heard in a plain session, or only its announcement gets through
+  EXPECT_EQ(NobodyHeard({"press", false}, {{"press", false}}),
+            "nobody heard in session press: another name, network, domain or keys?");
+}
+
+}  // namespace
+}  // namespace tandem

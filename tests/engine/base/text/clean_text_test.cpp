@@ -1,0 +1,56 @@
+#include "engine/base/text/clean_text.h"
+
+#include <random>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "engine/base/text/json_text.h"
+
+namespace tandem {
+namespace {
+
+TEST(CleanText, LeavesTextOfAnyScriptAsItIs) {
+  for (const char* text : {"", "anna", "Čeněk Žížala", "山田 太郎", "😀", "a b\u00A0c", "\uFFFD"}) {
+    EXPECT_EQ(CleanText(text), text);
+  }
+}
+
+TEST(CleanText, ControlsAndMarksOfDirectionBecomeQuestionMarks) {
+  EXPECT_EQ(CleanText("a\nb\x1b[31mc\x7f"), "a?b?[31mc?");
+  EXPECT_EQ(CleanText("a\u009bb\u0085"), "a?b?");           // C1: a terminal may take it for ESC [
+  EXPECT_EQ(CleanText("a\u202eb\u2066c\u200f"), "a?b?c?");  // bidi: shows another name
+  EXPECT_EQ(CleanText("a\u2028b"), "a?b");
+}
+
+TEST(CleanText, WhatIsNoUtf8BecomesQuestionMarks) {
+  EXPECT_EQ(CleanText("b\xff"
+                      "d"),
+            "b?d");
+  EXPECT_EQ(CleanText("\xc3"), "?");                  // cut off
+  EXPECT_EQ(CleanText("\xc0\xaf"), "??");             // overlong '/'
+  EXPECT_EQ(CleanText("\xed\xa0\x80"), "???");        // half of a UTF-16 pair
+  EXPECT_EQ(CleanText("\xf4\x90\x80\x80"), "????");   // beyond U+10FFFF
+  EXPECT_EQ(CleanText("\xf0\x80\x80\xafx"), "????x");  // overlong
+}
+
+TEST(CleanText, WhateverComesCanBeJsonAndIsCleanAlready) {
+  std::mt19937 random(7);
+  for (int i = 0; i < 100'000; ++i) {
+    std::string text(random() % 12, ' ');
+    for (char& c : text) c = static_cast<char>(random());
+    const std::string clean = CleanText(text);
+    // strict: throws at what is not UTF-8
+    ASSERT_NO_THROW(nlohmann::json(clean).dump());
+    ASSERT_EQ(CleanText(clean), clean);
+  }
+}
+
+TEST(JsonText, NeverThrowsAtAString) {
+  const nlohmann::json json{{"name", "b\xff"}};
+  ASSERT_THROW(json.dump(), nlohmann::json::type_error);
+  EXPECT_EQ(JsonText(json), "{\"name\":\"b\uFFFD\"}");
+}
+
+}  // namespace
+}  // namespace tandem

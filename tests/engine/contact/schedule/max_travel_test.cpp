@@ -1,0 +1,91 @@
+#include "engine/contact/schedule/max_travel.h"
+
+#include <random>
+
+#include <gtest/gtest.h>
+
+namespace tandem {
+namespace {
+
+constexpr double kFineVoxel = 0.001;
+constexpr double kBound = 0.5 * kFineVoxel;
+constexpr double kFloor = kTravelFloor * kFineVoxel;
+constexpr double kPrice = 400;
+constexpr double kCapacity = 1e5;
+
+/// Returns the tests and looks of a frame that goes so far, in tests.
+double Cost(const TestLoad& load, double travel) {
+  return load.mandatory + load.per_metre * travel + kPrice * load.looks;
+}
+
+TestLoad SomeLoad(std::mt19937_64& random, double most_looks) {
+  std::uniform_real_distribution<double> share(0, 1);
+  TestLoad load;
+  load.bound = kBound;
+  load.mandatory = 0.6 * kCapacity * share(random);
+  load.per_metre = 4 * kCapacity * share(random) / kBound;
+  load.looks = most_looks * share(random);
+  return load;
+}
+
+// Tests owed, tests due and looks share one frame: what they come to at the limit fills it.
+TEST(MaxTravel, FillsTheFrame) {
+  std::mt19937_64 random(11);
+  int limited = 0;
+  for (int trial = 0; trial < 1000; ++trial) {
+    const TestLoad load = SomeLoad(random, 0.25 * kCapacity / kPrice);
+    const double travel = MaxTravel(load, kCapacity, kPrice, kFineVoxel);
+    if (travel == kBound) {
+      EXPECT_LE(Cost(load, travel), kCapacity * (1 + 1e-9));
+    } else if (Cost(load, 0) < kCapacity - kTravelShare * (kCapacity - load.mandatory)) {
+      EXPECT_NEAR(Cost(load, travel), kCapacity, 1e-6 * kCapacity);
+      ++limited;
+    }
+  }
+  EXPECT_GT(limited, 300);
+}
+
+// Looks are no fewer at a slower pace: however many, they never take the last two fifths of what
+// tests have, so a heavy contact is not slowed for nothing.
+TEST(MaxTravel, LeavesTravelItsShareOfTheTestsHoweverManyLooksThereAre) {
+  std::mt19937_64 random(12);
+  for (int trial = 0; trial < 1000; ++trial) {
+    const TestLoad load = SomeLoad(random, 100 * kCapacity / kPrice);
+    const double travel = MaxTravel(load, kCapacity, kPrice, kFineVoxel);
+    const double least = kTravelShare * (kCapacity - load.mandatory) / load.per_metre;
+    EXPECT_GE(travel, std::min(kBound, least) * (1 - 1e-9));
+    EXPECT_LE(travel, kBound);
+    TestLoad more = load;
+    more.looks += 10;
+    EXPECT_LE(MaxTravel(more, kCapacity, kPrice, kFineVoxel), travel);
+  }
+}
+
+TEST(MaxTravel, KeepsAFloorWhereTestsAloneAreTooMany) {
+  TestLoad load;
+  load.bound = kBound;
+  load.mandatory = 2 * kCapacity;
+  EXPECT_EQ(MaxTravel(load, kCapacity, kPrice, kFineVoxel), kFloor);
+  load.mandatory = 0;
+  load.per_metre = 1e6 * kCapacity / kBound;
+  EXPECT_EQ(MaxTravel(load, kCapacity, kPrice, kFineVoxel), kFloor);
+  load.per_metre = 0;
+  EXPECT_EQ(MaxTravel(load, kCapacity, kPrice, kFineVoxel), kBound);
+}
+
+TEST(MaxTravel, OfAllPairsIsWhatTheirSumFitsInto) {
+  std::mt19937_64 random(13);
+  for (int trial = 0; trial < 100; ++trial) {
+    const TestLoad one = SomeLoad(random, 50);
+    TestLoad sum = one;
+    TestLoad other = SomeLoad(random, 50);
+    other.bound = 0.5 * kBound;
+    sum += other;
+    EXPECT_EQ(sum.bound, 0.5 * kBound);
+    EXPECT_LE(MaxTravel(sum, kCapacity, kPrice, kFineVoxel),
+              MaxTravel(one, kCapacity, kPrice, kFineVoxel));
+  }
+}
+
+}  // namespace
+}  // namespace tandem

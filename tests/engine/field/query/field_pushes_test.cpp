@@ -1,0 +1,379 @@
+// Tests pushes off surfaces whose ways are known in closed form, and bounds against brute force
+// over all triangles.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <random>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <hwy/targets.h>
+
+#include "engine/contact/pair/tangent_plane.h"
+#include "engine/field/build/field_builder.h"
+#include "engine/geometry/mesh/closest_on_triangle.h"
+#include "tests/engine/field/brute_distance.h"
+#include "tests/support/shapes.h"
+
+namespace tandem {
+namespace {
+
+using testing::Box;
+using testing::BruteDistance;
+using testing::HollowBlock;
+using testing::Raised;
+using testing::RandomRotation;
+using testing::Sphere;
+using testing::Uniform;
+
+constexpr double kVoxelSize = 0.001;
+constexpr double kReach = 0.45;  // voxels
+
+using Pushes = std::vector<FieldPush>;
+
+DistanceField BuiltField(const TriangleMesh& mesh) {
+  return std::move(*BuildField(mesh, {.voxel_size = kVoxelSize}));
+}
+
+Vec3 InVoxels(const DistanceField& field, const Vec3& p_W) {
+  return (p_W - field.p_WVo()) / kVoxelSize;
+}
+
+Pushes PushesAt(const DistanceField& field, const Vec3& place) {
+  FieldPushes pushes;
+  field.Pushes({&place, 1}, kReach, pushes);
+  return {pushes.Of(0).begin(), pushes.Of(0).end()};
+}
+
+/// Returns the sum of the pushes, in voxels of depth.
+Vec3 SumOf(std::span<const FieldPush> pushes) {
+  Vec3 sum = Vec3::Zero();
+  for (const FieldPush& push : pushes) {
+    sum += (kReach - push.distance) * push.share * push.away_V;
+  }
+  return sum;
+}
+
+/// Returns the force that they come to, where contact is as stiff as a voxel is deep.
+Vec3 ForceOf(std::span<const FieldPush> pushes) {
+  constexpr double kSoft = 0.1;  // voxels over which stiffness grows
+  Vec3 sum = Vec3::Zero();
+  for (const FieldPush& push : pushes) {
+    sum += ContactForce(push.share, kReach - push.distance, 1.0, kSoft) * push.away_V;
+  }
+  return sum;
+}
+
+/// Returns a floor and a wall that stand on one another at a right angle.
+TriangleMesh Notch() {
+  TriangleMesh notch = Box(kVoxelSize * Vec3(40, 40, 10));
+  Append(notch, Transformed(Box(kVoxelSize * Vec3(10, 40, 30)),
+                            {Quat::Identity(), kVoxelSize * Vec3(-15, 0, 10)}));
+  return notch;
+}
+
+TEST(FieldPushes, OverAFaceTheyStandOnIt) {
+  std::mt19937_64 random(1);
+  const Quat q = RandomRotation(random);
+  const DistanceField field =
+      BuiltField(Transformed(Box(kVoxelSize * Vec3(30, 30, 12)), {q, Vec3::Zero()}));
+  for (int i = 0; i < 500; ++i) {
+    const double gap = Uniform(random, -0.5, 0.44);
+    const Vec3 over(Uniform(random, -10, 10), Uniform(random, -10, 10), 6 + gap);
+    const Pushes pushes = PushesAt(field, InVoxels(field, kVoxelSize * (q * over)));
+    ASSERT_EQ(pushes.size(), 1U);
+    EXPECT_NEAR(pushes[0].distance, gap, 0.005);
+    EXPECT_GT(pushes[0].away_V.dot(q * Vec3::UnitZ()), 0.9999);
+    EXPECT_EQ(pushes[0].share, 1.0);
+  }
+}
+
+TEST(FieldPushes, BesideAnEdgeTheyComeFromTheEdge) {
+  std::mt19937_64 random(2);
+  const DistanceField field = BuiltField(Box(kVoxelSize * Vec3(30, 30, 30)));
+  for (int i = 0; i < 500; ++i) {
+    const double angle = Uniform(random, 0, 0.5 * std::numbers::pi);
+    const double gap = Uniform(random, 0.05, 0.4);
+    const Vec3 way(0, std::cos(angle), std::sin(angle));
+    const Vec3 place = Vec3(Uniform(random, -10, 10), 15, 15) + gap * way;
+    const Pushes pushes = PushesAt(field, InVoxels(field, kVoxelSize * place));
+    ASSERT_EQ(pushes.size(), 1U);
+    EXPECT_NEAR(pushes[0].distance, gap, 1e-3);
+    EXPECT_GT(pushes[0].away_V.dot(way), 0.9999);
+  }
+}
+
+// There two faces are as near, at the same place. The face that turns to the place tells.
+TEST(FieldPushes, OverARimOneOfItsFacesFacesThePlace) {
+  std::mt19937_64 random(7);
+  for (int i = 0; i < 40; ++i) {
+    const Quat q = RandomRotation(random);
+    const DistanceField field =
+        BuiltField(Transformed(Box(kVoxelSize * Vec3(20, 20, 12)), {q, Vec3::Zero()}));
+    for (int k = 0; k < 50; ++k) {
+      const double gap = Uniform(random, 0.05, 0.4);
+      const double beyond = Uniform(random, 0, 1e-6);
+      const Vec3 over(10 + beyond, Uniform(random, -8, 8), 6 + gap);
+      const Pushes pushes = PushesAt(field, InVoxels(field, kVoxelSize * (q * over)));
+      ASSERT_FALSE(pushes.empty());
+      // interpolation may leave a trace of another push
+      const FieldPush& push = pushes.back();
+      EXPECT_GT(push.share, 0.999);
+      EXPECT_GT(push.facing, 0.999);
+      EXPECT_GT(push.away_V.dot(q * Vec3::UnitZ()), 0.999);
+    }
+  }
+}
+
+/// Returns the way from the surface's nearest point to a place, unit, by all triangles.
+Vec3 WayOff(const TriangleMesh& mesh, const Vec3& p) {
+  Vec3 nearest = mesh.corner(0, 0);
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const Vec3 point =
+        ClosestOnTriangle(mesh.corner(t, 0), mesh.corner(t, 1), mesh.corner(t, 2), p).point;
+    if ((point - p).squaredNorm() < (nearest - p).squaredNorm()) nearest = point;
+  }
+  return (p - nearest).normalized();
+}
+
+// Around cells that faces tell, where these give way to interpolation, an interpolated way off may
+// be far from any that an edge has.
+TEST(FieldPushes, ComeOffTheNearestPlaceToTenDegreesWhereverEdgesLie) {
+  // its corners are nodes of the field, and its sides turn by 39 and 51 degrees
+  const std::vector<std::array<double, 2>> polygon{{10.5, -4.5}, {10.5, 4.5},  {6.5, 9.5},
+                                                   {-6.5, 9.5},  {-10.5, 4.5}, {-10.5, -4.5},
+                                                   {-6.5, -9.5}, {6.5, -9.5}};
+  std::mt19937_64 random(8);
+  for (int body = 0; body < 30; ++body) {
+    // corners as far from a node as chance has it, or nearly upon it
+    const double most = body % 2 == 0 ? 0.06 : 0.5;
+    const Vec3 aside(Uniform(random, -most, most), Uniform(random, -most, most),
+                     Uniform(random, -most, most));
+    const TriangleMesh mesh =
+        Transformed(testing::Raised(polygon, 13, kVoxelSize),
+                    {Quat::Identity(), kVoxelSize * (aside - Vec3(0, 0, 6.5))});
+    const DistanceField field = BuiltField(mesh);
+    int judged = 0;
+    for (int i = 0; i < 4000; ++i) {
+      const Vec3 place(Uniform(random, -12, 12), Uniform(random, -12, 12), Uniform(random, 5, 8));
+      for (const FieldPush& push : PushesAt(field, InVoxels(field, kVoxelSize * place))) {
+        if (push.distance < 0.01 || push.share < 1e-3) continue;
+        ++judged;
+        EXPECT_GT(push.away_V.dot(WayOff(mesh, kVoxelSize * place)), std::cos(10 / 57.2958))
+            << "body " << body << " at " << place.transpose() << ", " << push.distance << " off";
+      }
+    }
+    EXPECT_GT(judged, 100);
+  }
+}
+
+// Where points are shifted inwards force begins in the solid. A place that is less deep is not
+// pushed, least of all farther in.
+TEST(FieldPushes, NoneIsLessDeepThanAReachInTheSolidOrLeadsFartherIn) {
+  constexpr double kInside = -0.5;  // voxels
+  std::mt19937_64 random(9);
+  const TriangleMesh mesh = Box(kVoxelSize * Vec3(20.3, 16.7, 12.2));
+  const DistanceField field = BuiltField(mesh);
+  int pushed = 0;
+  for (int i = 0; i < 200'000; ++i) {
+    const Vec3 place(Uniform(random, -9.5, -7), Uniform(random, -8, -6), Uniform(random, 4, 5.8));
+    const Vec3 place_V = InVoxels(field, kVoxelSize * place);
+    FieldPushes pushes;
+    field.Pushes({&place_V, 1}, kInside, pushes);
+    for (const FieldPush& push : pushes.Of(0)) {
+      ++pushed;
+      ASSERT_LT(push.distance, kInside) << place.transpose();
+      ASSERT_LT(push.away_V.dot(WayOff(mesh, kVoxelSize * place)), 0) << place.transpose();
+    }
+  }
+  EXPECT_GT(pushed, 1000);
+}
+
+TEST(FieldPushes, InANotchEachFacePushes) {
+  const DistanceField field = BuiltField(Notch());
+  for (const auto& [from_wall, from_floor] :
+       {std::pair(0.2, 0.3), std::pair(0.3, 0.2), std::pair(0.25, 0.25)}) {
+    const Vec3 place(-10 + from_wall, 0, 5 + from_floor);
+    const Vec3 sum = SumOf(PushesAt(field, InVoxels(field, kVoxelSize * place)));
+    EXPECT_NEAR(sum.x(), kReach - from_wall, 0.01);
+    EXPECT_NEAR(sum.z(), kReach - from_floor, 0.01);
+  }
+}
+
+// Two planes at six degrees, as a hollow's facets lie. Each in full would push a place between them
+// twice as much as a place beside it.
+TEST(FieldPushes, InAShallowNotchTheFacesPushTogetherAsOne) {
+  const double slope = std::tan(3 * M_PI / 180);
+  const TriangleMesh notch =
+      Raised({{0, 0}, {-20, 20 * slope}, {-20, -10}, {20, -10}, {20, 20 * slope}}, 20, kVoxelSize);
+  const DistanceField field = BuiltField(notch);
+  for (double aside = -0.1; aside <= 0.1; aside += 0.001) {  // voxels
+    const Vec3 place = InVoxels(field, kVoxelSize * Vec3(aside, 0.3, 10));
+    const double depth = kReach - field.At(place).value;
+    EXPECT_NEAR(SumOf(PushesAt(field, place)).norm(), depth, 0.02 * depth) << aside;
+  }
+}
+
+TEST(FieldPushes, DoNotJumpAsAPlaceSlides) {
+  std::mt19937_64 random(3);
+  for (const TriangleMesh& mesh :
+       {Box(kVoxelSize * Vec3(20, 20, 20)), Notch(), Sphere(10 * kVoxelSize, 3)}) {
+    const DistanceField field = BuiltField(mesh);
+    double largest = 0;
+    for (int line = 0; line < 400; ++line) {
+      const Vec3 from(Uniform(random, -11, 11), Uniform(random, -11, 11), Uniform(random, 5, 11));
+      const Vec3 way = Vec3(Uniform(random, -1, 1), Uniform(random, -1, 1), 0).normalized();
+      constexpr double kStep = 1e-4;
+      constexpr std::size_t kSteps = 3008;
+      Vec3 last = Vec3::Zero();
+      bool outside = false;
+      std::array<Vec3, FieldPushes::kMostPlaces> places;
+      FieldPushes pushes;
+      for (std::size_t i = 0; i < kSteps; i += places.size()) {
+        for (std::size_t k = 0; k < places.size(); ++k) {
+          const double along = kStep * static_cast<double>(i + k);
+          places[k] = InVoxels(field, kVoxelSize * (from + along * way));
+        }
+        field.Pushes(places, kReach, pushes);
+        for (std::size_t k = 0; k < places.size(); ++k) {
+          const Vec3 sum = ForceOf(pushes.Of(k));
+          const bool now = field.At(places[k]).value > 0.02;
+          if (outside && now) largest = std::max(largest, (sum - last).norm());
+          outside = now;
+          last = sum;
+        }
+      }
+    }
+    // in a step of 1e-4 voxel a push turns by 1e-4 over its distance at the most, 0.005 of 0.45
+    EXPECT_LT(largest, 0.01);
+  }
+}
+
+TEST(FieldPushes, AreTheSameAloneAndAmongManyAndOnEveryProcessor) {
+  std::mt19937_64 random(6);
+  // a ball of many small faces: lists of many places do not fit together
+  for (const TriangleMesh& mesh : {Notch(), Sphere(10 * kVoxelSize, 4)}) {
+    const DistanceField field = BuiltField(mesh);
+    std::array<Vec3, FieldPushes::kMostPlaces> places;
+    for (Vec3& place : places) {
+      const double out = Uniform(random, 9.5, 10.4);
+      place = InVoxels(field, kVoxelSize * out * testing::RandomDirection(random));
+    }
+    places[7] = Vec3::Constant(-3);
+    places[9] = Vec3::Constant(std::numeric_limits<double>::quiet_NaN());
+    std::size_t found = 0;
+    for (std::int64_t left = hwy::SupportedTargets(); left != 0; left &= left - 1) {
+      hwy::SetSupportedTargetsForTest(left & -left);
+      FieldPushes together;
+      field.Pushes(places, kReach, together);
+      hwy::SetSupportedTargetsForTest(0);
+      for (std::size_t k = 0; k < places.size(); ++k) {
+        const Pushes alone = PushesAt(field, places[k]);
+        ASSERT_EQ(together.Of(k).size(), alone.size());
+        for (std::size_t i = 0; i < alone.size(); ++i, ++found) {
+          EXPECT_EQ(together.Of(k)[i].distance, alone[i].distance);
+          EXPECT_EQ(together.Of(k)[i].away_V, alone[i].away_V);
+          EXPECT_EQ(together.Of(k)[i].share, alone[i].share);
+        }
+      }
+      EXPECT_TRUE(together.Of(7).empty());
+      EXPECT_TRUE(together.Of(9).empty());
+    }
+    EXPECT_GT(found, 30U);
+  }
+}
+
+TEST(FieldBounds, AreNeverAboveTheDistance) {
+  std::mt19937_64 random(4);
+  const std::vector<TriangleMesh> meshes{
+      Box(kVoxelSize * Vec3(20, 14, 9)), Box(kVoxelSize * Vec3(20, 14, 0.7)),
+      Sphere(9 * kVoxelSize, 2), HollowBlock(20 * kVoxelSize, 6 * kVoxelSize), Notch()};
+  for (const TriangleMesh& mesh_B : meshes) {
+    const Quat q = RandomRotation(random);
+    const TriangleMesh mesh = Transformed(mesh_B, {q, Vec3::Zero()});
+    const DistanceField field = BuiltField(mesh);
+    const BruteDistance exact(mesh);
+    std::size_t decided = 0;
+    for (int block = 0; block < 300; ++block) {
+      std::array<std::array<float, kBlockPlaces>, 3> lanes;
+      const Vec3 middle(Uniform(random, -16, 16), Uniform(random, -16, 16),
+                        Uniform(random, -16, 16));
+      for (auto& axis : lanes) {
+        for (float& value : axis) value = static_cast<float>(Uniform(random, -3, 3));
+      }
+      const Vec3 place = InVoxels(field, kVoxelSize * middle);
+      const Vec3 base = place.array().floor();
+      PlacedBlock placed;
+      placed.places_F = {lanes[0].data(), lanes[1].data(), lanes[2].data()};
+      placed.base = {static_cast<std::int32_t>(base.x()), static_cast<std::int32_t>(base.y()),
+                     static_cast<std::int32_t>(base.z())};
+      for (std::size_t a = 0; a < 3; ++a) {
+        const auto axis = static_cast<Eigen::Index>(a);
+        placed.from_base[a] = static_cast<float>(place[axis] - base[axis]);
+      }
+      std::array<float, kBlockPlaces> bounds;
+      FieldReadings readings;
+      field.ReadBlocks({1, 0, 0, 0, 1, 0, 0, 0, 1}, static_cast<float>(kReach), {&placed, 1},
+                       bounds.data(), &readings);
+      for (std::size_t lane = 0; lane < kBlockPlaces; ++lane) {
+        const Vec3 at = middle + Vec3(lanes[0][lane], lanes[1][lane], lanes[2][lane]);
+        const double distance = exact.Signed(kVoxelSize * at) / kVoxelSize;
+        const double bound = bounds[lane];
+        EXPECT_LE(readings.least, bound);
+        if ((readings.listed >> lane & 1U) == 0) ++decided;
+        const bool within = (readings.within >> lane & 1U) != 0;
+        EXPECT_TRUE(!within || distance < kReach + 0.03) << distance;
+        // a place inside is found, however deep
+        if (distance > 0) {
+          EXPECT_LE(bound, distance + 0.012) << at.transpose();
+        }
+        if (distance < -0.05) {
+          EXPECT_LT(bound, kReach) << at.transpose();
+        }
+      }
+    }
+    EXPECT_GT(decided, 1000U);
+  }
+}
+
+// More faces lie in a brick than are asked at once. The told distance stays below the true one.
+TEST(FieldBounds, HoldWhereFacesAreFarSmallerThanVoxels) {
+  const TriangleMesh ball = Sphere(2 * kVoxelSize, 6);
+  const DistanceField field = BuiltField(ball);
+  ASSERT_GT(field.Count().list_faces, 1024 * field.Count().bricks) << "too few faces in a brick";
+  std::mt19937_64 random(5);
+  for (int i = 0; i < 13; ++i) {
+    std::array<std::array<float, kBlockPlaces>, 3> lanes;
+    std::array<double, kBlockPlaces> exact;
+    for (std::size_t lane = 0; lane < kBlockPlaces; ++lane) {
+      const double radius = Uniform(random, 1.5, 2.5);
+      const Vec3 at = radius * testing::RandomDirection(random);
+      for (std::size_t a = 0; a < 3; ++a) {
+        lanes[a][lane] = static_cast<float>(at[static_cast<Eigen::Index>(a)]);
+      }
+      exact[lane] = radius - 2;
+    }
+    const Vec3 middle = InVoxels(field, Vec3::Zero());
+    const GridIndex base{static_cast<std::int32_t>(middle.x()),
+                         static_cast<std::int32_t>(middle.y()),
+                         static_cast<std::int32_t>(middle.z())};
+    const PlacedBlock placed{.places_F = {lanes[0].data(), lanes[1].data(), lanes[2].data()},
+                             .base = base,
+                             .from_base = {static_cast<float>(middle.x() - base.x),
+                                           static_cast<float>(middle.y() - base.y),
+                                           static_cast<float>(middle.z() - base.z)}};
+    std::array<float, kBlockPlaces> bounds;
+    FieldReadings readings;
+    field.ReadBlocks({1, 0, 0, 0, 1, 0, 0, 0, 1}, static_cast<float>(kReach), {&placed, 1},
+                     bounds.data(), &readings);
+    for (std::size_t lane = 0; lane < kBlockPlaces; ++lane) {
+      EXPECT_LE(bounds[lane], exact[lane] + 0.01);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace tandem
