@@ -1,6 +1,6 @@
 #include "app/cli/commands.h"
 
-#include "app/peer/run_watch.h"
+#include "app/stability/cli/stability_command.h"
 
 namespace tandem {
 

@@ -26,7 +26,7 @@ void AddSessionsCommand(CLI::App& app, int& exit_code);
 void AddSimulateCommand(CLI::App& app, int& exit_code);
 void AddRelayCommand(CLI::App& app, int& exit_code);
 void AddReplayCommand(CLI::App& app, int& exit_code);
-void AddStabilityCommand(CLI::App& app, int& exit_code);
 void AddStudyCommand(CLI::App& app, int& exit_code);
+void AddWatchCommand(CLI::App& app, int& exit_code);
 
 }  // namespace tandem

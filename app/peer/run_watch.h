@@ -3,8 +3,6 @@
 #include <functional>
 #include <string>
 
-#include <CLI/CLI.hpp>
-
 #include "app/peer/peer_options.h"
 #include "app/peer/scene_consent.h"
 #include "app/reach/reach_options.h"
@@ -32,7 +30,5 @@ struct WatchOptions {
 /// second on what it receives. At the end it writes a report (to a file, and to stdout with
 /// --json). Returns the exit code.
 int WatchCommand(const WatchOptions& options);
-
-void AddWatchCommand(CLI::App& app, int& exit_code);
 
 }  // namespace tandem

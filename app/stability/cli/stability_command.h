@@ -16,4 +16,7 @@ void AddStabilityMerge(CLI::App& stability, int& exit_code);
 void AddStabilityBoundary(CLI::App& stability, int& exit_code);
 void AddStabilityReport(CLI::App& stability, int& exit_code);
 
+/// Adds the subcommand `stability` with all of these.
+void AddStabilityCommand(CLI::App& app, int& exit_code);
+
 }  // namespace tandem
