@@ -53,7 +53,7 @@ endif()
 
 # --- tandem: programs, and what they and their users read -------------------------------------------------------------
 
-set(programs tandem tandem-device)
+set(programs tandem tandem-bench tandem-device)
 if(TANDEM_BUILD_VIEWER)
   list(APPEND programs tandem-view)
   install(FILES package/tandem-view.desktop DESTINATION share/applications COMPONENT tandem)

@@ -13,6 +13,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "app/bench/bench_commands.h"
 #include "app/bench/measure/bench_scene.h"
 #include "app/bench/measure/empty_work.h"
 #include "app/bench/measure/timed_frames.h"

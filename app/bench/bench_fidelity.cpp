@@ -4,8 +4,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "app/bench/bench_commands.h"
 #include "app/bench/fidelity/fidelity.h"
-#include "app/bench/measure/bench_scene.h"
 #include "app/common/exit_codes.h"
 #include "app/common/option_checks.h"
 #include "app/common/scene_files.h"

@@ -8,6 +8,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "app/bench/bench_commands.h"
 #include "app/bench/measure/all_points.h"
 #include "app/bench/measure/bench_scene.h"
 #include "app/bench/measure/scripted_frames.h"

@@ -10,7 +10,7 @@
 #include <sched.h>
 #include <unistd.h>
 
-#include "app/bench/measure/bench_scene.h"
+#include "app/bench/bench_commands.h"
 #include "app/common/exit_codes.h"
 #include "app/common/option_checks.h"
 #include "app/common/scene_files.h"

@@ -4,6 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "app/bench/bench_commands.h"
 #include "app/bench/measure/bench_scene.h"
 #include "app/common/exit_codes.h"
 #include "app/common/option_checks.h"

@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <unistd.h>
 
-#include "app/bench/measure/bench_scene.h"
+#include "app/bench/bench_commands.h"
 #include "app/common/exit_codes.h"
 #include "app/common/option_checks.h"
 #include "app/common/stop_signal.h"

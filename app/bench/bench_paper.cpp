@@ -11,7 +11,7 @@
 #include <nlohmann/json.hpp>
 #include <tbb/global_control.h>
 
-#include "app/bench/measure/bench_scene.h"
+#include "app/bench/bench_commands.h"
 #include "app/bench/measure/voxelize_times.h"
 #include "app/common/exit_codes.h"
 #include "app/common/option_checks.h"

@@ -7,6 +7,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "app/bench/bench_commands.h"
 #include "app/bench/measure/bench_scene.h"
 #include "app/bench/measure/field_bench.h"
 #include "app/bench/measure/memory_limit.h"

@@ -11,7 +11,7 @@
 #include <nlohmann/json.hpp>
 #include <sys/resource.h>
 
-#include "app/bench/measure/bench_scene.h"
+#include "app/bench/bench_commands.h"
 #include "app/bench/measure/removal_pictures.h"
 #include "app/bench/measure/scripted_frames.h"
 #include "app/capacity/capacity.h"

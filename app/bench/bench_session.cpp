@@ -10,7 +10,7 @@
 #include <unistd.h>
 
 #include "app/bench/bench_audience.h"
-#include "app/bench/measure/bench_scene.h"
+#include "app/bench/bench_commands.h"
 #include "app/bench/measure/paired_ratios.h"
 #include "app/common/exit_codes.h"
 #include "app/common/option_checks.h"

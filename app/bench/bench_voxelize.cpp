@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <tbb/global_control.h>
 
+#include "app/bench/bench_commands.h"
 #include "app/bench/measure/bench_scene.h"
 #include "app/common/exit_codes.h"
 #include "app/common/mesh_unit.h"

@@ -1,14 +1,8 @@
-#include <cerrno>
-#include <cstring>
 #include <string_view>
 
-#include <unistd.h>
-
 #include "app/cli/commands.h"
-#include "app/common/exit_codes.h"
 #include "app/common/scene_files.h"
-#include "app/common/talk.h"
-#include "app/process/child_processes.h"
+#include "app/process/become_program.h"
 
 namespace tandem {
 
@@ -26,12 +20,7 @@ int RunView(std::vector<std::string> arguments) {
       arguments[i] = std::string(kScene) + SceneFile(arguments[i].substr(kScene.size())).string();
     }
   }
-  const std::string program = (ProgramFolder() / "tandem-view").string();
-  std::vector<char*> argv{const_cast<char*>(program.c_str())};
-  for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
-  argv.push_back(nullptr);
-  execv(program.c_str(), argv.data());
-  return Fail(kExitFailed, program + " cannot be started: " + std::strerror(errno));
+  return BecomeProgram("tandem-view", arguments);
 }
 
 }  // namespace

@@ -306,12 +306,13 @@ std::string BashCompletion(CLI::App& app) {
   return script;
 }
 
-std::string WriteReference(CLI::App& app, const std::filesystem::path& folder) {
+std::string WriteReference(std::vector<ManPage> pages, CLI::App& program,
+                           const std::filesystem::path& folder) {
   std::vector<std::pair<std::filesystem::path, std::string>> files;
-  for (ManPage& page : ManPages(app)) {
+  for (ManPage& page : pages) {
     files.emplace_back(folder / "man1" / (page.name + ".1"), std::move(page.text));
   }
-  files.emplace_back(folder / "completions" / app.get_name(), BashCompletion(app));
+  files.emplace_back(folder / "completions" / program.get_name(), BashCompletion(program));
   for (const auto& [path, text] : files) {
     std::error_code failed;  // the stream reports the fault
     std::filesystem::create_directories(path.parent_path(), failed);
@@ -321,6 +322,10 @@ std::string WriteReference(CLI::App& app, const std::filesystem::path& folder) {
     if (!file) return path.string() + ": cannot be written";
   }
   return {};
+}
+
+std::string WriteReference(CLI::App& app, const std::filesystem::path& folder) {
+  return WriteReference(ManPages(app), app, folder);
 }
 
 }  // namespace tandem

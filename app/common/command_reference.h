@@ -35,4 +35,8 @@ std::string BashCompletion(CLI::App& app);
 /// option; --help does not show it.
 std::string WriteReference(CLI::App& app, const std::filesystem::path& folder);
 
+/// Writes these pages, and the completion of a program, in the same way.
+std::string WriteReference(std::vector<ManPage> pages, CLI::App& program,
+                           const std::filesystem::path& folder);
+
 }  // namespace tandem

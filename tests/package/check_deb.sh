@@ -21,7 +21,7 @@ files() { # everything but what is volatile, and what dpkg and apt note for them
   find / -xdev \( -path /proc -o -path /sys -o -path /dev -o -path /run -o -path /tmp -o -path "$work" -o -path "$folder" -o \
     -path /var/lib/dpkg -o -path /var/lib/apt -o -path /var/cache -o -path /var/log -o -path /root \) -prune -o -print | sort
 }
-missing_libraries() { ldd /usr/bin/tandem /usr/bin/tandem-view 2>/dev/null | grep 'not found'; }
+missing_libraries() { ldd /usr/bin/tandem /usr/bin/tandem-view /usr/bin/tandem-bench 2>/dev/null | grep 'not found'; }
 
 say "install tandem alone, and nothing but what it depends on"
 apt-get -q update >/dev/null
@@ -29,6 +29,7 @@ apt-get -qq -y install --no-install-recommends ./tandem_*.deb >install.log 2>&1 
 ! missing_libraries || fail "libraries are missing"
 tandem --version
 tandem-view --version
+tandem bench points --scene peg_in_slot --voxel 0.004 --rounds 1 >/dev/null
 [[ ! -e /etc/systemd/system/multi-user.target.wants/tandem-relay.service ]] || fail "the relay's service is enabled"
 
 say "documents"

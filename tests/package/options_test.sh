@@ -33,7 +33,7 @@ configure engine -DTANDEM_BUILD_DDS=OFF -DCMAKE_UNITY_BUILD="$(setting CMAKE_UNI
 has engine libtandem_world.a
 has engine libtandem_haptics.a
 has engine libtandem_collab.a
-has_no engine '(bin/|/)tandem(-view)?: |libtandem_(dds|idl)|(^|/)app/'
+has_no engine '(bin/|/)tandem(-view|-bench)?: |libtandem_(dds|idl)|(^|/)app/'
 commands "$folder/engine" | sort >"$folder/alone"
 commands "$build" | sort >"$folder/whole"
 [[ $(grep -c '^BUILD\|^/' "$folder/alone") -ge 40 ]] || { cat "$folder/alone"; fail "engine: too few files are compiled"; }
@@ -43,6 +43,7 @@ grep -q '^CMAKE_BUILD_TYPE:STRING=Release$' "$folder/engine/CMakeCache.txt" || f
 
 configure windowless -DTANDEM_BUILD_VIEWER=OFF $(without Qt6 GTest)
 has windowless bin/tandem
+has windowless bin/tandem-bench
 has_no windowless 'tandem-view'
 
 # as a part of another project: no tests, no warnings of ours, the names and the headers of an installation

@@ -51,7 +51,8 @@ for completion in "$reference"/completions/*; do
   source "$completion"
   programs+=("$(basename "$completion")")
 done
-for program in "${programs[@]}"; do check "$program"; done
+# tandem-bench is checked as `tandem bench`
+for program in "${programs[@]}"; do [[ $program == tandem-bench ]] || check "$program"; done
 [[ $offers -ge 150 ]] || fault "only $offers commands and options were looked for"
 
 # the words of an option, as its --help has them, after a space and after "="
@@ -60,6 +61,7 @@ words=$(completed tandem contact --contact '')
 [[ $(completed tandem contact --contact = p) == plain ]] || fault "tandem contact --contact=p is not completed"
 [[ $(completed tandem be) == bench ]] || fault "tandem be is not completed"
 [[ ! $(completed tandem peer --session '') ]] || fault "the value of --session is completed with options"
+[[ $(completed tandem bench frame --sch) == --schedule ]] || fault "tandem bench is not completed by tandem-bench"
 if [[ " ${programs[*]} " == *' tandem-view '* ]]; then
   [[ $(completed tandem view --screenshot-a) == --screenshot-after ]] || fault "tandem view is not completed by tandem-view"
 fi

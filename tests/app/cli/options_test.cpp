@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "app/bench/bench_commands.h"
 #include "app/cli/commands.h"
 #include "app/common/exit_codes.h"
 #include "app/common/option_checks.h"
@@ -27,6 +28,9 @@ class Commands {
     app_.name("tandem");
     app_.require_subcommand(1);
     AddCommands(app_, exit_code_);
+    // `tandem bench` hands all its words to a program of its own: the options are that program's
+    app_.remove_subcommand(app_.get_subcommand("bench"));
+    AddBenches(*app_.add_subcommand("bench"), exit_code_);
     RefuseEmptyTexts(app_);
   }
   CLI::App& app() { return app_; }
