@@ -14,6 +14,7 @@
 #include "app/bench/measure/scripted_frames.h"
 #include "app/bench/measure/test_prices.h"
 #include "app/bench/measure/timed_frames.h"
+#include "app/bench/reference/printed_schedule.h"
 #include "app/capacity/capacity.h"
 #include "app/common/exit_codes.h"
 #include "app/common/option_checks.h"
@@ -293,7 +294,7 @@ int RunFrame(const FrameArguments& arguments) {
   FrameSetup setup;
   setup.model = *loaded;
   if (!setup.model->has_fixture) return Fail(kExitFile, arguments.scene.scene + ": no fixed body");
-  setup.schedule.printed = arguments.schedule == "printed";
+  if (arguments.schedule == "printed") setup.schedule.instead = MakePrintedSchedule;
   if (const auto fault = LeaveOut(arguments.without, setup)) return Fail(kExitUsage, fault->what);
   const Scene& scene = setup.model->scene;
   if (scene.hands.empty()) return Fail(kExitFile, arguments.scene.scene + ": no hand");

@@ -11,11 +11,11 @@
 #include "app/bench/measure/bench_scene.h"
 #include "app/bench/measure/field_bench.h"
 #include "app/bench/measure/memory_limit.h"
+#include "app/bench/reference/gathered_lookup.h"
 #include "app/common/exit_codes.h"
 #include "app/common/option_checks.h"
 #include "app/common/talk.h"
 #include "engine/base/text/json_text.h"
-#include "engine/contact/schedule/gathered_lookup.h"
 #include "engine/contact/schedule/voxmap_lookup.h"
 
 namespace tandem {

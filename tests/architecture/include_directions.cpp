@@ -106,9 +106,10 @@ const std::map<std::string, std::set<std::string>>& Arrows() {
     may_see("app/stability", {"app/stability/cli"});
     may_see("app/study", {"app/stability/report", "scenes"});
     may_see("app/study/run", {"app/study", "app/stability/live", "app/capacity", "app/recording"});
+    may_see("app/bench/reference", {"engine/contact"});
     may_see("app/bench/measure", {"app/process", "app/capacity", "app/picture"});
     may_see("app/bench/fidelity", {"app/bench/measure", "scenes"});
-    may_see("app/bench", {"app/bench/fidelity"});
+    may_see("app/bench", {"app/bench/fidelity", "app/bench/reference"});
     may_see("app/bench/comparison", {"app/bench"});
     may_see("app/cli", {"app/join", "app/doctor", "app/stability/cli", "app/study/run", "app/bench",
                         "collab/simulated/hands"});

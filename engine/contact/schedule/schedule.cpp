@@ -4,7 +4,6 @@
 
 #include "engine/base/check.h"
 #include "engine/contact/schedule/point_schedule.h"
-#include "engine/contact/schedule/printed_schedule.h"
 
 namespace tandem {
 
@@ -40,9 +39,9 @@ void Schedule::SortContacts() noexcept {
 std::unique_ptr<Schedule> MakeSchedule(const PointBlocks& blocks, const Voxmap& voxmap,
                                        int force_layer, const ScheduleOptions& options,
                                        VoxelReader* reader) {
-  if (options.printed) {
+  if (options.instead != nullptr) {
     TANDEM_CHECK(reader == nullptr);
-    return std::make_unique<PrintedSchedule>(blocks, voxmap, force_layer, options);
+    return options.instead(blocks, voxmap, force_layer, options);
   }
   return std::make_unique<PointSchedule>(blocks, voxmap, force_layer, options, reader);
 }

@@ -13,14 +13,22 @@
 
 namespace tandem {
 
+class Schedule;
 class VoxelReader;
+struct ScheduleOptions;
+
+/// Makes a schedule of another kind than ours.
+using ScheduleMaker = std::unique_ptr<Schedule> (*)(const PointBlocks& blocks, const Voxmap& voxmap,
+                                                    int force_layer,
+                                                    const ScheduleOptions& options);
 
 /// The paper's savings that are in use (all, except in comparisons), and the helpers.
 struct ScheduleOptions {
   bool coherence = true;  // §5: distance queues; without, every awake point in every frame
   bool chunks = true;     // §5.1: whole chunks by their centre while they are far
   bool drift = true;      // §5.2: points that have not drifted near are not looked up
-  bool printed = false;   // Eqn. 2 and 3 to the letter, which can be late; for comparisons
+  /// Makes the schedule that is used in place of ours, to compare with; null: ours.
+  ScheduleMaker instead = nullptr;
   /// Threads that share the work of large frames, with the same bits; null: the calling thread does
   /// all. They must outlive the schedule.
   FrameHelpers* helpers = nullptr;
@@ -115,9 +123,9 @@ class Schedule {
   TestCounts counts_;
 };
 
-/// Makes a PointSchedule, or a PrintedSchedule if the options say so. `blocks`, `voxmap` and
-/// `reader` must outlive it. `reader`: for a voxmap that is in memory in part; null for a whole
-/// one, which the printed schedule needs.
+/// Makes a PointSchedule, or what `options.instead` makes. `blocks`, `voxmap` and `reader` must
+/// outlive it. `reader` is for a voxmap of which a part is in memory, and null for a whole one,
+/// which a schedule of another kind needs.
 std::unique_ptr<Schedule> MakeSchedule(const PointBlocks& blocks, const Voxmap& voxmap,
                                        int force_layer, const ScheduleOptions& options,
                                        VoxelReader* reader = nullptr);

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "engine/contact/schedule/distance_queues.h"
@@ -72,5 +73,9 @@ class PrintedSchedule final : public Schedule {
   };
   std::vector<Lookup> lookups_;
 };
+
+/// Makes a printed schedule, for ScheduleOptions::instead.
+std::unique_ptr<Schedule> MakePrintedSchedule(const PointBlocks& blocks, const Voxmap& voxmap,
+                                              int force_layer, const ScheduleOptions& options);
 
 }  // namespace tandem

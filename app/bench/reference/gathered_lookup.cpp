@@ -1,4 +1,4 @@
-#include "engine/contact/schedule/gathered_lookup.h"
+#include "app/bench/reference/gathered_lookup.h"
 
 #include <algorithm>
 #include <array>
@@ -9,7 +9,7 @@
 #include "engine/base/check.h"
 
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "engine/contact/schedule/gathered_lookup.cpp"
+#define HWY_TARGET_INCLUDE "app/bench/reference/gathered_lookup.cpp"
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 

@@ -1,9 +1,9 @@
-#include "engine/contact/schedule/printed_schedule.h"
+#include "app/bench/reference/printed_schedule.h"
 
 #include <algorithm>
 #include <cmath>
 
-#include "engine/contact/schedule/gathered_lookup.h"
+#include "app/bench/reference/gathered_lookup.h"
 
 namespace tandem {
 
@@ -192,6 +192,11 @@ TestLoad PrintedSchedule::Load() const noexcept {
   // footnote 3
   if (chunks_in_.count(kFarthestChunk) == open_.size()) load.bound = 0.5 * kHyperchunkSide * s_;
   return load;
+}
+
+std::unique_ptr<Schedule> MakePrintedSchedule(const PointBlocks& blocks, const Voxmap& voxmap,
+                                              int force_layer, const ScheduleOptions& options) {
+  return std::make_unique<PrintedSchedule>(blocks, voxmap, force_layer, options);
 }
 
 }  // namespace tandem

@@ -1,4 +1,4 @@
-#include "engine/contact/schedule/printed_schedule.h"
+#include "app/bench/reference/printed_schedule.h"
 
 #include <gtest/gtest.h>
 
@@ -28,7 +28,7 @@ TEST(PrintedSchedule, IsLateWhereOursIsNot) {
     const double capacity = ((trial & 4) == 0 ? 0.1 : 0.2) * points;
     const auto seed = 177 + static_cast<std::uint64_t>(trial);
     const Outcome ours = Swim(bodies, options, capacity, frames, seed);
-    options.printed = true;
+    options.instead = MakePrintedSchedule;
     const Outcome printed = Swim(bodies, options, capacity, frames, seed);
     EXPECT_EQ(ours.missed, 0U) << "trial " << trial;
     // the printed schedule works, but for being late
