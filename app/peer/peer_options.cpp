@@ -55,7 +55,7 @@ void AddHandOptions(CLI::App& command, PeerArguments& arguments) {
                    "a device process damps a hand that gets more energy than it gave");
   command
       .add_option("--device-scale", arguments.workspace.scale,
-                  "metres in the scene a metre of a device process's handle")
+                  "metres that the hand moves in the scene for each metre of a device process's handle")
       ->check(NumberFrom(Workspace::kLeastScale, Workspace::kMostScale))
       ->capture_default_str();
   command

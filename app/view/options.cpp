@@ -58,7 +58,7 @@ void AddHandOptions(CLI::App& app, ViewOptions& options) {
       ->excludes(open)
       ->excludes(part);
   app.add_option("--device", options.hand.device,
-                 "device that moves the hand, as of tandem peer; default: the mouse");
+                 "device that moves the hand, given as for 'tandem peer --device'; default: the mouse");
   app.add_option("--peer-options", options.peer_options,
                  "further options of the controller (tandem peer --help), in one text");
   app.add_flag("--own", options.own, "with --attach: the controller ends with the window")

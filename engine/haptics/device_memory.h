@@ -44,7 +44,7 @@ struct DeviceTimes {
   std::uint64_t missed = 0;
   std::int64_t read_to_write_p50_ns = 0;
   std::int64_t read_to_write_p99_ns = 0;
-  std::int64_t read_to_write_max_ns = 0;  // of all answers, including late ones
+  std::int64_t read_to_write_max_ns = 0;  // counts all answers, including late ones
   // for a device whose vendor's thread fetches the force: age of that, short by less than its
   // period
   std::uint64_t asked = 0;
@@ -73,7 +73,7 @@ struct DeviceMemory {
   std::int64_t period_ns = 0;
   std::array<char, 256> fault{};     // reason why there is no device, in a line
   std::array<char, 16> scheduler{};  // scheduler of the loop's thread
-  std::array<char, 512> warning{};   // what that thread was not granted, in a line; empty: nothing
+  std::array<char, 512> warning{};   // a line that says what that thread was not granted; empty: nothing
   enum Ready : std::uint32_t { kNotYet, kReady, kFailed };
   std::atomic<std::uint32_t> ready{kNotYet};
   Bell tick_bell;

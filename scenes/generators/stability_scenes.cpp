@@ -3,7 +3,7 @@
 #include "scenes/generators/generated_scene.h"
 #include "scenes/generators/shapes.h"
 
-// What the users of the stability lab hold and meet; hands knock and pull along x.
+// Makes the scenes of the stability lab; hands knock and pull along x.
 //
 //    free   a cube of 40 mm in free space
 //    wall   the cube, and a wall 2 mm to its right

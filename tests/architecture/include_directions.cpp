@@ -86,7 +86,7 @@ const std::map<std::string, std::set<std::string>>& Arrows() {
     may_see("scenes/generators", {"engine/haptics"});  // they write hand files too
     may_see("scenes/generators/large", {"scenes/generators"});
     may_see("scenes", {"scenes/generators/large"});
-    may_see("app/common", {"engine/world"});  // what all programs share
+    may_see("app/common", {"engine/world"});  // shared by all programs
     may_see("app/device", {"app/common", "collab/recording"});
     may_see("app/invite", {"app/common", "collab"});
     may_see("app/reach", {"app/common", "app/invite", "collab/dds"});

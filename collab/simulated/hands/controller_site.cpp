@@ -119,7 +119,7 @@ void ControllerSite::TellPeers() {
 
 void ControllerSite::Send(HostMessage message) {
   if (message.is_goal && message.goal.kind != HostGoal::Kind::kGoodbye) {
-    // of the waiting goals only the newest counts
+    // only the newest of the waiting goals counts
     std::erase_if(coming_, [&](const HostMessage& other) {
       return other.is_goal && other.host == message.host &&
              (halted_ns_ != 0 || other.due_ns >= message.due_ns) &&

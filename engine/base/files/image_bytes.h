@@ -10,7 +10,8 @@
 
 namespace tandem {
 
-/// Bytes on whole pages, in huge pages if there are enough of them; or the mapped bytes of a file.
+/// Memory in whole pages, for which huge pages are asked from 2 MiB on; or the bytes of a file,
+/// mapped read-only.
 class ImageBytes {
  public:
   ImageBytes() = default;

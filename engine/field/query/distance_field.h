@@ -57,8 +57,8 @@ struct FieldPush {
   Vec3 away_V = Vec3::Zero();  // unit
   double share = 0;            // share of the push that counts, 0 to 1
   bool sheet = false;          // off an open sheet, which pushes to either side
-  /// Cosine between the direction off and the face's normal: below 1 where an edge or a corner is
-  /// nearest.
+  /// Cosine of the angle between away_V and the normal of the nearest face, of several the one that
+  /// turns most to the place. It is below 1 where an edge or a corner is nearest.
   double facing = 1;
 };
 

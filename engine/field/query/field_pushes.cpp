@@ -111,7 +111,7 @@ double Alike(const NearbyFace& one, const NearbyFace& other) {
   return std::clamp(1.0 - (1.0 - one.away.dot(other.away)) / kOfTheirOwn, 0.0, 1.0);
 }
 
-/// What faces tell of a place's gradient: as DistanceField::At().
+/// Returns the gradient that faces give a place, as DistanceField::At() does.
 FieldGradient GradientOf(const FacesNear& near) {
   const bool inside = near.Inside();
   const NearbyFace& told = near.Told();
@@ -270,10 +270,17 @@ void AddPushes(const FacesNear& near, double share, double reach, FieldPush*& ne
     counts[count++] = own;
   }
   for (std::size_t i = 0; i < count; ++i) {
-    double all = counts[i] + (1.0 - counts[i]) * (1.0 - Alike(*kept[i], *kept[0]));
+    double most = 0;
+    double beside = 0;
     for (std::size_t k = 0; k < count; ++k) {
-      if (k != i) all += counts[k] * Alike(*kept[i], *kept[k]);
+      if (k == i) continue;
+      // a face whose push begins at the reach takes as little as it pushes
+      const double depth = (reach - kept[k]->distance) / (reach - kept[i]->distance);
+      const double taken = counts[k] * Alike(*kept[i], *kept[k]) * std::min(1.0, depth);
+      most = std::max(most, taken);
+      beside += taken;
     }
+    const double all = counts[i] + (1.0 - counts[i]) * (1.0 - most) + beside;
     const NearbyFace& face = *kept[i];
     *next++ = {face.distance, face.away, share * counts[i] / all, face.sheet, FacingOf(face, near)};
   }

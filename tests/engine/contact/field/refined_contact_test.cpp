@@ -254,7 +254,7 @@ TEST(RefinedContact, FinerPartsPushAsOnesOfAVoxelDo) {
     const Quat q = RandomRotation(random);
     const Quat made_at = RandomRotation(random);
     const double spacing = trial % 4 == 0 ? 0.15 : 0.4;
-    // corners of the box on a face; a face of the box on a corner; edge across edge
+    // a corner of the box on the plate; the slab's face under a corner of the box; edge across edge
     const TriangleMesh box = Box(kS * Vec3(24, 18, 14));
     const TriangleMesh plate = Plate(q, Vec3::Zero());
     const Quat q_WB = RandomRotation(random);

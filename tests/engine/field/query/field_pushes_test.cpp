@@ -217,6 +217,61 @@ TEST(FieldPushes, InAShallowNotchTheFacesPushTogetherAsOne) {
   }
 }
 
+/// Returns a block whose upper side falls from the left at `left` degrees to a floor 0.4 voxel wide
+/// and rises from there at `right` degrees.
+TriangleMesh Valley(double left, double right) {
+  const double fall = std::tan(left * M_PI / 180);
+  const double rise = std::tan(right * M_PI / 180);
+  return Raised({{0, -10},
+                 {20, -10},
+                 {20, 19.8 * rise},
+                 {0.2, 0},
+                 {-0.2, 0},
+                 {-5.2, 5 * fall},
+                 {-20, 5 * fall},
+                 {-20, -10}},
+                20, kVoxelSize);
+}
+
+// Faces less than 45 degrees apart share their weight. Neither which of two faces is nearer may
+// change at once how a third one pushes, nor may a face that comes into reach.
+TEST(FieldPushes, DoNotJumpWhereFacesShareTheirWeight) {
+  std::mt19937_64 random(9);
+  for (const auto& [left, right] : {std::pair(60.0, 20.0), std::pair(40.0, 30.0)}) {
+    const DistanceField field = BuiltField(Valley(left, right));
+    double largest = 0;
+    int pushed = 0;
+    for (int line = 0; line < 300; ++line) {
+      const Vec3 from(Uniform(random, -0.8, 0.8), Uniform(random, 0.1, 0.8), 10);
+      const double angle = Uniform(random, 0, 2 * M_PI);
+      const Vec3 way(std::cos(angle), std::sin(angle), 0);
+      constexpr double kStep = 2e-5;  // voxels
+      constexpr std::size_t kSteps = 5120;
+      Vec3 last = Vec3::Zero();
+      bool outside = false;
+      std::array<Vec3, FieldPushes::kMostPlaces> places;
+      FieldPushes pushes;
+      for (std::size_t i = 0; i < kSteps; i += places.size()) {
+        for (std::size_t k = 0; k < places.size(); ++k) {
+          const double along = kStep * static_cast<double>(i + k);
+          places[k] = InVoxels(field, kVoxelSize * (from + along * way));
+        }
+        field.Pushes(places, kReach, pushes);
+        for (std::size_t k = 0; k < places.size(); ++k) {
+          const Vec3 sum = ForceOf(pushes.Of(k));
+          const bool now = field.At(places[k]).value > 0.02;
+          if (outside && now) largest = std::max(largest, (sum - last).norm());
+          pushed += now && sum.norm() > 0.01 ? 1 : 0;
+          outside = now;
+          last = sum;
+        }
+      }
+    }
+    EXPECT_LT(largest, 0.002) << left << " and " << right;
+    EXPECT_GT(pushed, 100'000) << left << " and " << right;
+  }
+}
+
 TEST(FieldPushes, DoNotJumpAsAPlaceSlides) {
   std::mt19937_64 random(3);
   for (const TriangleMesh& mesh :
