@@ -73,9 +73,10 @@ TEST(LineBetweenNamespaces, LossIsExactAndNoRoundTripIsShorterThanTheNetworks) {
     EXPECT_EQ(line->record.there_ns[seq] == LineRecord::kNever, Lost(seq));
     EXPECT_EQ(line->record.back_ns[seq] == LineRecord::kNever, Lost(seq + 500));
   }
-  // two hops there and two back, each of 10 ms
+  // Two hops there and two back, each of 10 ms. The bound is taken after the drift of the clocks,
+  // which four seconds of a busy machine tell to some 25 ppm.
   const ClockEstimate clocks = EstimateClocks(line->record);
-  EXPECT_GE(clocks.bound_ms, 2 * kHopMs - 0.01);
+  EXPECT_GE(clocks.bound_ms, 2 * kHopMs - 0.2);
   for (std::size_t i = 0; i < line->loop_age_ns.size(); ++i) {
     EXPECT_GE(line->loop_age_ns[i] - line->held_ns[i], 4 * 1'000'000 * kHopMs);
   }
