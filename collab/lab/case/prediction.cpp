@@ -81,8 +81,9 @@ double TracedPeak(const LinkTrace* trace) {
 /// older than the least delay. It has come with the probability c_j = min(1, (j T + x) / J), and is
 /// applied as the newest with
 ///
-///   (1 - l) c_j G_(j+1) q_j,   G_j = (l + (1 - l) c_j) G_(j+1),   q_j = l q_(j-1) + (1 - l) (1 -
-///   c_(j-1)),
+///   (1 - l) c_j G_(j+1) q_j   with
+///   G_j = (l + (1 - l) c_j) G_(j+1),
+///   q_j = l q_(j-1) + (1 - l) (1 - c_(j-1)),
 ///
 /// where J is the jitter, T the time between samples, l their loss; all from sample j on have come
 /// with G_j, and no younger one can be applied with q_j, from q_0 = 1.

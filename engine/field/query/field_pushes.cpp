@@ -244,7 +244,8 @@ double FacingOf(const NearbyFace& face, const FacesNear& near) {
 }
 
 /// Adds the pushes of a list's faces, the nearest first. A push that counts little takes little
-/// from the pushes after it.
+/// from the pushes after it. Pushes that are alike share their weight, as far as each is deep, so
+/// that facets of a hollow push together as one.
 void AddPushes(const FacesNear& near, double share, double reach, FieldPush*& next,
                const FieldPush* end) {
   if (near.Inside()) {

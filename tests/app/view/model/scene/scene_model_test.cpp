@@ -156,7 +156,7 @@ TEST_F(SceneOfASession, IsLookedForAgainAndTheFoldersAreNamed) {
   ASSERT_EQ(model.state(), SceneModel::State::kMissing);
   EXPECT_TRUE(model.message().contains("/own/scenes, /work")) << model.message().toStdString();
   EXPECT_TRUE(model.message().contains("Ctrl+O"));
-  result.file = "/work/bracket.json";  // somebody has brought it
+  result.file = "/home/anna/bracket.json";  // somebody has brought it
   model.SetSessionScene(manifest);
   EXPECT_EQ(model.state(), SceneModel::State::kMissing);
   model.LookAgain();
