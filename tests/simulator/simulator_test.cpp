@@ -54,6 +54,13 @@ TEST(Simulator, NoSeedBreaksAnInvariant) {
   }
 }
 
+// In these seeds a soft link's damper is stronger than its spring while distant instances approach.
+TEST(Simulator, ALinkMayBrakeInstancesThatApproach) {
+  for (const std::uint64_t seed : {127U, 348U, 366U, 656U}) {
+    EXPECT_EQ(SimulateSeed(seed, MakeLightScene()).broken, std::vector<std::string>{}) << seed;
+  }
+}
+
 // One member forges and replays claims, events, states and manifests: the honest keep what they
 // hold, and among themselves all holds that holds without it.
 TEST(Simulator, NoSeedBreaksAnInvariantBesideAHostileMember) {

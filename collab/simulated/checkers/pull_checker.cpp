@@ -19,15 +19,17 @@ void PullChecker::Look(SimulatedSession& session) {
       for (std::size_t i = 0; i < count; ++i) {
         const double loop_s = views[i].loop_age_s;
         if (views[i].peer != session.id(o) || loop_s <= 0 || loop_s > short_loop_) continue;
-        const Pose& X = peer.held_state()->X_WB;
-        const Pose& Y = other.held_state()->X_WB;
+        const auto& [X, V] = *peer.held_state();
+        const auto& [Y, U] = *other.held_state();
         const Wrench& F = peer.report().links_B_W[i];
         const Vec3 way = Y.p - X.p;
         const Vec3 turn = RotationVector(Y.q * X.q.conjugate());
         Pull& pull = pulls_[{self, session.id(o)}];
-        pull.together += kFrame * F.f.dot(way);
-        pull.all += kFrame * F.f.norm() * way.norm();
-        if (turn.norm() > kMostTurn) continue;
+        if (way.dot(U.v - V.v) >= 0) {
+          pull.together += kFrame * F.f.dot(way);
+          pull.all += kFrame * F.f.norm() * way.norm();
+        }
+        if (turn.norm() > kMostTurn || turn.dot(U.w - V.w) < 0) continue;
         pull.turned += kFrame * F.tau.dot(turn);
         pull.all_turned += kFrame * F.tau.norm() * turn.norm();
       }

@@ -12,7 +12,8 @@ namespace tandem {
 /// place of the other instance. The sum must be at least half of what it would be if the two were
 /// always parallel. The same holds for moment and turn. A link that pushes or turns instances apart
 /// may rest as quietly, held by the hands, and give no energy. Only short loops are judged, where
-/// the copy is near the true instance.
+/// the copy is near the true instance, and only frames in which the instances do not approach:
+/// while they do, the link's damper rightly holds against its spring.
 class PullChecker {
  public:
   static constexpr double kShortLoop = 0.2;  // s
