@@ -164,8 +164,8 @@ PeerReport ReportOf(const PeerArguments& arguments, const Joining& joining,
       .pid = getpid(),
       .scheduler = realtime.scheduler(),
       .mean_delay_s = node.peer().mean_delay_s(),
-      .hand = node.peer().hand_figures(),
-      .traced_frames = node.peer().trace().size(),
+      .hand = node.peer().telemetry().hand_figures(),
+      .traced_frames = node.peer().telemetry().trace().size(),
       .device = arguments.device,
       .device_times = TimesOf(joining),
       .device_scheduler = joining.device() != nullptr ? joining.device()->scheduler() : "",
@@ -173,9 +173,9 @@ PeerReport ReportOf(const PeerArguments& arguments, const Joining& joining,
       .safety_state = node.peer().safety_state(),
       .safety = node.peer().safety_counts(),
       .guarded_share = node.peer().guard().guarded_share(),
-      .felt = node.peer().felt(),
-      .crowded_frames = node.peer().crowded_frames(),
-      .waits = node.peer().voxel_waits(),
+      .felt = node.peer().telemetry().felt(),
+      .crowded_frames = node.peer().telemetry().crowded_frames(),
+      .waits = node.peer().telemetry().voxel_waits(),
       .voxel_memory = voxels != nullptr ? voxels->bytes() : joining.model->fixture.header().bytes,
       .voxels_locked = voxels != nullptr ? voxels->locked() : realtime.memory_locked,
       .paged = voxels != nullptr ? voxels->counts() : ResidentCounts{},
@@ -229,7 +229,7 @@ int RunOnce(PeerArguments& arguments, PeerControl* control, bool may_join_again)
   std::optional<TraceFile> trace;
   if (!arguments.report.empty()) {
     trace.emplace(arguments.report + ".trace", [&node] {
-      return node.peer().trace();
+      return node.peer().telemetry().trace();
     });
   }
   kControlThread.Enter();
@@ -240,7 +240,7 @@ int RunOnce(PeerArguments& arguments, PeerControl* control, bool may_join_again)
   const std::uint64_t socket_dropped = LeaveSession(joining, loops, control, exit_code);
   exit_code = EndRecording(arguments, joining, loops.begun(), exit_code);
   StillEnding();
-  for (const std::string& line : Explain(node.peer().hand_figures().limits)) Say(line);
+  for (const std::string& line : Explain(node.peer().telemetry().hand_figures().limits)) Say(line);
   if (exit_code == kJoinAgain || (exit_code != kExitOk && arguments.report.empty())) {
     return exit_code;
   }

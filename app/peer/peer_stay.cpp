@@ -215,7 +215,7 @@ std::optional<int> PeerStay::WhyEnd(std::int64_t now_ns) {
                                    ": these keys are in use in this session already: end "
                                    "the other program, or take keys of your own");
   }
-  if (node_.peer().voxels_lack()) return Fail(kExitFile, node_.world().WhyVoxelsLack());
+  if (node_.peer().telemetry().voxels_lack()) return Fail(kExitFile, node_.world().WhyVoxelsLack());
   if (const std::string ended = joining_.transport->KeysEnd(); !ended.empty()) {
     return Fail(kExitSecurity, ended);
   }

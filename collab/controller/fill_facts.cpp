@@ -86,7 +86,7 @@ void FillFacts(PeerNode& node, const GoalDevice* device, std::uint64_t frame, st
   facts.contact_points = 0;
   facts.contact_count = 0;
   facts.instance_count = 0;
-  facts.felt = peer.felt().F_D_W.f.norm();
+  facts.felt = peer.telemetry().felt().F_D_W.f.norm();
   facts.safety = peer.safety_state();
   facts.safety_counts = peer.safety_counts();
   if (device != nullptr) {

@@ -61,7 +61,17 @@ Peer::Peer(World& world, Device& device, PeerInbox& inbox, const PeerOptions& op
       gate_(options.id, world.model().object, inbox.drops(), SharedOf(world.model())),
       device_can_(device.capabilities()),
       guard_(device_can_.peak),
-      echoes_(options.id) {
+      echoes_(options.id),
+      telemetry_({.id = options.id,
+                  .world = world,
+                  .inputs = inputs_,
+                  .report = report_,
+                  .holdings = holdings_,
+                  .remote = remote_,
+                  .echoes = echoes_,
+                  .parting = parting_,
+                  .drops = inbox.drops()},
+                 options.trace_frames) {
   const WorldModel& model = world.model();
   inputs_.bodies.resize(model.bodies.size());
   inputs_.capacity = options.capacity;
@@ -69,7 +79,6 @@ Peer::Peer(World& world, Device& device, PeerInbox& inbox, const PeerOptions& op
   next_parked_ns_.resize(model.bodies.size());
   free_.resize(model.bodies.size());
   handle_.X_WA.p.setConstant(std::numeric_limits<double>::quiet_NaN());
-  trace_.resize(options.trace_frames);
   if (options.held_object < 0) return;
   const auto object = static_cast<std::size_t>(options.held_object);
   TANDEM_CHECK(object < model.body_index.size() && model.body_index[object] >= 0);
@@ -97,16 +106,44 @@ SafetyState Peer::safety_state() const noexcept {
 void Peer::Tick(std::int64_t now_ns, Outbox& out) noexcept {
   FrameTap* const tap = options_.tap;
   if (tap != nullptr) tap->Begin(now_ns, inputs_.capacity);
-  SeeBodies();
   Receive(now_ns);
+  Simulate(now_ns);
+  Publish(now_ns, out);
+  if (tap != nullptr) tap->End(StateHash());
+}
+
+// The phases. Within each the order counts: every line uses what the lines before it have set.
+
+void Peer::Receive(std::int64_t now_ns) noexcept {
+  SeeBodies();
+  TakeMessages(now_ns);
   SeeTouches();
   TickHoldings(now_ns);
   TakeAndLetGo();
   if (shared_) CoupleTheRest();
   StartWhenReady(now_ns);
+}
 
+void Peer::Simulate(std::int64_t now_ns) noexcept {
   const Anchor goal = ReadDevice();
-  if (tap != nullptr) tap->Felt(goal);
+  PrepareOthers(now_ns);
+  PrepareHand(now_ns, goal);
+  report_ = world_->Step(inputs_);
+  if (attached_ && parting_.leading()) report_.hand_B_W = {};
+  CountLimits();
+  Render();
+  DiscardBadWrenches();
+}
+
+void Peer::Publish(std::int64_t now_ns, Outbox& out) noexcept {
+  FillOutbox(now_ns, out);
+  SayLoose(now_ns, out);
+  SayParked(now_ns);
+  if (seq_ % PeerTable::kPeriod == 0) telemetry_.PublishTable(now_ns, shared());
+  if (held_ >= 0 && started_ns_) telemetry_.RecordHand(now_ns, held_);
+}
+
+void Peer::PrepareOthers(std::int64_t now_ns) noexcept {
   echoes_.Measure(now_ns, held_ >= 0);
   remote_.Reckon(echoes_.loops());
   remote_.Prepare(held_, inputs_);
@@ -114,47 +151,40 @@ void Peer::Tick(std::int64_t now_ns, Outbox& out) noexcept {
   PrepareParked();
   remote_.GiveWay(*world_, echoes_.loops(), inputs_);
   PlantInWorld(seq_, held_, inputs_, *world_);
+}
+
+void Peer::PrepareHand(std::int64_t now_ns, const Anchor& goal) noexcept {
   inputs_.hand.body = -1;
   inputs_.link_count = 0;
   inputs_.ground_damping = 0;
   inputs_.ground_rotation_damping.setZero();
-  if (held_ >= 0) {
-    if (!goal.X_WA.p.allFinite()) {
-      // the hand's pose is not known yet: the body waits for it where it stands
-      inputs_.bodies[static_cast<std::size_t>(held_)].drive = BodyDrive::kParked;
-    } else if (!attached_) {
-      Attach(goal);
-    }
-    const BodyModel& body = world_->model().bodies[static_cast<std::size_t>(held_)];
-    if (attached_) {
-      inputs_.hand = {.body = held_,
-                      .X_BD = X_BD_,
-                      .goal = goal,
-                      .gains = BorneBy(device_can_, DefaultHandGains(body.inertia))};
-    }
-    if (shared_) parting_.Look(now_ns, *held_state(), *shared_);
-    if (shared_ && attached_) {
-      parting_.Lead(*held_state(), goal.X_WA, X_BD_, inputs_.hand);
-    }
-    if (shared_) shared_->Prepare(now_ns, *held_state(), inputs_);
+  if (held_ < 0) return;
+  if (!goal.X_WA.p.allFinite()) {
+    // the hand's pose is not known yet: the body waits for it where it stands
+    inputs_.bodies[static_cast<std::size_t>(held_)].drive = BodyDrive::kParked;
+  } else if (!attached_) {
+    Attach(goal);
   }
-  report_ = world_->Step(inputs_);
-  if (attached_ && parting_.leading()) report_.hand_B_W = {};
-  CountLimits();
-  Render();
+  const BodyModel& body = world_->model().bodies[static_cast<std::size_t>(held_)];
+  if (attached_) {
+    inputs_.hand = {.body = held_,
+                    .X_BD = X_BD_,
+                    .goal = goal,
+                    .gains = BorneBy(device_can_, DefaultHandGains(body.inertia))};
+  }
+  if (!shared_) return;
+  parting_.Look(now_ns, *held_state(), *shared_);
+  if (attached_) parting_.Lead(*held_state(), goal.X_WA, X_BD_, inputs_.hand);
+  shared_->Prepare(now_ns, *held_state(), inputs_);
+}
+
+void Peer::DiscardBadWrenches() noexcept {
   if (!AllFinite(report_.hand_B_W) || !AllFinite(report_.contact_B_W)) {
     // NaN goes no further than the guard
     report_.hand_B_W = report_.contact_B_W = {};
     report_.links_B_W = {};
   }
   if (guard_.broken()) report_.hand_B_W = {};  // nor does the force that it keeps from the hand
-
-  FillOutbox(now_ns, out);
-  SayLoose(now_ns, out);
-  SayParked(now_ns);
-  if (seq_ % PeerTable::kPeriod == 0) FillTable(now_ns);
-  Record(now_ns);
-  if (tap != nullptr) tap->End(StateHash());
 }
 
 Anchor Peer::ReadDevice() noexcept {
@@ -177,6 +207,7 @@ Anchor Peer::ReadDevice() noexcept {
   } else {
     handle_.V_WA = {};
   }
+  if (options_.tap != nullptr) options_.tap->Felt(handle_);
   return handle_;
 }
 
@@ -270,19 +301,10 @@ void Peer::Attach(const Anchor& goal) noexcept {
 }
 
 void Peer::CountLimits() noexcept {
-  limits_.Count(report_.flags);
+  const PeerTelemetry::FrameEvents events = telemetry_.CountStep();
   // the force that the hand felt before the wait comes back slowly
-  if (report_.waited == 0 && waited_ > 0) guard_.Begin();
-  waited_ = report_.waited;
-  if (waited_ > 0) {
-    voxel_waits_.count += waited_ == 1 ? 1 : 0;
-    ++voxel_waits_.frames;
-    voxel_waits_.longest = std::max(voxel_waits_.longest, waited_);
-    if (waited_ >= kLongestVoxelWait) voxels_lack_.store(true, std::memory_order_relaxed);
-  }
-  if ((report_.flags & StepReport::kContactsFull) == 0) return;
-  ++crowded_frames_;
-  if (crowded_frames_ == 1) news_.TryPush({HoldingNews::Kind::kCrowded, kNoObject, 0});
+  if (events.voxels_came) guard_.Begin();
+  if (events.first_crowded) news_.TryPush({HoldingNews::Kind::kCrowded, kNoObject, 0});
 }
 
 void Peer::Render() noexcept {
@@ -296,10 +318,7 @@ void Peer::Render() noexcept {
   Wrench given = Planted(Fault::kNoGuard) ? wanted : guard_.Pass(wanted);
   if (Planted(Fault::kNoNumberFelt)) given.f.x() = std::nan("");
   if (Planted(Fault::kFeltTenfold)) given = {10 * given.tau, 10 * given.f};
-  felt_.peak_force = std::max(felt_.peak_force, given.f.norm());
-  felt_.peak_moment = std::max(felt_.peak_moment, given.tau.norm());
-  felt_.peak_step = std::max(felt_.peak_step, (given.f - felt_.F_D_W.f).norm());
-  felt_.F_D_W = given;
+  telemetry_.CountForce(given);
   device_->Render(given);
   if (guard_.broken() == broken) return;
   const ObjectId object = world_->model().object[static_cast<std::size_t>(held_)];
@@ -332,29 +351,6 @@ void Peer::Leave(std::int64_t now_ns) noexcept {
   SeeBodies();
   holdings_.Leave();
   for (int turns = 0; turns < 32; ++turns) TickHoldings(now_ns);
-}
-
-void Peer::Record(std::int64_t now_ns) noexcept {
-  if (held_ < 0 || !started_ns_) return;
-  const double force = report_.hand_B_W.f.norm();
-  ++hand_figures_.frames;
-  hand_figures_.frames_in_contact += report_.contact_points > 0 ? 1 : 0;
-  hand_figures_.contact_points += report_.contact_points;
-  hand_figures_.most_contact_points =
-      std::max(hand_figures_.most_contact_points, report_.contact_points);
-  hand_figures_.peak_force = std::max(hand_figures_.peak_force, force);
-  hand_limits_.Count(report_.flags);
-  hand_figures_.limits = hand_limits_.all();
-  const std::size_t frame = traced_.load(std::memory_order_relaxed);
-  if (frame >= trace_.size()) return;
-  const RigidState& state = *held_state();
-  trace_[frame] = {.time_ns = now_ns,
-                   .X_WB = state.X_WB,
-                   .V_WB = state.V_WB,
-                   .hand_force = static_cast<float>(force),
-                   .contact_points = report_.contact_points,
-                   .loaded = report_.loaded_points > 0};
-  traced_.store(frame + 1, std::memory_order_release);
 }
 
 std::uint64_t Peer::StateHash() const noexcept {

@@ -10,6 +10,7 @@
 #include "collab/mirror/remote_bodies.h"
 #include "collab/ownership/holdings.h"
 #include "collab/peer/frame_tap.h"
+#include "collab/peer/peer_telemetry.h"
 #include "collab/receive/peer_inbox.h"
 #include "collab/receive/sample_gate.h"
 #include "collab/separation/parting.h"
@@ -39,34 +40,6 @@ struct PeerOptions {
   FrameTap* tap = nullptr;                   // receives every frame's inputs; must outlive the peer
 };
 
-/// One frame for the report: motion of the held body, and the force felt.
-struct TraceSample {
-  std::int64_t time_ns = 0;
-  Pose X_WB;
-  Twist V_WB;
-  float hand_force = 0;  // N; of the hand's coupling
-  int contact_points = 0;
-  bool loaded = false;  // contact pushes
-};
-
-/// Forces given to a device.
-struct Felt {
-  Wrench F_D_W;            // wrench in the last frame
-  double peak_force = 0;   // N
-  double peak_moment = 0;  // N m
-  double peak_step = 0;    // N; greatest change from one frame to the next
-};
-
-/// Figures of the hand since it began, over all frames with a body in it.
-struct HandFigures {
-  std::int64_t frames = 0;
-  std::int64_t frames_in_contact = 0;
-  std::int64_t contact_points = 0;  // sum over all frames
-  int most_contact_points = 0;
-  double peak_force = 0;  // N; of the hand's coupling
-  FrameLimits limits;
-};
-
 /// The haptic half of a peer: device, simulation and the couplings to other peers. A state machine
 /// fed with the time and with messages; it reads no clock. The same code runs over DDS at 1 kHz and
 /// on the simulated network in virtual time. Used by the haptic thread alone; Tick() does not
@@ -84,11 +57,8 @@ class Peer {
 
   /// When the hand began (ns); nullopt: it has not.
   std::optional<std::int64_t> started_ns() const noexcept { return started_ns_; }
-  /// The trace so far. Any thread may read it while the haptic thread goes on.
-  std::span<const TraceSample> trace() const noexcept {
-    return {trace_.data(), traced_.load(std::memory_order_acquire)};
-  }
-  const HandFigures& hand_figures() const noexcept { return hand_figures_; }
+  /// What the peer shows of its frames.
+  const PeerTelemetry& telemetry() const noexcept { return telemetry_; }
   /// Half the loop age, mean since the loop closed, s.
   double mean_delay_s() const noexcept { return shared_ ? shared_->mean_delay_s() : last_delay_s_; }
   /// The present state of the held body, for callers in the same thread; null: none.
@@ -108,15 +78,6 @@ class Peer {
   SafetyCounts safety_counts() const noexcept;
   /// The reason why the hand's force is held back; the device's own guard comes first.
   SafetyState safety_state() const noexcept;
-  /// The forces given to the device in the last frame, and the peaks so far.
-  const Felt& felt() const noexcept { return felt_; }
-  /// Frames in which a pair had more contacts than there is room for: some of them did not push.
-  std::uint64_t crowded_frames() const noexcept { return crowded_frames_; }
-  /// Number and length of the waits for voxels. Read it after the last frame.
-  const VoxelWaits& voxel_waits() const noexcept { return voxel_waits_; }
-  /// Returns whether the wait for voxels has been so long (kLongestVoxelWait) that the simulation
-  /// is to end. Any thread.
-  bool voxels_lack() const noexcept { return voxels_lack_.load(std::memory_order_relaxed); }
   /// The separation of our instance of the body in hand from the others'.
   const Parting& parting() const noexcept { return parting_; }
 
@@ -127,17 +88,24 @@ class Peer {
   SpscQueue<ObjectState>& parked() noexcept { return parked_; }
   /// For the control thread.
   TripleBuffer<ClaimList>& claims() noexcept { return claims_; }
-  TripleBuffer<PeerTable>& table() noexcept { return table_; }
+  TripleBuffer<PeerTable>& table() noexcept { return telemetry_.table(); }
   SpscQueue<HoldingNews>& news() noexcept { return news_; }
 
   /// Hands on all bodies that this peer answers for; after the last frame.
   void Leave(std::int64_t now_ns) noexcept;
 
  private:
-  /// Reads the handle. After an implausible reading it stays where it was, at rest; before any
-  /// plausible reading it is at NaN.
-  Anchor ReadDevice() noexcept;
+  // the phases of a frame
+  /// Takes what came since the last frame; the hand takes or lets go of its body accordingly.
   void Receive(std::int64_t now_ns) noexcept;
+  /// Computes the frame: from the device's pose to the force that the device gets.
+  void Simulate(std::int64_t now_ns) noexcept;
+  /// Hands over what other peers, viewers and the peer's own program get of the frame.
+  void Publish(std::int64_t now_ns, Outbox& out) noexcept;
+
+  // parts of Receive()
+  /// Takes the messages that are due and the user's commands.
+  void TakeMessages(std::int64_t now_ns) noexcept;
   void OnMembership(const MembershipChange& change) noexcept;
   void OnState(const ObjectState& state) noexcept;
   void OnEvent(const Event& event) noexcept;
@@ -149,37 +117,42 @@ class Peer {
   void TickHoldings(std::int64_t now_ns) noexcept;
   /// Makes the hand hold the body that the holdings say.
   void TakeAndLetGo() noexcept;
-  void Attach(const Anchor& goal) noexcept;
-  void CountLimits() noexcept;
-  /// The newest frame limits of a peer, as it said.
-  struct HeardLimits {
-    PeerId peer = 0;
-    std::uint32_t flags = 0;
-  };
-  void NoteLimits(const ObjectState& state) noexcept;
   /// Couples the body in hand to its instance at `peer`; reports once if there is no place.
   void Couple(PeerId peer) noexcept;
   /// Couples the holders that found no place, as soon as there is one.
   void CoupleTheRest() noexcept;
-  /// Gives the device the reaction of the body, as far as the guard lets it through.
-  void Render() noexcept;
+  void StartWhenReady(std::int64_t now_ns) noexcept;
+
+  // parts of Simulate()
+  /// Reads the handle. After an implausible reading it stays where it was, at rest; before any
+  /// plausible reading it is at NaN.
+  Anchor ReadDevice() noexcept;
+  /// Sets the inputs of all bodies in no hand of this peer.
+  void PrepareOthers(std::int64_t now_ns) noexcept;
   /// Returns whether this peer simulates a free body in this frame: it answers for the body, and no
   /// hand has it. A body that fell out of the scene stands, and all do while the peer listens.
   bool IsSimulatedLoose(std::size_t body) const noexcept;
   void PrepareLoose() noexcept;
   /// Puts bodies that no peer moves where their authority says.
   void PrepareParked() noexcept;
-  void SayParked(std::int64_t now_ns) noexcept;
+  /// Sets the inputs of the hand, of the body in it and of its links. `goal`: pose of the handle.
+  void PrepareHand(std::int64_t now_ns, const Anchor& goal) noexcept;
+  void Attach(const Anchor& goal) noexcept;
+  /// Counts what the step gave up, and acts on it.
+  void CountLimits() noexcept;
+  /// Gives the device the reaction of the body, as far as the guard lets it through.
+  void Render() noexcept;
+  /// Clears wrenches of the report that no peer may get.
+  void DiscardBadWrenches() noexcept;
+
+  // parts of Publish()
+  void FillOutbox(std::int64_t now_ns, Outbox& out) noexcept;
   /// Sends the next of the loose bodies here.
   void SayLoose(std::int64_t now_ns, Outbox& out) noexcept;
   /// Returns whether a body that this peer simulates in no hand has moved lately.
   bool IsLoose(std::size_t body, std::int64_t now_ns) const noexcept;
-  void FillView(std::int64_t now_ns, ViewFrame& view) const noexcept;
-  /// Fills the table of the other peers.
-  void FillTable(std::int64_t now_ns) noexcept;
-  void StartWhenReady(std::int64_t now_ns) noexcept;
-  void FillOutbox(std::int64_t now_ns, Outbox& out) noexcept;
-  void Record(std::int64_t now_ns) noexcept;
+  void SayParked(std::int64_t now_ns) noexcept;
+
   std::uint64_t StateHash() const noexcept;
 
   World* world_;
@@ -200,16 +173,7 @@ class Peer {
   DeviceCapabilities device_can_;
   bool stop_pressed_ = false;  // at the device, in the last frame
   ForceGuard guard_;
-  Felt felt_;
-  std::uint64_t crowded_frames_ = 0;
-  VoxelWaits voxel_waits_;
-  int waited_ = 0;  // frames, as in the last report
-  std::atomic<bool> voxels_lack_{false};
-  FrameLimitCount limits_;       // over all frames
-  FrameLimitCount hand_limits_;  // over the frames of HandFigures
-  std::array<HeardLimits, kMaxPeers> heard_limits_{};
-  std::size_t next_heard_ = 0;  // place that is overwritten next
-  Anchor handle_;               // the device's handle, as last read
+  Anchor handle_;  // the device's handle, as last read
   Echoes echoes_;
   StepInputs inputs_;
   StepReport report_;
@@ -218,7 +182,6 @@ class Peer {
   SpscQueue<ObjectState> parked_{512};
   SpscQueue<HoldingNews> news_{64};
   TripleBuffer<ClaimList> claims_;
-  TripleBuffer<PeerTable> table_;
   std::vector<std::int64_t> next_parked_ns_;  // per moving body
   struct FreeBody {
     bool ours = false;          // in the last frame, in our hand or loose here
@@ -228,9 +191,7 @@ class Peer {
   std::size_t next_loose_ = 0;
   std::uint32_t seq_ = 0;
   std::optional<std::int64_t> started_ns_;
-  std::vector<TraceSample> trace_;  // full size from the start
-  std::atomic<std::size_t> traced_ = 0;
-  HandFigures hand_figures_;
+  PeerTelemetry telemetry_;  // reads the members above
 };
 
 }  // namespace tandem

@@ -7,7 +7,7 @@
 
 namespace tandem {
 
-void Peer::Receive(std::int64_t now_ns) noexcept {
+void Peer::TakeMessages(std::int64_t now_ns) noexcept {
   FrameTap* const tap = options_.tap;
   holdings_.Begin(now_ns);
   MembershipChange change;
@@ -69,18 +69,9 @@ void Peer::OnState(const ObjectState& state) noexcept {
   if (!holdings_.Accepts(state)) return;
   holdings_.OnState(state);
   if ((state.flags & (kStateParked | kStateLoose)) != 0) return remote_.OnState(state);
-  NoteLimits(state);
+  telemetry_.NoteLimits(state);
   if (shared_) shared_->OnState(state);
   remote_.OnState(state);
-}
-
-void Peer::NoteLimits(const ObjectState& state) noexcept {
-  auto* heard = std::ranges::find(heard_limits_, state.peer, &HeardLimits::peer);
-  if (heard == heard_limits_.end()) {
-    heard = heard_limits_.begin() + static_cast<std::ptrdiff_t>(next_heard_);
-    next_heard_ = (next_heard_ + 1) % heard_limits_.size();
-  }
-  *heard = {state.peer, state.flags};
 }
 
 void Peer::OnEvent(const Event& event) noexcept {

@@ -78,7 +78,7 @@ class FreeBodies : public ::testing::Test {
         simulate += in_hand || holdings.Parks(kPuckBody) ? 1 : 0;
         most_step_ = std::max(most_step_, (Puck(p) - last_[p]).norm());
         last_[p] = Puck(p);
-        const Vec3& force = PeerOf(p).felt().F_D_W.f;
+        const Vec3& force = PeerOf(p).telemetry().felt().F_D_W.f;
         // a hit is felt as it is; the force after it is to be smooth
         pushed_frames_[p] = WorldOf(p).Pushed(kPuckBody) ? pushed_frames_[p] + 1 : 0;
         if (pushed_frames_[p] > kHitFrames) {
@@ -195,8 +195,9 @@ TEST_F(FreeBodies, OneThatIsThrownAtAHeldPartIsStoppedByItAndKnocksNoHand) {
   Run(3000, [&] {
     if (++frame == 820) Order(0, Command::Kind::kRelease);
     if (frame > 820 && WorldOf(1).Pushed(kPuckBody)) {
-      peak = std::max(peak,
-                      (PeerOf(1).felt().F_D_W.f - Vec3(0, 0, PeerOf(1).felt().F_D_W.f.z())).norm());
+      peak = std::max(peak, (PeerOf(1).telemetry().felt().F_D_W.f -
+                             Vec3(0, 0, PeerOf(1).telemetry().felt().F_D_W.f.z()))
+                                .norm());
     }
     speed = std::max(speed, WorldOf(0).state(kPuckBody).V_WB.v.x());
   });

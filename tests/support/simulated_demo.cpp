@@ -62,13 +62,13 @@ Result<SimulatedDemo> RunSimulatedDemo(const std::string& name,
   }
   const auto all_recorded = [&] {
     for (std::size_t h = 0; h < scene->hands.size(); ++h) {
-      if (session.node(h).peer().trace().size() < frames) return false;
+      if (session.node(h).peer().telemetry().trace().size() < frames) return false;
     }
     return true;
   };
   for (std::size_t frame = 0; frame < frames + 5000 && !all_recorded(); ++frame) session.Step();
   for (std::size_t h = 0; h < scene->hands.size(); ++h) {
-    const std::span<const TraceSample> trace = session.node(h).peer().trace();
+    const std::span<const TraceSample> trace = session.node(h).peer().telemetry().trace();
     demo.traces.emplace_back(trace.begin(), trace.end());
     demo.mean_delay_s.push_back(session.node(h).peer().mean_delay_s());
   }

@@ -46,7 +46,7 @@ bool Observe(const Peer& peer, std::int64_t now_ns, UserFrame& out) {
   out.ground_damping = shared->ground_damping();
   out.link_count = shared->Links(now_ns, out.links);
   for (std::size_t i = 0; i < out.link_count; ++i) out.links_B_W[i] = report.links_B_W[i];
-  out.felt_W = peer.felt().F_D_W;
+  out.felt_W = peer.telemetry().felt().F_D_W;
   out.guarded_frames = peer.guard().guarded();
   out.trapped = peer.parting().trapped();
   out.loaded = report.loaded_points > 0;

@@ -106,7 +106,7 @@ void HandsRun::Frame() {
   for (const auto& site : sites_) site->AfterFrame(holders_);
   for (std::size_t p = 0; p < sites_.size(); ++p) {
     // sites have the order of the scheduled peers
-    if (sites_[p]->running()) checker_.Felt(p, sites_[p]->node().peer().felt().F_D_W);
+    if (sites_[p]->running()) checker_.Felt(p, sites_[p]->node().peer().telemetry().felt().F_D_W);
   }
   checker_.Look(session_);
   for (const auto& site : sites_) {

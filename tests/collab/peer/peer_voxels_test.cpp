@@ -81,7 +81,7 @@ TEST(PeerVoxels, TheHandFeelsNothingWhileTheyAreWaitedForAndThenLittleByLittle) 
   for (int k = 0; k < 20; ++k) dragging.session.Step();
   EXPECT_EQ(dragging.device->force, 0);
   EXPECT_NE(dragging.node->world().state(0).V_WB.v, Vec3::Zero());  // it goes on with that
-  EXPECT_FALSE(dragging.node->peer().voxels_lack());
+  EXPECT_FALSE(dragging.node->peer().telemetry().voxels_lack());
   dragging.pages->Open();
   ASSERT_TRUE(dragging.StepUntilWaiting(false, 20000));
   // the pull comes back in a hundred frames
@@ -93,7 +93,7 @@ TEST(PeerVoxels, TheHandFeelsNothingWhileTheyAreWaitedForAndThenLittleByLittle) 
   EXPECT_GT(whole, 1);
   EXPECT_LT(first, 0.1 * whole);
   EXPECT_EQ(dragging.node->peer().guard().state(), SafetyState::kOn);
-  const VoxelWaits& waits = dragging.node->peer().voxel_waits();
+  const VoxelWaits& waits = dragging.node->peer().telemetry().voxel_waits();
   EXPECT_EQ(waits.count, 1);
   EXPECT_EQ(waits.frames, waits.longest);
   EXPECT_GE(waits.frames, 21);
@@ -104,9 +104,9 @@ TEST(PeerVoxels, AfterTwoSecondsItSaysThatTheyLack) {
   dragging.pages->Close();
   ASSERT_TRUE(dragging.StepUntilWaiting(true, 9000));
   for (int k = 2; k < kLongestVoxelWait; ++k) dragging.session.Step();
-  EXPECT_FALSE(dragging.node->peer().voxels_lack());
+  EXPECT_FALSE(dragging.node->peer().telemetry().voxels_lack());
   dragging.session.Step();
-  EXPECT_TRUE(dragging.node->peer().voxels_lack());
+  EXPECT_TRUE(dragging.node->peer().telemetry().voxels_lack());
   EXPECT_NE(dragging.node->world().WhyVoxelsLack().find("--voxel-memory"), std::string::npos);
 }
 
