@@ -105,8 +105,8 @@ class DeviceFrame {
  public:
   DeviceFrame(World& world, Device& device, const Pose& X_BD, const FrameCapacity& capacity)
       : world_(&world), device_(&device), X_BD_(X_BD), guard_(device.capabilities().peak) {
-    inputs_.bodies.resize(world.model().bodies.size());
-    inputs_.bodies[0].drive = BodyDrive::kSimulated;
+    inputs_ = ParkedInputs(world.model());
+    inputs_.instances[0].drive = BodyDrive::kSimulated;
     inputs_.capacity = capacity.tests;
     inputs_.look_price = capacity.look_price;
     inputs_.hand = {

@@ -8,15 +8,14 @@ namespace tandem {
 namespace {
 
 /// Keeps the deepest contacts of the body in hand.
-void AddContacts(const World& world, int held, SimulationFacts& facts) noexcept {
+void AddContacts(const World& world, InstanceIndex held, SimulationFacts& facts) noexcept {
   facts.contact_count = 0;
   for (std::size_t number = 0; number < world.pair_count(); ++number) {
     const bool is_shell = world.shell_of(number) == held;
-    if (!is_shell && world.voxmap_of(number) != held) continue;
+    const InstanceIndex map = world.voxmap_of(number);
+    if (!is_shell && map != held) continue;
     const BodyPair& pair = world.pair(number);
-    const int map = world.voxmap_of(number);
-    const Pose X_WV =
-        map < 0 ? pair.X_BV() : world.state(static_cast<std::size_t>(map)).X_WB * pair.X_BV();
+    const Pose X_WV = map == kFixture ? pair.X_BV() : world.state(map).X_WB * pair.X_BV();
     for (const Contact& contact : pair.contacts()) {
       auto* place = facts.contacts.begin() + facts.contact_count;
       if (facts.contact_count < SimulationFacts::kMostContacts) {
@@ -98,13 +97,14 @@ void FillFacts(PeerNode& node, const GoalDevice* device, std::uint64_t frame, st
     facts.handle = device->handle().X_WA;
   }
   if (facts.held < 0) return;
-  const Pose& X_WB = node.world().state(static_cast<std::size_t>(facts.held)).X_WB;
+  const auto held = static_cast<InstanceIndex>(facts.held);
+  const Pose& X_WB = node.world().state(held).X_WB;
   facts.X_WG = facts.attached ? X_WB * peer.grasp() : X_WB;
   const Vec3 r = facts.X_WG.p - X_WB.p;
   const Wrench& hand = peer.report().hand_B_W;
   facts.hand_G_W = {hand.tau - r.cross(hand.f), hand.f};
   facts.contact_points = peer.report().contact_points;
-  if (facts.contact_points > 0) AddContacts(node.world(), facts.held, facts);
+  if (facts.contact_points > 0) AddContacts(node.world(), held, facts);
   if (peer.shared() != nullptr) {
     facts.instance_count = static_cast<std::uint32_t>(peer.shared()->Instances(facts.instances));
   }

@@ -16,11 +16,13 @@ RemoteBodies::RemoteBodies(const WorldModel& model, MirrorModel mirror) : mirror
         {.object = object,
          .free = model.scene.bodies[object].free,
          .eased = model.scene.bodies[object].free && !model.scene.bodies[object].shared,
-         .blend = {},
+         .blends = {},
          .instances = {},
          .loose = {},
          .told_V_WB = {}});
   }
+  const std::vector<std::size_t> shapes = InstanceShapes(model);
+  for (InstanceIndex i = bodies_.size(); i < shapes.size(); ++i) bodies_[shapes[i]].second = i;
 }
 
 RemoteBodies::Instance* RemoteBodies::Find(Body& body, PeerId peer) noexcept {
@@ -124,7 +126,9 @@ void RemoteBodies::Reckon(std::span<const Echoes::Loop> loops) noexcept {
   }
 }
 
-void RemoteBodies::Place(Body& body, StepInputs::BodyInput& input) noexcept {
+void RemoteBodies::Place(std::size_t index, StepInputs& inputs) noexcept {
+  Body& body = bodies_[index];
+  StepInputs::InstanceInput& input = inputs.instances[index];
   // the two instances that are farthest apart, found in a fixed order
   const Instance* first = nullptr;
   const Instance* second = nullptr;
@@ -164,14 +168,21 @@ void RemoteBodies::Place(Body& body, StepInputs::BodyInput& input) noexcept {
     count[side] += 1;
   }
   input.mirror_WB = {Quat(q[0]).normalized(), p[0] / count[0]};
-  input.parted = body.parted;
-  if (body.parted) input.second_WB = {Quat(q[1]).normalized(), p[1] / count[1]};
+  if (!body.parted || !body.second) return;
+  StepInputs::InstanceInput& far = inputs.instances[*body.second];
+  far.drive = BodyDrive::kMirrored;
+  far.mirror_WB = {Quat(q[1]).normalized(), p[1] / count[1]};
+}
+
+void RemoteBodies::MeetAsOne(std::size_t body, StepInputs& inputs) const noexcept {
+  const std::optional<InstanceIndex> second = bodies_[body].second;
+  if (second) inputs.instances[*second].drive = BodyDrive::kInactive;
 }
 
 void RemoteBodies::Prepare(int held, StepInputs& inputs) noexcept {
   for (std::size_t b = 0; b < bodies_.size(); ++b) {
-    StepInputs::BodyInput& input = inputs.bodies[b];
-    input.parted = false;
+    StepInputs::InstanceInput& input = inputs.instances[b];
+    MeetAsOne(b, inputs);
     ++bodies_[b].told_frames;
     if (static_cast<int>(b) == held) {
       TakeOver(b, inputs);
@@ -184,7 +195,7 @@ void RemoteBodies::Prepare(int held, StepInputs& inputs) noexcept {
     const bool followed = in_hand || bodies_[b].loose.heard;
     input.drive = followed ? BodyDrive::kMirrored : BodyDrive::kParked;
     if (in_hand) {
-      Place(bodies_[b], input);
+      Place(b, inputs);
     } else if (followed) {
       input.mirror_WB = bodies_[b].loose.X_WB;
     }
@@ -193,23 +204,24 @@ void RemoteBodies::Prepare(int held, StepInputs& inputs) noexcept {
 }
 
 void RemoteBodies::TakeOver(std::size_t body, StepInputs& inputs) noexcept {
-  StepInputs::BodyInput& input = inputs.bodies[body];
+  StepInputs::InstanceInput& input = inputs.instances[body];
   const bool goes_on = bodies_[body].free && bodies_[body].told_frames <= kGoesOn;
   input.drive = BodyDrive::kSimulated;
   input.begin_V_WB = goes_on ? bodies_[body].told_V_WB : Twist{};
   bodies_[body].loose = {};
+  MeetAsOne(body, inputs);
 }
 
 void RemoteBodies::HandOn(std::size_t body, PeerId peer, const RigidState& state,
                           StepInputs& inputs) noexcept {
   Body& mirror = bodies_[body];
-  if (inputs.bodies[body].drive != BodyDrive::kParked) return;  // its states have come already
+  if (inputs.instances[body].drive != BodyDrive::kParked) return;  // its states have come already
   mirror.loose = {.peer = peer, .heard = true, .state = {}, .X_WB = state.X_WB};
   mirror.loose.state.X_WB = state.X_WB;
   mirror.told_V_WB = state.V_WB;
   mirror.told_frames = 0;
-  inputs.bodies[body].drive = BodyDrive::kMirrored;
-  inputs.bodies[body].mirror_WB = state.X_WB;
+  inputs.instances[body].drive = BodyDrive::kMirrored;
+  inputs.instances[body].mirror_WB = state.X_WB;
 }
 
 double RemoteBodies::WorstLoop(const Body& body, std::span<const Echoes::Loop> loops) noexcept {
@@ -226,9 +238,9 @@ double RemoteBodies::WorstLoop(const Body& body, std::span<const Echoes::Loop> l
 }
 
 void RemoteBodies::GoHome(Body& body, bool pushed, const RigidState& state,
-                          StepInputs::BodyInput& input) noexcept {
-  body.eases = body.eases || pushed || body.blend.yields();
-  body.blend = ContactBlend{};
+                          StepInputs::InstanceInput& input) noexcept {
+  body.eases = body.eases || pushed || body.blends[0].yields();
+  body.blends[0] = ContactBlend{};
   if (input.drive != BodyDrive::kMirrored) return;  // it waits for its pose
   const Pose& home_WB = input.mirror_WB;
   body.lag = (home_WB.p - state.X_WB.p).norm();
@@ -239,7 +251,7 @@ void RemoteBodies::GoHome(Body& body, bool pushed, const RigidState& state,
 }
 
 void RemoteBodies::Ease(const Body& body, const RigidState& state,
-                        StepInputs::BodyInput& input) noexcept {
+                        StepInputs::InstanceInput& input) noexcept {
   if (!body.eased || input.drive != BodyDrive::kMirrored) return;
   const bool goes_on = body.told_frames <= kGoesOn;
   const Vec3 v = goes_on ? body.told_V_WB.v : Vec3::Zero();
@@ -248,29 +260,34 @@ void RemoteBodies::Ease(const Body& body, const RigidState& state,
   input.mirror_WB = Between(on, input.mirror_WB, kFrame / kEase_s);
 }
 
-bool RemoteBodies::Yields(ContactBlend& blend, bool pushed, double te_s, const RigidState& state,
-                          const Pose& target_WB, const Inertia& inertia, double& most_lag,
-                          CouplingGains& pull) noexcept {
-  const double lag = (target_WB.p - state.X_WB.p).norm();
+void RemoteBodies::Yield(const World& world, InstanceIndex instance, double te_s,
+                         ContactBlend& blend, double& most_lag,
+                         StepInputs::InstanceInput& input) const noexcept {
+  if (input.drive != BodyDrive::kMirrored) {
+    blend = ContactBlend{};
+    return;
+  }
+  const RigidState& state = world.state(instance);
+  const Inertia& inertia = world.model().bodies[world.shape_of(instance)].inertia;
+  const bool pushed = mirror_ == MirrorModel::kBlend && world.Pushed(instance);
+  const double lag = (input.mirror_WB.p - state.X_WB.p).norm();
   most_lag = std::max(most_lag, lag);
   blend.Next(pushed, te_s, lag, kFrame);
-  if (!blend.yields()) return false;
+  if (!blend.yields()) return;
   const Mat3 R = state.X_WB.q.toRotationMatrix();
   const Mat3 per_mass = R * inertia.I_B * R.transpose() / inertia.mass;
   const double drag = blend.Drag(inertia.mass);
-  pull = {blend.stiffness(), drag, blend.stiffness() * per_mass, drag * per_mass};
-  return true;
+  input.pull = {blend.stiffness(), drag, blend.stiffness() * per_mass, drag * per_mass};
+  input.drive = BodyDrive::kYielding;
 }
 
 void RemoteBodies::GiveWay(const World& world, std::span<const Echoes::Loop> loops,
                            StepInputs& inputs) noexcept {
   mirror_lag_ = 0;
   for (std::size_t b = 0; b < bodies_.size(); ++b) {
-    StepInputs::BodyInput& input = inputs.bodies[b];
+    StepInputs::InstanceInput& input = inputs.instances[b];
     Body& body = bodies_[b];
     body.lag = 0;
-    const Inertia& inertia = world.model().bodies[b].inertia;
-    const bool gives_way = mirror_ == MirrorModel::kBlend;
     const double worst_loop = WorstLoop(body, loops);
     const double te_s = DesignDelay(std::max(worst_loop, 0.0));
     if (worst_loop < 0 && input.drive != BodyDrive::kSimulated) {
@@ -284,20 +301,11 @@ void RemoteBodies::GiveWay(const World& world, std::span<const Echoes::Loop> loo
       body.told_V_WB = world.state(b).V_WB;
       body.told_frames = 0;
     }
-    if (input.drive != BodyDrive::kMirrored) {
-      body.blend = ContactBlend{};
-    } else if (Yields(body.blend, gives_way && world.Pushed(b), te_s, world.state(b),
-                      input.mirror_WB, inertia, body.lag, input.pull)) {
-      input.drive = BodyDrive::kYielding;
-    }
+    Yield(world, b, te_s, body.blends[0], body.lag, input);
     Ease(body, world.state(b), input);
-    input.second_drive = BodyDrive::kMirrored;
-    if (!input.parted) {
-      body.second_blend = ContactBlend{};
-    } else if (Yields(body.second_blend, gives_way && world.SecondPushed(b), te_s,
-                      world.second_state(b), input.second_WB, inertia, body.lag,
-                      input.second_pull)) {
-      input.second_drive = BodyDrive::kYielding;
+    if (body.second) {
+      const InstanceIndex second = *body.second;
+      Yield(world, second, te_s, body.blends[1], body.lag, inputs.instances[second]);
     }
     mirror_lag_ = std::max(mirror_lag_, body.lag);
   }

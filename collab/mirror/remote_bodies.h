@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -22,9 +23,10 @@ enum class MirrorModel : std::uint8_t {
 };
 
 /// Keeps the bodies that other peers move (paper §6.1, type-1), either in their hands or as they
-/// fall. Each has a mirror here that follows the newest received pose. The world limits a mirror's
-/// speed to its share of the travel limit, without jumps. Used by the haptic thread alone; nothing
-/// allocates after construction.
+/// fall. Each has a mirror here that follows the newest received pose: the first instance of the
+/// body in the world. A shared body has a second mirror, its second instance, which is active while
+/// its holders have it in two places. The world limits a mirror's speed to its share of the travel
+/// limit, without jumps. Used by the haptic thread alone; nothing allocates after construction.
 class RemoteBodies {
  public:
   static constexpr double kPart = 0.04;  // m; instances farther apart are met as two
@@ -53,9 +55,9 @@ class RemoteBodies {
 
   /// Decides how every body but `held` (index into the moving bodies, or -1) is driven.
   ///
-  /// A shared body in several hands is met as one body, the mean of its instances, until two
-  /// instances are kPart apart. Then it is met as two, each the mean of the nearest instances,
-  /// until they are within kMeet again.
+  /// A shared body in several hands is met as one body, the mean of its holders' instances, until
+  /// two of these are kPart apart. Then it is met as two, each the mean of the nearest ones, until
+  /// they are within kMeet again. The second instance in the world is inactive otherwise.
   void Prepare(int held, StepInputs& inputs) noexcept;
   /// Simulates the body here in this frame. A free body that was not simulated here goes on as its
   /// peer last said. After Prepare().
@@ -89,32 +91,34 @@ class RemoteBodies {
   struct Body {
     ObjectId object = 0;
     bool free = false;
-    bool eased = false;  // free and not shared, so never in several hands
-    bool parted = false;
-    bool eases = false;  // returns home at kHomeStep
-    double lag = 0;      // m
-    ContactBlend blend{};
-    ContactBlend second_blend{};
+    bool eased = false;                     // free and not shared, so never in several hands
+    bool parted = false;                    // its holders have it in two places
+    bool eases = false;                     // returns home at kHomeStep
+    double lag = 0;                         // m
+    std::optional<InstanceIndex> second{};  // its second instance in the world, if it has one
+    std::array<ContactBlend, 2> blends{};   // blends of its two instances in the world
     std::array<Instance, kMaxPeers> instances{};
     Instance loose;       // the instance at its authority, while it is in no hand
     Twist told_V_WB;      // newest twist received for a free body
     int told_frames = 0;  // frames since told_V_WB
   };
 
-  /// Places the body's instances: in one place, or in two.
-  static void Place(Body& body, StepInputs::BodyInput& input) noexcept;
+  /// Finds where the holders have a body, in one place or in two, and places its mirrors there.
+  void Place(std::size_t index, StepInputs& inputs) noexcept;
+  /// Makes the second instance of a body inactive, if it has one.
+  void MeetAsOne(std::size_t body, StepInputs& inputs) const noexcept;
   /// Returns the worst loop age to the peers that move the body, s; less than 0: no peer does.
   static double WorstLoop(const Body& body, std::span<const Echoes::Loop> loops) noexcept;
   /// Shortens the way of a body that no peer holds, where a jump might jolt a hand.
   static void GoHome(Body& body, bool pushed, const RigidState& state,
-                     StepInputs::BodyInput& input) noexcept;
+                     StepInputs::InstanceInput& input) noexcept;
   /// Replaces the received pose of a free body's mirror by the next pose on its smooth way.
   static void Ease(const Body& body, const RigidState& state,
-                   StepInputs::BodyInput& input) noexcept;
-  /// Returns whether one instance yields, and writes how it is pulled then.
-  static bool Yields(ContactBlend& blend, bool pushed, double te_s, const RigidState& state,
-                     const Pose& target_WB, const Inertia& inertia, double& most_lag,
-                     CouplingGains& pull) noexcept;
+                   StepInputs::InstanceInput& input) noexcept;
+  /// Lets a mirrored instance give way where it is pushed. `te_s`: the delay that gains are made
+  /// for; `most_lag` becomes its lag if that is greater, m.
+  void Yield(const World& world, InstanceIndex instance, double te_s, ContactBlend& blend,
+             double& most_lag, StepInputs::InstanceInput& input) const noexcept;
   static Instance* Find(Body& body, PeerId peer) noexcept;
   /// Returns the extrapolated pose of an instance, for a loop of that age.
   static Pose Ahead(const ObjectState& state, double loop_age_s) noexcept;

@@ -33,8 +33,9 @@ void PlantInWorld(std::uint32_t seq, int held, const StepInputs& inputs, World& 
   if (Planted(Fault::kHeldSlips) && held >= 0 && seq % 1000 == 999) {
     shift(static_cast<std::size_t>(held), 3e-3);
   }
-  for (std::size_t b = 0; Planted(Fault::kMirrorTrembles) && b < inputs.bodies.size(); ++b) {
-    if (inputs.bodies[b].drive == BodyDrive::kMirrored) shift(b, seq % 2 == 0 ? 2e-3 : -2e-3);
+  const std::size_t bodies = world.model().bodies.size();
+  for (std::size_t b = 0; Planted(Fault::kMirrorTrembles) && b < bodies; ++b) {
+    if (inputs.instances[b].drive == BodyDrive::kMirrored) shift(b, seq % 2 == 0 ? 2e-3 : -2e-3);
   }
 }
 
@@ -73,7 +74,7 @@ Peer::Peer(World& world, Device& device, PeerInbox& inbox, const PeerOptions& op
                   .drops = inbox.drops()},
                  options.trace_frames) {
   const WorldModel& model = world.model();
-  inputs_.bodies.resize(model.bodies.size());
+  inputs_ = ParkedInputs(model);
   inputs_.capacity = options.capacity;
   inputs_.look_price = options.look_price;
   next_parked_ns_.resize(model.bodies.size());
@@ -161,7 +162,7 @@ void Peer::PrepareHand(std::int64_t now_ns, const Anchor& goal) noexcept {
   if (held_ < 0) return;
   if (!goal.X_WA.p.allFinite()) {
     // the hand's pose is not known yet: the body waits for it where it stands
-    inputs_.bodies[static_cast<std::size_t>(held_)].drive = BodyDrive::kParked;
+    inputs_.instances[static_cast<std::size_t>(held_)].drive = BodyDrive::kParked;
   } else if (!attached_) {
     Attach(goal);
   }
@@ -212,7 +213,7 @@ Anchor Peer::ReadDevice() noexcept {
 }
 
 void Peer::SeeBodies() noexcept {
-  for (std::size_t b = 0; b < inputs_.bodies.size(); ++b) {
+  for (std::size_t b = 0; b < body_count(); ++b) {
     holdings_.SeeAt(b, world_->state(b).X_WB);
   }
 }
@@ -286,8 +287,8 @@ void Peer::Attach(const Anchor& goal) noexcept {
       ++nearing_frames_;
       const double turn = told->q.angularDistance(X_WB.q);
       const double frames = std::max((told->p - X_WB.p).norm() / kNearingStep, turn / kNearingTurn);
-      inputs_.bodies[body].drive = BodyDrive::kMirrored;
-      inputs_.bodies[body].mirror_WB = Between(X_WB, *told, 1.0 / std::max(1.0, frames));
+      inputs_.instances[body].drive = BodyDrive::kMirrored;
+      inputs_.instances[body].mirror_WB = Between(X_WB, *told, 1.0 / std::max(1.0, frames));
       return;
     }
   }
@@ -326,8 +327,8 @@ void Peer::Render() noexcept {
 }
 
 void Peer::PrepareParked() noexcept {
-  for (std::size_t b = 0; b < inputs_.bodies.size(); ++b) {
-    StepInputs::BodyInput& input = inputs_.bodies[b];
+  for (std::size_t b = 0; b < body_count(); ++b) {
+    StepInputs::InstanceInput& input = inputs_.instances[b];
     if (input.drive != BodyDrive::kParked) continue;
     const Pose* told = holdings_.ParkedAt(b);
     if (told == nullptr) continue;
@@ -355,7 +356,7 @@ void Peer::Leave(std::int64_t now_ns) noexcept {
 
 std::uint64_t Peer::StateHash() const noexcept {
   Hash64 hash;
-  for (std::size_t b = 0; b < inputs_.bodies.size(); ++b) {
+  for (std::size_t b = 0; b < body_count(); ++b) {
     const RigidState& state = world_->state(b);
     for (const double x : state.X_WB.q.coeffs()) hash.Add(x);
     for (const Vec3* v : {&state.X_WB.p, &state.V_WB.v, &state.V_WB.w}) {

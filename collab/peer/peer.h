@@ -95,6 +95,9 @@ class Peer {
   void Leave(std::int64_t now_ns) noexcept;
 
  private:
+  /// Returns the number of moving bodies.
+  std::size_t body_count() const noexcept { return world_->model().bodies.size(); }
+
   // the phases of a frame
   /// Takes what came since the last frame; the hand takes or lets go of its body accordingly.
   void Receive(std::int64_t now_ns) noexcept;

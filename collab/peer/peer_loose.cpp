@@ -13,11 +13,13 @@ constexpr double kRestSpeed = 1e-3;            // m/s; at any of its points
 }  // namespace
 
 void Peer::SeeTouches() noexcept {
-  for (std::size_t pair = 0; attached_ && pair < world_->pair_count(); ++pair) {
-    const int shell = world_->shell_of(pair);
-    const int map = world_->voxmap_of(pair);
-    if (!world_->pushes(pair) || map < 0 || (shell != held_ && map != held_)) continue;
-    holdings_.Touch(static_cast<std::size_t>(shell == held_ ? map : shell));
+  if (!attached_) return;
+  const auto held = static_cast<InstanceIndex>(held_);
+  for (std::size_t pair = 0; pair < world_->pair_count(); ++pair) {
+    const InstanceIndex shell = world_->shell_of(pair);
+    const InstanceIndex map = world_->voxmap_of(pair);
+    if (!world_->pushes(pair) || map == kFixture || (shell != held && map != held)) continue;
+    holdings_.Touch(shell == held ? map : shell);
   }
 }
 
@@ -30,7 +32,7 @@ bool Peer::IsSimulatedLoose(std::size_t body) const noexcept {
 
 void Peer::PrepareLoose() noexcept {
   const WorldModel& model = world_->model();
-  for (std::size_t b = 0; b < inputs_.bodies.size(); ++b) {
+  for (std::size_t b = 0; b < body_count(); ++b) {
     if (!model.scene.bodies[model.object[b]].free) continue;
     const bool loose = IsSimulatedLoose(b);
     const bool ours = loose || static_cast<int>(b) == held_;
@@ -53,7 +55,7 @@ bool Peer::IsLoose(std::size_t body, std::int64_t now_ns) const noexcept {
 
 void Peer::SayLoose(std::int64_t now_ns, Outbox& out) noexcept {
   out.is_loose = false;
-  const std::size_t count = inputs_.bodies.size();
+  const std::size_t count = body_count();
   for (std::size_t b = 0; b < count; ++b) {
     if (!free_[b].ours || static_cast<int>(b) == held_) continue;
     const auto& [w, v] = world_->state(b).V_WB;

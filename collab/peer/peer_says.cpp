@@ -43,7 +43,7 @@ void Peer::FillOutbox(std::int64_t now_ns, Outbox& out) noexcept {
 
 void Peer::SayParked(std::int64_t now_ns) noexcept {
   if (Planted(Fault::kNoParkedPose)) return;
-  for (std::size_t b = 0; b < inputs_.bodies.size(); ++b) {
+  for (std::size_t b = 0; b < body_count(); ++b) {
     if (!holdings_.Parks(b) || IsLoose(b, now_ns)) {
       next_parked_ns_[b] = 0;
       continue;

@@ -15,9 +15,8 @@ int main(int argc, char** argv) {
 
   tandem::kHapticThread.Enter();
   tandem::World world(*model);
-  tandem::StepInputs inputs;
-  inputs.bodies.resize((*model)->bodies.size());
-  inputs.bodies[0].drive = tandem::BodyDrive::kSimulated;
+  tandem::StepInputs inputs = tandem::ParkedInputs(**model);
+  inputs.instances[0].drive = tandem::BodyDrive::kSimulated;
   inputs.hand.body = 0;
   inputs.hand.goal.X_WA = body.X_WB0;  // where a haptic device would say that it is
   inputs.hand.gains = tandem::DefaultHandGains(body.inertia);

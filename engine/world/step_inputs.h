@@ -15,31 +15,25 @@ inline constexpr std::size_t kMaxLinkAnchors = 8;
 inline constexpr double kDefaultCapacity = 1e5;
 inline constexpr double kDefaultLookPrice = 400;
 
-/// The source of a body's motion in a frame.
+/// The source of an instance's motion in a frame.
 enum class BodyDrive : std::uint8_t {
-  kAbsent,     // a second instance that does not exist in this frame
+  kInactive,   // nothing: it takes no part, so it neither pushes nor is pushed
   kParked,     // nothing: it stands
   kSimulated,  // forces, at this peer
   kMirrored,   // another peer, whose pose it follows
   kYielding    // another peer, to whose pose it is pulled: it gives way where it is pushed
 };
 
-/// All external inputs of a frame. Sized once, for all moving bodies.
+/// All external inputs of a frame. Sized once, for all instances of a world: see ParkedInputs().
 struct StepInputs {
-  struct BodyInput {
-    BodyDrive drive = BodyDrive::kParked;
-    Pose mirror_WB;      // pose that a mirrored or yielding body goes to
-    Twist begin_V_WB;    // first twist of a mirrored body that becomes simulated
-    CouplingGains pull;  // for a yielding body: springs to that pose, dampers against the ground
-    /// Other peers' instances of a shared body are in two places; see second_drive.
-    bool parted = false;
-    /// Drive of the second instance: mirrored or yielding.
-    BodyDrive second_drive = BodyDrive::kMirrored;
-    Pose second_WB;
-    CouplingGains second_pull;
+  struct InstanceInput {
+    BodyDrive drive = BodyDrive::kInactive;
+    Pose mirror_WB;      // pose that a mirrored or yielding instance goes to
+    Twist begin_V_WB;    // first twist of a mirrored instance that becomes simulated
+    CouplingGains pull;  // for a yielding one: springs to that pose, dampers against the ground
   };
   struct Hand {
-    int body = -1;  // index into WorldModel::bodies; -1: the hand holds nothing
+    int body = -1;  // body whose first instance it holds; -1: the hand holds nothing
     Pose X_BD;      // grasp
     Anchor goal;    // the device
     CouplingGains gains;
@@ -57,7 +51,7 @@ struct StepInputs {
     Wrench push_B_W;  // wrench that the other peer reports for its end of the spring; for the lab
   };
 
-  std::vector<BodyInput> bodies;
+  std::vector<InstanceInput> instances;
   /// Point tests that fit into a frame (paper §5, nCapacity): an input, so that runs can be
   /// repeated.
   double capacity = kDefaultCapacity;

@@ -16,8 +16,8 @@ namespace {
 /// Travel where nothing is near, voxels a frame: half a hyperchunk (paper fn. 3).
 constexpr double kFreeTravel = 32.0;
 
-/// Returns the share of a pair's travel that falls to one body. A mirrored body gives way to
-/// nothing, so the other gets the larger share to escape faster. Parked bodies need none.
+/// Returns the share of a pair's travel that falls to one instance. A mirrored one gives way to
+/// nothing, so the other gets the larger share to escape faster. Parked ones need none.
 double ShareOf(BodyDrive drive, BodyDrive other) {
   constexpr auto weight = [](BodyDrive of) {
     return of <= BodyDrive::kParked ? 0.0 : of == BodyDrive::kMirrored ? 0.3 : 0.7;
@@ -35,24 +35,23 @@ bool IsShell(const WorldModel& model, std::size_t a, std::size_t b) {
 }  // namespace
 
 World::World(std::shared_ptr<const WorldModel> model, const ScheduleOptions& schedule)
-    : model_(std::move(model)), together_(2 * model_->bodies.size()), helpers_(schedule.helpers) {
-  const std::vector<BodyModel>& bodies = model_->bodies;
-  bodies_.resize(bodies.size());
+    : model_(std::move(model)),
+      instances_(MakeInstances(*model_)),
+      together_(instances_.size()),
+      helpers_(schedule.helpers) {
   if (model_->fixture_pages != nullptr) {
     auto resident = ResidentVoxels::Make(model_->fixture_pages, model_->voxel_memory_bytes);
     TANDEM_CHECK(resident);  // LoadWorld() has checked it
     resident_ = std::move(*resident);
   }
-  for (std::size_t b = 0; b < bodies.size(); ++b) {
-    bodies_[b].state.X_WB = bodies[b].X_WB0;
-    bodies_[b].shape = b;
-    AddFixturePair(b, schedule);
-    for (std::size_t other = 0; other < b; ++other) AddPair(b, other, schedule);
-  }
-  first_pairs_ = pairs_.size();
-  // other peers may hold a shared body in two places at once
-  for (std::size_t b = 0; b < bodies.size() && bodies.size() > 1; ++b) {
-    if (model_->scene.bodies[model_->object[b]].shared) AddSecondInstance(b, schedule);
+  const std::size_t bodies = model_->bodies.size();
+  for (InstanceIndex i = 0; i < instances_.size(); ++i) {
+    AddFixturePair(i, schedule);
+    // pairs with the first instance of each other body: two second ones never meet
+    for (InstanceIndex first = 0; first < std::min(i, bodies); ++first) {
+      if (first != instances_[i].shape) AddPair(i, first, schedule);
+    }
+    if (i < bodies) first_pairs_ = pairs_.size();
   }
   if (resident_ != nullptr) {
     resident_->Start();
@@ -60,34 +59,35 @@ World::World(std::shared_ptr<const WorldModel> model, const ScheduleOptions& sch
   }
 }
 
-void World::AddSecondInstance(std::size_t body, const ScheduleOptions& schedule) {
-  bodies_[body].second = static_cast<int>(bodies_.size());
-  bodies_.push_back(bodies_[body]);
-  bodies_.back().second = -1;
-  AddFixturePair(bodies_.size() - 1, schedule);
-  for (std::size_t other = 0; other < model_->bodies.size(); ++other) {
-    if (other != body) AddPair(bodies_.size() - 1, other, schedule);
+std::vector<World::Instance> World::MakeInstances(const WorldModel& model) {
+  std::vector<Instance> instances;
+  for (const std::size_t shape : InstanceShapes(model)) {
+    Instance& instance = instances.emplace_back();
+    instance.shape = shape;
+    instance.state.X_WB = model.bodies[shape].X_WB0;
   }
+  return instances;
 }
 
-void World::AddFixturePair(std::size_t body, const ScheduleOptions& schedule) {
+void World::AddFixturePair(InstanceIndex instance, const ScheduleOptions& schedule) {
   if (!model_->has_fixture) return;
-  pairs_.push_back({MakeFixturePair(*model_, bodies_[body].shape, resident_.get(), schedule),
-                    static_cast<int>(body), -1});
+  pairs_.push_back({MakeFixturePair(*model_, instances_[instance].shape, resident_.get(), schedule),
+                    instance, kFixture});
 }
 
-void World::AddPair(std::size_t a, std::size_t b, const ScheduleOptions& schedule) {
-  const bool is_shell = IsShell(*model_, bodies_[a].shape, bodies_[b].shape);
-  const std::size_t shell = is_shell ? a : b;
-  const std::size_t map = is_shell ? b : a;
-  pairs_.push_back({MakeMovingPair(*model_, bodies_[shell].shape, bodies_[map].shape, schedule),
-                    static_cast<int>(shell), static_cast<int>(map)});
+void World::AddPair(InstanceIndex a, InstanceIndex b, const ScheduleOptions& schedule) {
+  const bool is_shell = IsShell(*model_, instances_[a].shape, instances_[b].shape);
+  const InstanceIndex shell = is_shell ? a : b;
+  const InstanceIndex map = is_shell ? b : a;
+  pairs_.push_back(
+      {MakeMovingPair(*model_, instances_[shell].shape, instances_[map].shape, schedule), shell,
+       map});
 }
 
 void World::BringInVoxels() {
   for (const Pair& pair : pairs_) {
-    if (pair.map >= 0) continue;
-    const RigidState& shell = bodies_[static_cast<std::size_t>(pair.shell)].state;
+    if (pair.map != kFixture) continue;
+    const RigidState& shell = instances_[pair.shell].state;
     pair.contact->Announce({shell.X_WB, shell.V_WB}, {});
   }
   resident_->WaitUntilThere();
@@ -116,46 +116,31 @@ const FieldPair& World::field_pair(std::size_t number) const {
   return *pair;
 }
 
-BodyDrive World::DriveOf(const StepInputs& in, std::size_t body) const noexcept {
-  if (body < in.bodies.size()) return in.bodies[body].drive;
-  const StepInputs::BodyInput& first = in.bodies[bodies_[body].shape];
-  const bool here = first.parted && first.drive >= BodyDrive::kMirrored;
-  return here ? first.second_drive : BodyDrive::kAbsent;
-}
-
-bool World::IsSimulated(const StepInputs& in, int body) const noexcept {
-  if (body < 0) return false;
-  const BodyDrive drive = DriveOf(in, static_cast<std::size_t>(body));
-  return drive == BodyDrive::kSimulated || drive == BodyDrive::kYielding;
-}
-
-void World::Place(std::size_t body, const Pose& X_WB) {
-  TANDEM_CHECK(body < bodies_.size());
-  bodies_[body].state = {X_WB, {}};
+void World::Place(InstanceIndex instance, const Pose& X_WB) {
+  TANDEM_CHECK(instance < instances_.size());
+  instances_[instance].state = {X_WB, {}};
   if (resident_ != nullptr) BringInVoxels();
 }
 
-bool World::Touched(std::size_t body) const noexcept {
-  return std::any_of(pairs_.begin(), pairs_.end(), [body](const Pair& pair) {
-    const int b = static_cast<int>(body);
-    return pair.pushes && (pair.shell == b || pair.map == b);
+bool World::Touched(InstanceIndex instance) const noexcept {
+  return std::any_of(pairs_.begin(), pairs_.end(), [instance](const Pair& pair) {
+    return pair.pushes && pair.Has(instance);
   });
 }
 
-bool World::Pushed(std::size_t body) const noexcept {
-  return std::any_of(pairs_.begin(), pairs_.end(), [body](const Pair& pair) {
-    const int b = static_cast<int>(body);
-    return pair.pushes && pair.map >= 0 && (pair.shell == b || pair.map == b);
+bool World::Pushed(InstanceIndex instance) const noexcept {
+  return std::any_of(pairs_.begin(), pairs_.end(), [instance](const Pair& pair) {
+    return pair.pushes && pair.map != kFixture && pair.Has(instance);
   });
 }
 
 const StepReport& World::Step(const StepInputs& in) noexcept {
   BeginFrame(in);
   UpdateClearances(in);
-  if (!ComputeContactForces(in)) return EndFrameThatWaits();
+  if (!ComputeContactForces()) return EndFrameThatWaits();
   LimitTravel(in);
   ApplyCouplings(in);
-  SolveVelocities(in);
+  SolveVelocities();
   Integrate(in);
   ReportAppliedForces(in);
   return EndFrame();
@@ -164,9 +149,12 @@ const StepReport& World::Step(const StepInputs& in) noexcept {
 void World::BeginFrame(const StepInputs& in) noexcept {
   report_ = {};
   held_loads_.Clear();
-  for (Body& body : bodies_) body.load = {};
+  for (Instance& instance : instances_) instance.load = {};
   for (Pair& pair : pairs_) pair.pushes = false;
+  TANDEM_CHECK(in.instances.size() == instances_.size());
   BeginSimulated(in);
+  held_.reset();
+  if (in.hand.body >= 0) held_ = static_cast<InstanceIndex>(in.hand.body);
   if (resident_ != nullptr) resident_->BeginFrame();
 }
 
@@ -185,10 +173,11 @@ const StepReport& World::EndFrameThatWaits() noexcept {
 }
 
 void World::BeginSimulated(const StepInputs& in) noexcept {
-  for (std::size_t b = 0; b < in.bodies.size(); ++b) {
-    const BodyDrive before = std::exchange(bodies_[b].drive, in.bodies[b].drive);
-    if (before == BodyDrive::kMirrored && bodies_[b].drive == BodyDrive::kSimulated) {
-      bodies_[b].state.V_WB = in.bodies[b].begin_V_WB;
+  for (InstanceIndex i = 0; i < instances_.size(); ++i) {
+    Instance& instance = instances_[i];
+    const BodyDrive before = std::exchange(instance.drive, in.instances[i].drive);
+    if (before == BodyDrive::kMirrored && instance.drive == BodyDrive::kSimulated) {
+      instance.state.V_WB = in.instances[i].begin_V_WB;
     }
   }
 }
@@ -196,12 +185,10 @@ void World::BeginSimulated(const StepInputs& in) noexcept {
 void World::UpdateClearances(const StepInputs& in) noexcept {
   if (waited_ > 0) return;  // a frame that waits has already done so
   const Clearance scenes{static_cast<double>(model_->scene.force_layer), 0.0};
-  for (Body& body : bodies_) body.displaced = 0;
+  for (Instance& instance : instances_) instance.displaced = 0;
   for (Pair& pair : pairs_) {
     Clearance goal = scenes;
-    const bool in_hand =
-        in.hand.body >= 0 && (pair.shell == in.hand.body || pair.map == in.hand.body);
-    if (in_hand) {
+    if (held_ && pair.Has(*held_)) {
       const bool ordered = in.clearance.force_layer != StepInputs::HandClearance::kSceneLayer;
       goal = pair.contact->clearance_bounds().Within(in.clearance.force_layer,
                                                      in.clearance.displacement);
@@ -211,7 +198,7 @@ void World::UpdateClearances(const StepInputs& in) noexcept {
       pair.contact->SetClearance(
           Nearer(pair.contact->clearance(), goal, kFrame, model_->scene.voxel_size));
     }
-    double& displaced = bodies_[static_cast<std::size_t>(pair.shell)].displaced;
+    double& displaced = instances_[pair.shell].displaced;
     displaced = std::max(displaced, std::abs(pair.contact->clearance().displacement));
   }
 }
@@ -219,56 +206,60 @@ void World::UpdateClearances(const StepInputs& in) noexcept {
 void World::LimitTravel(const StepInputs& in) noexcept {
   TestLoad load;
   for (const Pair& pair : pairs_) {
-    if (Tested(pair, in)) load += pair.contact->load();
+    if (Tested(pair)) load += pair.contact->load();
   }
   load.bound = std::numeric_limits<double>::infinity();
   const double voxel = model_->scene.voxel_size;
   const double affordable = MaxTravel(load, in.capacity, in.look_price, voxel);
   if (affordable < 0.5 * voxel) report_.flags |= StepReport::kOverCapacity;
-  for (Body& body : bodies_) body.max_travel = std::min(affordable, kFreeTravel * voxel);
+  for (Instance& instance : instances_) {
+    instance.max_travel = std::min(affordable, kFreeTravel * voxel);
+  }
   for (Pair& pair : pairs_) {
     // a pair that is not tested learns of all travel at its next test
-    if (contact_on_ && !Tested(pair, in)) continue;
+    if (contact_on_ && !Tested(pair)) continue;
     const double travel =
         contact_on_ ? std::min(affordable, pair.contact->load().bound) : 0.5 * voxel;
     pair.contact->LimitTravel(travel);
-    Body& shell = bodies_[static_cast<std::size_t>(pair.shell)];
-    if (pair.map < 0) {
+    Instance& shell = instances_[pair.shell];
+    if (pair.map == kFixture) {
       shell.max_travel = std::min(shell.max_travel, travel);
       continue;
     }
-    // both bodies of a pair shrink the gap by their travel
-    Body& map = bodies_[static_cast<std::size_t>(pair.map)];
-    const double share = ShareOf(DriveOf(in, static_cast<std::size_t>(pair.shell)),
-                                 DriveOf(in, static_cast<std::size_t>(pair.map)));
+    // both of a pair shrink the gap by their travel
+    Instance& map = instances_[pair.map];
+    const double share = ShareOf(shell.drive, map.drive);
     shell.max_travel = std::min(shell.max_travel, share * travel);
     map.max_travel = std::min(map.max_travel, (1.0 - share) * travel);
   }
 }
 
-bool World::Tested(const Pair& pair, const StepInputs& in) const noexcept {
-  if (!IsSimulated(in, pair.shell) && !IsSimulated(in, pair.map)) return false;
-  return DriveOf(in, static_cast<std::size_t>(pair.shell)) != BodyDrive::kAbsent &&
-         (pair.map < 0 || DriveOf(in, static_cast<std::size_t>(pair.map)) != BodyDrive::kAbsent);
+bool World::Tested(const Pair& pair) const noexcept {
+  if (!IsSimulated(pair.shell) && !IsSimulated(pair.map)) return false;
+  return IsActive(pair.shell) && IsActive(pair.map);
 }
 
-bool World::ComputeContactForces(const StepInputs& in) noexcept {
+bool World::Couples(const Pair& pair) const noexcept {
+  return pair.pushes && IsSimulated(pair.shell) && IsSimulated(pair.map);
+}
+
+bool World::ComputeContactForces() noexcept {
   if (!contact_on_) return true;
   bool all = true;
   const BodyMotion fixture{};
   Load on_fixture;
   for (Pair& pair : pairs_) {
-    if (!Tested(pair, in)) {
+    if (!Tested(pair)) {
       pair.contact->Rest();
       continue;
     }
-    Body& shell = bodies_[static_cast<std::size_t>(pair.shell)];
+    Instance& shell = instances_[pair.shell];
     const BodyMotion shell_motion{shell.state.X_WB, shell.state.V_WB};
     PairReport found;
-    if (pair.map < 0) {
+    if (pair.map == kFixture) {
       found = pair.contact->Collide(shell_motion, fixture, shell.load, on_fixture);
     } else {
-      Body& map = bodies_[static_cast<std::size_t>(pair.map)];
+      Instance& map = instances_[pair.map];
       found = pair.contact->Collide(shell_motion, {map.state.X_WB, map.state.V_WB}, shell.load,
                                     map.load);
     }
@@ -281,103 +272,94 @@ bool World::ComputeContactForces(const StepInputs& in) noexcept {
     report_.look_work += found.look_work;
     report_.loaded_points += found.loaded_points;
   }
-  if (in.hand.body >= 0) {
-    held_loads_.SetContact(bodies_[static_cast<std::size_t>(in.hand.body)].load);
-  }
+  if (held_) held_loads_.SetContact(instances_[*held_].load);
   return all;
 }
 
 void World::ApplyCouplings(const StepInputs& in) noexcept {
-  for (std::size_t b = 0; b < bodies_.size(); ++b) {
-    if (DriveOf(in, b) != BodyDrive::kYielding) continue;
-    const StepInputs::BodyInput& input = in.bodies[bodies_[b].shape];
-    const bool first = b == bodies_[b].shape;
-    bodies_[b].load += CouplingLoad(first ? input.pull : input.second_pull, bodies_[b].state,
-                                    Pose{}, {first ? input.mirror_WB : input.second_WB, {}});
+  for (InstanceIndex i = 0; i < instances_.size(); ++i) {
+    Instance& instance = instances_[i];
+    if (instance.drive != BodyDrive::kYielding) continue;
+    const StepInputs::InstanceInput& input = in.instances[i];
+    instance.load += CouplingLoad(input.pull, instance.state, Pose{}, {input.mirror_WB, {}});
   }
-  if (in.hand.body >= 0) {
-    Body& held = bodies_[static_cast<std::size_t>(in.hand.body)];
-    held_loads_.Couple(in, held.state, held.load);
-  }
-  for (std::size_t b = 0; b < in.bodies.size(); ++b) {
-    if (in.bodies[b].drive != BodyDrive::kSimulated) continue;
-    bodies_[b].load.force.tail<3>() += model_->bodies[b].inertia.mass * model_->scene.gravity_W;
+  if (held_) held_loads_.Couple(in, instances_[*held_].state, instances_[*held_].load);
+  for (Instance& instance : instances_) {
+    if (instance.drive != BodyDrive::kSimulated) continue;
+    instance.load.force.tail<3>() +=
+        model_->bodies[instance.shape].inertia.mass * model_->scene.gravity_W;
   }
 }
 
-void World::SolveVelocities(const StepInputs& in) noexcept {
-  SolveTogether(in);
-  for (std::size_t b = 0; b < bodies_.size(); ++b) {
-    Body& body = bodies_[b];
-    if (!IsSimulated(in, static_cast<int>(b))) continue;
-    body.before = body.state.V_WB;
-    body.wanted = body.together ? together_.twist(b)
-                                : TwistAlone(model_->bodies[body.shape], body.state, body.load);
+void World::SolveVelocities() noexcept {
+  SolveTogether();
+  for (InstanceIndex i = 0; i < instances_.size(); ++i) {
+    Instance& instance = instances_[i];
+    if (!instance.IsSimulated()) continue;
+    instance.before = instance.state.V_WB;
+    instance.wanted = instance.together ? together_.twist(i)
+                                        : TwistAlone(model_->bodies[instance.shape], instance.state,
+                                                     instance.load);
   }
 }
 
-void World::SolveTogether(const StepInputs& in) noexcept {
+void World::SolveTogether() noexcept {
   bool begun = false;
   for (const Pair& pair : pairs_) {
-    if (!pair.pushes || !IsSimulated(in, pair.shell) || !IsSimulated(in, pair.map)) continue;
+    if (!Couples(pair)) continue;
     if (!begun) together_.Begin();
     begun = true;
-    const auto shell = static_cast<std::size_t>(pair.shell);
-    const auto map = static_cast<std::size_t>(pair.map);
-    for (const std::size_t b : {shell, map}) {
-      if (together_.has(b)) continue;
-      const BodyModel& model = model_->bodies[bodies_[b].shape];
-      const RigidState& state = bodies_[b].state;
+    for (const InstanceIndex i : {pair.shell, pair.map}) {
+      if (together_.has(i)) continue;
+      const Instance& instance = instances_[i];
+      const BodyModel& model = model_->bodies[instance.shape];
+      const RigidState& state = instance.state;
       const Mat6 basis =
           model.constraint ? AllowedBasis(*model.constraint, state.X_WB) : Mat6::Identity();
-      together_.AddBody(b, EquationsOf(model, state, bodies_[b].load), state.V_WB, basis);
+      together_.AddBody(i, EquationsOf(model, state, instance.load), state.V_WB, basis);
     }
-    together_.Couple(shell, map, pair.contact->cross(), kFrame);
+    together_.Couple(pair.shell, pair.map, pair.contact->cross(), kFrame);
   }
-  for (std::size_t b = 0; b < bodies_.size(); ++b) {
-    bodies_[b].together = begun && together_.has(b);
+  for (InstanceIndex i = 0; i < instances_.size(); ++i) {
+    instances_[i].together = begun && together_.has(i);
   }
   if (!begun) return;
   together_.Solve();
-  SumContactOfOthers(in);
+  SumContactOfOthers();
 }
 
-/// Finds how the load on the held body changes as the bodies that it pushes move.
-void World::SumContactOfOthers(const StepInputs& in) noexcept {
+void World::SumContactOfOthers() noexcept {
+  if (!held_) return;
   for (const Pair& pair : pairs_) {
-    if (!pair.pushes || !IsSimulated(in, pair.shell) || !IsSimulated(in, pair.map)) continue;
-    const bool is_shell = pair.shell == in.hand.body;
-    if (!is_shell && pair.map != in.hand.body) continue;
-    const auto other = static_cast<std::size_t>(is_shell ? pair.map : pair.shell);
-    const Vec6 before = Stacked(bodies_[other].state.V_WB);
+    if (!Couples(pair) || !pair.Has(*held_)) continue;
+    const bool is_shell = pair.shell == *held_;
+    const InstanceIndex other = is_shell ? pair.map : pair.shell;
+    const Vec6 before = Stacked(instances_[other].state.V_WB);
     const Vec6 after = Stacked(together_.twist(other));
     held_loads_.AddContactOfOther(pair.contact->cross(), is_shell, before, after);
   }
 }
 
 void World::Integrate(const StepInputs& in) noexcept {
-  for (std::size_t b = 0; b < bodies_.size(); ++b) {
-    Body& body = bodies_[b];
-    const BodyModel& model = model_->bodies[body.shape];
-    const double radius = model.radius + body.displaced;
-    const BodyDrive drive = DriveOf(in, b);
-    if (drive == BodyDrive::kAbsent) {
-      body.state = bodies_[body.shape].state;  // where it would begin
-    } else if (drive == BodyDrive::kParked) {
-      body.state.V_WB = {};
-    } else if (drive == BodyDrive::kMirrored) {
-      const StepInputs::BodyInput& input = in.bodies[body.shape];
-      const Pose& target_WB = b == body.shape ? input.mirror_WB : input.second_WB;
-      FollowMirror(model, body.state, target_WB, radius, body.max_travel);
-    } else if (StepBody(model, body.state, body.wanted, radius, body.max_travel)) {
+  for (InstanceIndex i = 0; i < instances_.size(); ++i) {
+    Instance& instance = instances_[i];
+    const BodyModel& model = model_->bodies[instance.shape];
+    const double radius = model.radius + instance.displaced;
+    if (instance.drive == BodyDrive::kInactive && i != instance.shape) {
+      instance.state = instances_[instance.shape].state;  // where it would begin
+    } else if (instance.drive <= BodyDrive::kParked) {
+      instance.state.V_WB = {};
+    } else if (instance.drive == BodyDrive::kMirrored) {
+      FollowMirror(model, instance.state, in.instances[i].mirror_WB, radius, instance.max_travel);
+    } else if (StepBody(model, instance.state, instance.wanted, radius, instance.max_travel)) {
       report_.flags |= StepReport::kTravelLimited;
     }
   }
 }
 
 void World::ReportAppliedForces(const StepInputs& in) noexcept {
-  if (!IsSimulated(in, in.hand.body)) return;
-  const Body& held = bodies_[static_cast<std::size_t>(in.hand.body)];
+  if (!held_ || !IsSimulated(*held_)) return;
+  const Instance& held = instances_[*held_];
   held_loads_.Report(in, held.before, held.wanted, held.state.V_WB, report_);
 }
 

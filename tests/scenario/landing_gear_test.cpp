@@ -58,9 +58,8 @@ class ActuatorInItsNest : public ::testing::Test {
     EXPECT_TRUE(script) << script.error().what;
     World world(model);
     ScriptedHand holds(world, *script);
-    StepInputs inputs;
-    inputs.bodies.resize(1);
-    inputs.bodies[0].drive = BodyDrive::kSimulated;
+    StepInputs inputs = ParkedInputs(*model);
+    inputs.instances[0].drive = BodyDrive::kSimulated;
     inputs.hand = {.body = 0,
                    .X_BD = script->X_BD,
                    .goal = {},

@@ -15,9 +15,10 @@ std::shared_ptr<const WorldModel> MakeWorldModel(const std::vector<TestBody>& bo
 }
 
 StepInputs FreeInputs(const WorldModel& model) {
-  StepInputs inputs;
-  inputs.bodies.resize(model.bodies.size());
-  for (StepInputs::BodyInput& body : inputs.bodies) body.drive = BodyDrive::kSimulated;
+  StepInputs inputs = ParkedInputs(model);
+  for (std::size_t b = 0; b < model.bodies.size(); ++b) {
+    inputs.instances[b].drive = BodyDrive::kSimulated;
+  }
   return inputs;
 }
 

@@ -38,12 +38,11 @@ Result<BallFigures> MeasureBall(ContactModel contact, const std::filesystem::pat
 
   // the hand presses the ball into the cup and turns it as fast as it goes
   World world(*loaded);
-  StepInputs inputs;
-  inputs.bodies.resize(joint.bodies.size());
+  StepInputs inputs = ParkedInputs(joint);
   const FrameCapacity capacity = MeasureCapacity(joint, kFrameBudget);
   CapacityFollower follower(capacity.tests, capacity.look_price, kFrameBudget);
   inputs.look_price = capacity.look_price;
-  inputs.bodies[ball].drive = BodyDrive::kSimulated;
+  inputs.instances[ball].drive = BodyDrive::kSimulated;
   inputs.hand.body = static_cast<int>(ball);
   inputs.hand.gains = DefaultHandGains(joint.bodies[ball].inertia);
   const Pose X_WB0 = joint.bodies[ball].X_WB0;

@@ -48,7 +48,7 @@ TimedFrame CheckedSteps::Step(World& world, const StepInputs& inputs, TimesOfFra
 }
 
 void CheckedSteps::KeepPushes(const World& world, const Pose& X_WB) {
-  TANDEM_CHECK(world.shell_of(0) == 0 && world.voxmap_of(0) < 0);
+  TANDEM_CHECK(world.shell_of(0) == 0 && world.voxmap_of(0) == kFixture);
   const BodyPair& pair = world.pair(0);
   const Pose X_WV = pair.X_BV();  // fixture's frame is W
   const std::span<const Contact> contacts = pair.contacts();

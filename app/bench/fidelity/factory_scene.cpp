@@ -28,9 +28,10 @@ Scene FactoryScene(ContactModel contact, const std::filesystem::path& models, do
 }
 
 StepInputs HandInputs(const WorldModel& model) {
-  StepInputs inputs;
-  inputs.bodies.resize(model.bodies.size());
-  for (StepInputs::BodyInput& body : inputs.bodies) body.drive = BodyDrive::kSimulated;
+  StepInputs inputs = ParkedInputs(model);
+  for (std::size_t b = 0; b < model.bodies.size(); ++b) {
+    inputs.instances[b].drive = BodyDrive::kSimulated;
+  }
   inputs.capacity = kCapacity;
   inputs.hand.body = 0;
   inputs.hand.gains = DefaultHandGains(model.bodies[0].inertia);

@@ -30,9 +30,8 @@ long PageFaults(const FrameHelpers& helpers) {
 
 /// Returns inputs for a world whose first body a hand holds.
 StepInputs InputsOf(const World& world, const Pose& X_BD, const FrameCapacity& capacity) {
-  StepInputs inputs;
-  inputs.bodies.resize(world.model().bodies.size());
-  inputs.bodies[0].drive = BodyDrive::kSimulated;
+  StepInputs inputs = ParkedInputs(world.model());
+  inputs.instances[0].drive = BodyDrive::kSimulated;
   inputs.capacity = capacity.tests;
   inputs.look_price = capacity.look_price;
   inputs.hand = {.body = 0,

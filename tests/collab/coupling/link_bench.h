@@ -18,7 +18,7 @@ inline constexpr ObjectId kObject = 3;
 struct LinkBench {
   explicit LinkBench(const SharedBody::Options& options = {*MakeLaw("p+d")})
       : body(kMe, kObject, {0.3, 1e-4 * Mat3::Identity()}, options) {
-    inputs.bodies.resize(1);
+    inputs.instances.resize(1);
     for (int i = 0; i < 3000; ++i) Alone();  // sent stamps may be echoed
   }
 

@@ -40,7 +40,7 @@ struct Message {
 struct End {
   End(PeerId self, PeerId other, std::int64_t clock)
       : body(self, kLoopObject, {0.3, 1e-4 * Mat3::Identity()}, {}), id(self), clock_ns(clock) {
-    inputs.bodies.resize(1);
+    inputs.instances.resize(1);
     body.Join(other);
   }
 

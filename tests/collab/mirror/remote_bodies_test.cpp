@@ -10,6 +10,9 @@
 namespace tandem {
 namespace {
 
+/// The second instance of the first of two bodies, in a world where that one alone is shared.
+constexpr InstanceIndex kSecondInstance = 2;
+
 ObjectState StateOf(PeerId peer, std::uint32_t seq, double x, std::uint32_t flags) {
   ObjectState state;
   state.peer = peer;
@@ -40,9 +43,9 @@ class LooseBody : public ::testing::Test {
     world_.emplace(model_);
     inputs_ = testing::FreeInputs(*model_);
   }
-  const StepInputs::BodyInput& Prepared() {
+  const StepInputs::InstanceInput& Prepared() {
     remote_->Prepare(-1, inputs_);
-    return inputs_.bodies[0];
+    return inputs_.instances[0];
   }
   /// Runs a whole frame, and returns where the mirror is then.
   double Frame() {
@@ -88,8 +91,8 @@ TEST_F(LooseBody, BeginsAsItWasToldToMoveWhereItIsTakenOver) {
   remote_->OnState(state);
   Prepared();
   remote_->TakeOver(0, inputs_);
-  EXPECT_EQ(inputs_.bodies[0].drive, BodyDrive::kSimulated);
-  EXPECT_EQ(inputs_.bodies[0].begin_V_WB.v.x(), 0.4);
+  EXPECT_EQ(inputs_.instances[0].drive, BodyDrive::kSimulated);
+  EXPECT_EQ(inputs_.instances[0].begin_V_WB.v.x(), 0.4);
   EXPECT_EQ(Prepared().drive, BodyDrive::kParked) << "what was told before is forgotten";
 }
 
@@ -143,13 +146,14 @@ TEST(RemoteBodies, InstancesPartAtFortyMillimetresAndMeetAtTwenty) {
       remote.OnState(state);
     }
     remote.Prepare(1, inputs);
-    return inputs.bodies[0].parted;
+    EXPECT_EQ(inputs.instances[0].drive, BodyDrive::kMirrored);
+    return inputs.instances[kSecondInstance].drive == BodyDrive::kMirrored;
   };
   EXPECT_FALSE(place({0, 0.03, 0.036}));
-  EXPECT_NEAR(inputs.bodies[0].mirror_WB.p.x(), 0.022, 1e-12);
+  EXPECT_NEAR(inputs.instances[0].mirror_WB.p.x(), 0.022, 1e-12);
   EXPECT_TRUE(place({0, 0.03, 0.041}));
-  EXPECT_NEAR(inputs.bodies[0].mirror_WB.p.x(), 0.0, 1e-12);
-  EXPECT_NEAR(inputs.bodies[0].second_WB.p.x(), 0.0355, 1e-12);
+  EXPECT_NEAR(inputs.instances[0].mirror_WB.p.x(), 0.0, 1e-12);
+  EXPECT_NEAR(inputs.instances[kSecondInstance].mirror_WB.p.x(), 0.0355, 1e-12);
   EXPECT_TRUE(place({0, 0.03, 0.021}));
   EXPECT_FALSE(place({0, 0.01, 0.019}));
 }
@@ -181,10 +185,40 @@ TEST(RemoteBodies, PartedInstancesStayOnTheirSidesWhileHandsTremble) {
       remote.OnState(state);
     }
     remote.Prepare(1, inputs);
-    ASSERT_TRUE(inputs.bodies[0].parted);
-    EXPECT_NEAR(inputs.bodies[0].mirror_WB.p.x(), 0.0, 1e-12) << seq;
-    EXPECT_NEAR(inputs.bodies[0].second_WB.p.x(), 0.06, 1e-12) << seq;
+    ASSERT_EQ(inputs.instances[kSecondInstance].drive, BodyDrive::kMirrored);
+    EXPECT_NEAR(inputs.instances[0].mirror_WB.p.x(), 0.0, 1e-12) << seq;
+    EXPECT_NEAR(inputs.instances[kSecondInstance].mirror_WB.p.x(), 0.06, 1e-12) << seq;
   }
+}
+
+// Two peers hold the body 60 mm apart. A body that moves by forces here is in one place all the
+// same.
+TEST(RemoteBodies, TheSecondInstanceIsInactiveWhereTheBodyIsSimulated) {
+  const TriangleMesh box = testing::Box(Vec3(0.02, 0.02, 0.02));
+  WorldModel model = *testing::MakeWorldModel({{box}, {box}}, 0.001);
+  model.scene.bodies[0].shared = true;
+  RemoteBodies remote(model);
+  StepInputs inputs = ParkedInputs(model);
+  for (const PeerId peer : {PeerId{10}, PeerId{11}}) {
+    MembershipChange change;
+    change.peer = peer;
+    change.claim_count = 1;
+    change.claims[0] = {.object = 0, .epoch = 1, .held = true};
+    remote.OnMembership(change);
+    remote.OnState(StateOf(peer, 1, peer == 10 ? 0.0 : 0.06, 0));
+  }
+  remote.Prepare(1, inputs);
+  EXPECT_EQ(inputs.instances[0].drive, BodyDrive::kMirrored);
+  EXPECT_EQ(inputs.instances[1].drive, BodyDrive::kSimulated);
+  EXPECT_EQ(inputs.instances[kSecondInstance].drive, BodyDrive::kMirrored);
+  remote.TakeOver(0, inputs);
+  EXPECT_EQ(inputs.instances[0].drive, BodyDrive::kSimulated);
+  EXPECT_EQ(inputs.instances[kSecondInstance].drive, BodyDrive::kInactive);
+  remote.Prepare(-1, inputs);
+  EXPECT_EQ(inputs.instances[kSecondInstance].drive, BodyDrive::kMirrored);
+  remote.Prepare(0, inputs);
+  EXPECT_EQ(inputs.instances[0].drive, BodyDrive::kSimulated);
+  EXPECT_EQ(inputs.instances[kSecondInstance].drive, BodyDrive::kInactive);
 }
 
 // A dead-reckoned mirror is half the loop's age ahead, by the velocity that was told, for 100 ms
@@ -210,7 +244,7 @@ TEST(RemoteBodies, DeadReckonedMirrorsAreWhereTheyWouldBeByNow) {
     const std::array<Echoes::Loop, 1> loops{{{.peer = 10, .age_s = loop_age_s}}};
     remote.Reckon(loops);
     remote.Prepare(1, inputs);
-    return inputs.bodies[0].mirror_WB.p.x();
+    return inputs.instances[0].mirror_WB.p.x();
   };
   EXPECT_NEAR(x_at(MirrorModel::kDeadReckoned, 0.2, 0.1), 0.51, 1e-12);
   EXPECT_NEAR(x_at(MirrorModel::kDeadReckoned, 0.2, 1.0), 0.52, 1e-12);   // 100 ms

@@ -60,10 +60,9 @@ struct Pressed {
 std::size_t Untested(const World& world, std::size_t number,
                      const std::vector<BodyMotion>& before) {
   if (world.model().scene.contact == ContactModel::kRefined) {
-    const int map = world.voxmap_of(number);
-    return world.field_pair(number).CountUnfound(
-        before[static_cast<std::size_t>(world.shell_of(number))],
-        map < 0 ? BodyMotion{} : before[static_cast<std::size_t>(map)]);
+    const InstanceIndex map = world.voxmap_of(number);
+    return world.field_pair(number).CountUnfound(before[world.shell_of(number)],
+                                                 map == kFixture ? BodyMotion{} : before[map]);
   }
   const ContactPair& pair = world.point_pair(number);
   if (pair.load().bound > 0.5 * kVoxel) return 0;  // far: nothing is tested

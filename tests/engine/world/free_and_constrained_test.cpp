@@ -66,9 +66,9 @@ TEST(FreeBody, ParkedAndMirroredBodiesDoNotFall) {
       WithGravity({{Box(Vec3(0.02, 0.02, 0.02))}, {At(Sphere(0.01, 2), Vec3(1, 0, 0))}});
   World world(model);
   StepInputs inputs = FreeInputs(*model);
-  inputs.bodies[0].drive = BodyDrive::kParked;
-  inputs.bodies[1].drive = BodyDrive::kMirrored;
-  inputs.bodies[1].mirror_WB = model->bodies[1].X_WB0;
+  inputs.instances[0].drive = BodyDrive::kParked;
+  inputs.instances[1].drive = BodyDrive::kMirrored;
+  inputs.instances[1].mirror_WB = model->bodies[1].X_WB0;
   for (int frame = 0; frame < 200; ++frame) world.Step(inputs);
   EXPECT_EQ(world.state(0).X_WB.p, model->bodies[0].X_WB0.p);
   EXPECT_EQ(world.state(1).X_WB.p, model->bodies[1].X_WB0.p);
@@ -329,8 +329,8 @@ TEST(ConstrainedBody, AMirrorStaysWithinTheConstraintWhateverPoseComes) {
   });
   World world(model);
   StepInputs inputs = FreeInputs(*model);
-  inputs.bodies[0].drive = BodyDrive::kMirrored;
-  inputs.bodies[0].mirror_WB = {RotationBy(Vec3(0.3, 0.2, 0.1)), Vec3(0.04, 0.02, -0.03)};
+  inputs.instances[0].drive = BodyDrive::kMirrored;
+  inputs.instances[0].mirror_WB = {RotationBy(Vec3(0.3, 0.2, 0.1)), Vec3(0.04, 0.02, -0.03)};
   for (int frame = 0; frame < 200; ++frame) world.Step(inputs);
   const Pose& X_WB = world.state(0).X_WB;
   EXPECT_NEAR((X_WB.p - Vec3(0.04, 0, 0)).norm(), 0.0, 1e-12);
@@ -369,10 +369,10 @@ TEST(Pairs, TheScenesChoiceOfPointshellIsTaken) {
     if (chosen) model->scene.pairs = {{"plate", "ball"}};
     World world(model);
     ASSERT_EQ(world.pair_count(), 1U);
-    EXPECT_EQ(world.shell_of(0), chosen ? 0 : 1);
-    EXPECT_EQ(world.voxmap_of(0), chosen ? 1 : 0);
+    EXPECT_EQ(world.shell_of(0), chosen ? 0U : 1U);
+    EXPECT_EQ(world.voxmap_of(0), chosen ? 1U : 0U);
     StepInputs inputs = FreeInputs(*model);
-    inputs.bodies[0].drive = BodyDrive::kParked;
+    inputs.instances[0].drive = BodyDrive::kParked;
     inputs.hand = HandTo(*model, 1, {Quat::Identity(), Vec3(0, 0, 0)});
     int loaded = 0;
     for (int frame = 0; frame < 1000; ++frame) loaded += world.Step(inputs).loaded_points;

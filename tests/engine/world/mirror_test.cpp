@@ -26,8 +26,8 @@ TEST(World, AMirrorThatJumpsDoesNotTunnel) {
   World world(model);
   StepInputs inputs = FreeInputs(*model);
   inputs.hand = HandTo(*model, 0, Pose{});
-  inputs.bodies[1].drive = BodyDrive::kMirrored;
-  inputs.bodies[1].mirror_WB.p = Vec3(0, 0, -0.03);
+  inputs.instances[1].drive = BodyDrive::kMirrored;
+  inputs.instances[1].mirror_WB.p = Vec3(0, 0, -0.03);
   double largest_step = 0;
   bool touched = false;
   for (int frame = 0; frame < 600; ++frame) {
@@ -51,14 +51,14 @@ TEST(World, WhatWasMirroredBeginsAtRest) {
   const auto model = MakeWorldModel({{Box(Vec3(0.02, 0.02, 0.02))}}, 0.002);
   World world(model);
   StepInputs inputs = FreeInputs(*model);
-  inputs.bodies[0].drive = BodyDrive::kMirrored;
-  inputs.bodies[0].mirror_WB = model->bodies[0].X_WB0;
-  inputs.bodies[0].mirror_WB.p.x() += 0.06;
-  inputs.bodies[0].mirror_WB.q = RotationBy(Vec3(0, 0.2, 0)) * inputs.bodies[0].mirror_WB.q;
+  inputs.instances[0].drive = BodyDrive::kMirrored;
+  inputs.instances[0].mirror_WB = model->bodies[0].X_WB0;
+  inputs.instances[0].mirror_WB.p.x() += 0.06;
+  inputs.instances[0].mirror_WB.q = RotationBy(Vec3(0, 0.2, 0)) * inputs.instances[0].mirror_WB.q;
   world.Step(inputs);
   const Pose X_WB = world.state(0).X_WB;
   ASSERT_GT(world.state(0).V_WB.v.norm(), 10);
-  inputs.bodies[0].drive = BodyDrive::kSimulated;
+  inputs.instances[0].drive = BodyDrive::kSimulated;
   inputs.hand = testing::HandTo(*model, 0, X_WB);
   EXPECT_LT(world.Step(inputs).hand_B_W.f.norm(), 1e-9);
   EXPECT_LT((world.state(0).X_WB.p - X_WB.p).norm(), 1e-12);
@@ -74,16 +74,16 @@ TEST(World, WhatWasMirroredBeginsAsItsInputsSay) {
   const auto model = MakeWorldModel({{Box(Vec3(0.02, 0.02, 0.02))}}, 0.002);
   World world(model);
   StepInputs inputs = FreeInputs(*model);
-  inputs.bodies[0].drive = BodyDrive::kMirrored;
-  inputs.bodies[0].mirror_WB = model->bodies[0].X_WB0;
+  inputs.instances[0].drive = BodyDrive::kMirrored;
+  inputs.instances[0].mirror_WB = model->bodies[0].X_WB0;
   world.Step(inputs);
-  inputs.bodies[0].drive = BodyDrive::kSimulated;
-  inputs.bodies[0].begin_V_WB = {Vec3(0, 0, 1), Vec3(0.5, 0, 0)};
+  inputs.instances[0].drive = BodyDrive::kSimulated;
+  inputs.instances[0].begin_V_WB = {Vec3(0, 0, 1), Vec3(0.5, 0, 0)};
   world.Step(inputs);
   EXPECT_NEAR(world.state(0).V_WB.v.x(), 0.5, 1e-9);
   EXPECT_NEAR(world.state(0).V_WB.w.z(), 1.0, 1e-9);
   // from then on it is its own
-  inputs.bodies[0].begin_V_WB = {};
+  inputs.instances[0].begin_V_WB = {};
   world.Step(inputs);
   EXPECT_NEAR(world.state(0).V_WB.v.x(), 0.5, 1e-9);
 }
@@ -95,8 +95,8 @@ TEST(World, AMirrorAloneFollowsItsPoseAtFreeSpeed) {
       {{At(Box(Vec3(0.2, 0.2, 0.01)), Vec3(0, 0, -0.2)), true}, {Sphere(0.01, 3)}}, kVoxel);
   World world(model);
   StepInputs inputs = FreeInputs(*model);
-  inputs.bodies[0].drive = BodyDrive::kMirrored;
-  inputs.bodies[0].mirror_WB.p = Vec3(0.1, 0, 0);
+  inputs.instances[0].drive = BodyDrive::kMirrored;
+  inputs.instances[0].mirror_WB.p = Vec3(0.1, 0, 0);
   for (int frame = 0; frame < 5; ++frame) world.Step(inputs);
   EXPECT_LT((world.state(0).X_WB.p - Vec3(0.1, 0, 0)).norm(), 1e-9);
 }

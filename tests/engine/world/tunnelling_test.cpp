@@ -158,27 +158,29 @@ TEST(World, BothInstancesOfAPartedBodyStopAtTheFixture) {
   model->scene.bodies[1].shared = true;
   World world(model);
   StepInputs inputs = FreeInputs(*model);
-  inputs.bodies[1].drive = BodyDrive::kParked;
-  StepInputs::BodyInput& input = inputs.bodies[0];
+  inputs.instances[1].drive = BodyDrive::kParked;
   const double mass = model->bodies[0].inertia.mass;
   const Mat3 per_mass = model->bodies[0].inertia.I_B / mass;
-  input.drive = input.second_drive = BodyDrive::kYielding;
-  input.pull = input.second_pull = {400, 20, 400 * per_mass, 20 * per_mass};
-  input.parted = true;
   const Pose& X_WB0 = model->bodies[0].X_WB0;
-  input.mirror_WB = {X_WB0.q, Vec3(-0.005, 0.03, 0)};
-  input.second_WB = {X_WB0.q, Vec3(-0.005, -0.03, 0)};
+  constexpr InstanceIndex kSecondInstance = 2;
+  ASSERT_EQ(world.shape_of(kSecondInstance), 0U);
+  for (const InstanceIndex instance : {InstanceIndex{0}, kSecondInstance}) {
+    StepInputs::InstanceInput& input = inputs.instances[instance];
+    input.drive = BodyDrive::kYielding;
+    input.pull = {400, 20, 400 * per_mass, 20 * per_mass};
+    input.mirror_WB = {X_WB0.q, Vec3(-0.005, instance == 0 ? 0.03 : -0.03, 0)};
+  }
   double deepest = 0;
   for (int frame = 0; frame < 1500; ++frame) {
     world.Step(inputs);
-    for (const RigidState* state : {&world.state(0), &world.second_state(0)}) {
+    for (const RigidState* state : {&world.state(0), &world.state(kSecondInstance)}) {
       deepest = std::max(deepest, DeepestVertex(solid, cube, X_WB0, state->X_WB));
     }
   }
   EXPECT_LE(deepest, 0.5 * kVoxel);
   EXPECT_NEAR(world.state(0).X_WB.p.y(), 0.03, 2e-3);  // they are drawn there along the wall
-  EXPECT_NEAR(world.second_state(0).X_WB.p.y(), -0.03, 2e-3);
-  EXPECT_NEAR(world.state(0).X_WB.p.x(), world.second_state(0).X_WB.p.x(), 1e-4);
+  EXPECT_NEAR(world.state(kSecondInstance).X_WB.p.y(), -0.03, 2e-3);
+  EXPECT_NEAR(world.state(0).X_WB.p.x(), world.state(kSecondInstance).X_WB.p.x(), 1e-4);
 }
 
 }  // namespace

@@ -114,16 +114,16 @@ TEST(World, TestsEveryPointInContactWhileTheVoxmapsBodyTurns) {
         {{Box(Vec3(0.02, 0.02, 0.02))}, {At(Box(Vec3(0.015, 0.012, 0.009)), Vec3(0, 0, 0.03))}},
         kVoxel, contact);
     World world(model);
-    ASSERT_EQ(world.voxmap_of(0), 0);
+    ASSERT_EQ(world.voxmap_of(0), 0U);
     StepInputs inputs = FreeInputs(*model);
-    inputs.bodies[0].drive = BodyDrive::kMirrored;
+    inputs.instances[0].drive = BodyDrive::kMirrored;
     std::size_t untested = 0;
     int touching = 0;
     Vec3 side = Vec3(0, 0, 0.01);
     for (int frame = 0; frame < 20000; ++frame) {
       // the large body is spun to and fro, the small one is led about it, near and far
       if (frame % 300 == 0) {
-        inputs.bodies[0].mirror_WB = {RandomRotation(random), 0.004 * RandomDirection(random)};
+        inputs.instances[0].mirror_WB = {RandomRotation(random), 0.004 * RandomDirection(random)};
         side = Uniform(random, 0.01, 0.03) * RandomDirection(random);
       }
       inputs.hand = HandTo(*model, 1, {RandomRotation(random), side});
@@ -149,7 +149,7 @@ TEST(World, ParkedBodiesStandAndPushBack) {
                                     kVoxel);
   World world(model);
   StepInputs inputs = FreeInputs(*model);
-  inputs.bodies[1].drive = BodyDrive::kParked;
+  inputs.instances[1].drive = BodyDrive::kParked;
   inputs.hand = HandTo(*model, 0, {Quat::Identity(), Vec3(0, 0, 0)});
   for (int frame = 0; frame < 1000; ++frame) world.Step(inputs);
   EXPECT_EQ(world.state(1).X_WB.p, model->bodies[1].X_WB0.p);
@@ -183,8 +183,8 @@ TEST(World, AThousandFramesAllocateNothing) {
                                     kVoxel);
   World world(model);
   StepInputs inputs = FreeInputs(*model);
-  inputs.bodies[1].drive = BodyDrive::kMirrored;
-  inputs.bodies[1].mirror_WB.p = Vec3(0, 0, 0.02);
+  inputs.instances[1].drive = BodyDrive::kMirrored;
+  inputs.instances[1].mirror_WB.p = Vec3(0, 0, 0.02);
   inputs.hand = HandTo(*model, 0, {Quat::Identity(), Vec3(0, 0, 0.0)});
   int loaded = 0;
   const testing::AllocationCounter counter;
