@@ -14,7 +14,7 @@
 namespace tandem {
 
 /// Voxels by which surfaces may come nearer than the hand's set clearance. Refined contact needs
-/// this room in a narrow fit (decision 0041).
+/// this room in a narrow fit (decision 0053).
 inline constexpr double kKeptToVoxels = 0.05;
 
 /// The room that the hand of a recording had (paper §3.2).
@@ -41,7 +41,7 @@ struct HandRoom {
 ///   bodies may end anywhere out. Any other ends within a voxel or 2 mm, the greater, of its last
 ///   pose.
 /// - The exact surfaces of the held bodies never came nearer to others than the clearance less
-///   kKeptToVoxels. Refined contact gives way in a narrow fit (decision 0041), so a part gets out
+///   kKeptToVoxels. Refined contact gives way in a narrow fit (decision 0053), so a part gets out
 ///   in any case.
 ///
 /// The hand repeats its motion, and what the peer heard from others stays as recorded. Takes about

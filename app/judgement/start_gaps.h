@@ -36,7 +36,7 @@ struct StartGaps {
 double ContactBegins(const Scene& scene, double inward_shift_voxels) noexcept;
 
 /// Returns the gap (m) that a part needs on every side so that opposite sides do not press it.
-/// Refined contact begins nearer where a fit is narrow (decision 0041), so the part needs less than
+/// Refined contact begins nearer where a fit is narrow (decision 0053), so the part needs less than
 /// ContactBegins() tells.
 double GapNeeded(const Scene& scene, double inward_shift_voxels) noexcept;
 

@@ -60,7 +60,7 @@ TEST(StartGaps, NameThePlayThatContactNeedsAndAVoxelSizeThatFits) {
     EXPECT_EQ(gaps[0].other, "hole");
     EXPECT_NEAR(gaps[0].distance, 0.09 * kMm, 1e-8);
     EXPECT_FALSE(gaps[0].overlap);
-    // decision 0041: in a narrow fit force begins 0.02 voxels away, to within 0.02
+    // decision 0053: in a narrow fit force begins 0.02 voxels away, to within 0.02
     EXPECT_DOUBLE_EQ(gaps[0].needed, 0.05 * voxel);
     EXPECT_NEAR(gaps[0].voxel_fits, 1.8 * kMm, 1e-9);  // 0.09 / 0.05
   }

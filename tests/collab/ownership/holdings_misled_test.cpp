@@ -4,7 +4,7 @@
 #include "tests/collab/ownership/company.h"
 #include "tests/collab/ownership/listener.h"
 
-// A member that lies, or has not heard yet, takes nothing from others: docs/decisions/0036.
+// A member that lies, or has not heard yet, takes nothing from others: docs/decisions/0056.
 
 namespace tandem {
 namespace {
