@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <regex>
 #include <set>
+#include <sstream>
 #include <string>
 #include <utility>
 #include <vector>
@@ -177,6 +178,79 @@ TEST(Documents, WhatIsCitedInVainIsFound) {
   EXPECT_THAT(vain("notes on stability"), ::testing::ElementsAre("notes on "));
   EXPECT_THAT(vain("of study 7"), ::testing::ElementsAre("study 7"));
   EXPECT_THAT(vain("left to the sessions issue"), ::testing::ElementsAre("sessions issue"));
+}
+
+/// Returns what keeps a decision from being one page in the form of CONTRIBUTING.md: a title, a
+/// line that begins with "Status: ", and four headings in their order.
+std::vector<std::string> FaultsOfDecision(const std::string& text) {
+  constexpr std::size_t kMostLines = 60;
+  constexpr std::size_t kMostColumns = 140;
+  const std::vector<std::string> parts{"# ",          "Status: ",        "## Context",
+                                       "## Decision", "## Consequences", "## Alternatives"};
+  std::vector<std::string> faults;
+  std::vector<std::string> found;
+  std::size_t lines = 0;
+  std::istringstream in(text);
+  for (std::string line; std::getline(in, line);) {
+    ++lines;
+    const bool is_table = line.starts_with("|");
+    const auto columns = std::ranges::count_if(line, [](char c) {
+      return (static_cast<unsigned char>(c) & 0xC0U) != 0x80U;  // bytes that begin a letter
+    });
+    if (!is_table && static_cast<std::size_t>(columns) > kMostColumns) {
+      faults.push_back("line " + std::to_string(lines) + " has more than 140 columns");
+    }
+    const bool is_title = lines == 1 && line.starts_with(parts[0]);
+    const bool is_status = line.starts_with(parts[1]);
+    if (is_title || is_status) {
+      found.push_back(parts[is_title ? 0 : 1]);
+    } else if (line.starts_with("#")) {
+      found.push_back(line);
+    }
+  }
+  if (lines > kMostLines) {
+    faults.push_back(std::to_string(lines) +
+                     " lines: keep a page of 60, move figures to docs/results, or split it");
+  }
+  if (found != parts) {
+    faults.emplace_back(
+        "the form is a title, Status:, Context, Decision, Consequences, Alternatives");
+  }
+  return faults;
+}
+
+TEST(Documents, DecisionsAreOnePageInOneForm) {
+  std::size_t decisions = 0;
+  for (const std::filesystem::path& file : Documents()) {
+    if (file.parent_path() != "docs/decisions" || file.filename() == "README.md") continue;
+    ++decisions;
+    for (const std::string& fault : FaultsOfDecision(testing::TreeText(file))) {
+      ADD_FAILURE() << file.string() << ": " << fault;
+    }
+  }
+  EXPECT_GE(decisions, 50U);
+}
+
+TEST(Documents, DecisionsInAnotherFormAreFound) {
+  const std::string good =
+      "# 0001: a\n\nStatus: accepted\n\n## Context\n\nb\n\n## Decision\n\nc\n\n"
+      "## Consequences\n\nd\n\n## Alternatives\n\ne\n";
+  const auto long_text = [&good](std::size_t more) {
+    std::string text = good;
+    for (std::size_t i = 0; i < more; ++i) text += "- f\n";
+    return text;
+  };
+  EXPECT_THAT(FaultsOfDecision(good), ::testing::IsEmpty());
+  EXPECT_THAT(FaultsOfDecision(long_text(41)), ::testing::IsEmpty());
+  EXPECT_THAT(FaultsOfDecision(long_text(42)), ::testing::ElementsAre(::testing::HasSubstr("61 ")));
+  EXPECT_THAT(FaultsOfDecision(good + "## Next\n"),
+              ::testing::ElementsAre(::testing::HasSubstr("the form is")));
+  EXPECT_THAT(FaultsOfDecision(good.substr(0, 9) + good.substr(29)),
+              ::testing::ElementsAre(::testing::HasSubstr("the form is")));
+  EXPECT_THAT(FaultsOfDecision(good + std::string(140, 'g') + "\n| " + std::string(200, 'h')),
+              ::testing::IsEmpty());
+  EXPECT_THAT(FaultsOfDecision(good + "\u00B5" + std::string(140, 'g')),
+              ::testing::ElementsAre(::testing::HasSubstr("line 20 ")));
 }
 
 TEST(Documents, PathsAreFoundInCodeAndInLinks) {
