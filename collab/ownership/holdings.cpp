@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "collab/session/planted_faults.h"
 #include "engine/base/units.h"
 
 namespace tandem {
@@ -95,7 +94,7 @@ const Pose* Holdings::ParkedAt(std::size_t body) const noexcept {
 }
 
 bool Holdings::Greater(std::uint32_t epoch, PeerId peer, const Body& than) noexcept {
-  if (than.claim.peer == 0 || Planted(Fault::kStaleClaim)) return true;
+  if (than.claim.peer == 0) return true;
   return epoch > than.claim.epoch || (epoch == than.claim.epoch && peer < than.claim.peer);
 }
 
@@ -211,7 +210,7 @@ void Holdings::Begin(std::int64_t now_ns) noexcept {
     listen_until_ns_ = now_ns + settle_ns_;
     first_ns_ = now_ns;
     for (Member& member : members_) member.known_ns = member.since_ns = now_ns;
-  } else if (now_ns - now_ns_ > kPause && !Planted(Fault::kNoListening)) {
+  } else if (now_ns - now_ns_ > kPause) {
     listen_until_ns_ = std::max(listen_until_ns_, now_ns + kListen);
     // the others heard nothing meanwhile, so the pause does not count as waiting
     wanted_since_ns_ += now_ns - now_ns_;
@@ -224,7 +223,7 @@ void Holdings::Tick(std::int64_t now_ns, std::span<Event> out, std::size_t& coun
   Begin(now_ns);
   Settle();
   if (wanted_ >= 0) Pursue();
-  if (!listening() && !Planted(Fault::kNoSuccession)) Succeed();
+  if (!listening()) Succeed();
 
   count = std::min(out.size(), send_count_);
   for (std::size_t i = 0; i < count; ++i) {
@@ -304,7 +303,7 @@ void Holdings::Say(EventKind kind, std::size_t index, std::uint32_t epoch, PeerI
   if (send_count_ == to_send_.size()) return;  // the request will be repeated
   Event& event = to_send_[(send_first_ + send_count_++) % to_send_.size()];
   event = {.peer = self_,
-           .seq = Planted(Fault::kEventNumberStands) ? 1 : ++event_seq_,
+           .seq = ++event_seq_,
            .kind = kind,
            .object = bodies_[index].object,
            .epoch = epoch,

@@ -1,7 +1,6 @@
 #include <algorithm>
 
 #include "collab/ownership/holdings.h"
-#include "collab/session/planted_faults.h"
 #include "engine/base/units.h"
 
 // Decides which claim counts where several peers claim one body.
@@ -42,7 +41,6 @@ void Holdings::LookForAbsent(Body& body) noexcept {
 
 // The owner of a body says where it went, of which we may not have heard otherwise.
 void Holdings::FollowItsWord(std::size_t index) noexcept {
-  if (Planted(Fault::kLostRelease)) return;
   Body& body = bodies_[index];
   for (int hands = 0; hands < 4; ++hands) {
     const Member* const owner = body.claim.peer == self_ ? nullptr : Find(body.claim.peer);
@@ -192,8 +190,6 @@ Holdings::Rival Holdings::RivalOf(std::size_t index, bool claims_more) noexcept 
 
 bool Holdings::KeepsOurs(std::size_t index, const Rival& rival) noexcept {
   Body& body = bodies_[index];
-  if (Planted(Fault::kSeizureBelieved)) return false;
-  if (Planted(Fault::kNeverYields)) return true;
   const Member& other = *rival.member;
   const bool was_away = other.since_ns >= body.claimed_ns;
   // nor does a peer give a body away to have it again, and another run of it brings nothing back
@@ -258,7 +254,6 @@ bool Holdings::IsAhead(const Body& body, const Rival& rival) const noexcept {
 
 bool Holdings::LeavesFor(std::size_t index, const Rival& rival) noexcept {
   Body& body = bodies_[index];
-  if (Planted(Fault::kSeizureBelieved)) return true;
   const Member* const owner = Find(body.claim.peer);
   if (owner == nullptr || body.forsaken) return true;
   if (!owner->present) {

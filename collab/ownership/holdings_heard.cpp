@@ -2,7 +2,6 @@
 #include <utility>
 
 #include "collab/ownership/holdings.h"
-#include "collab/session/planted_faults.h"
 #include "engine/base/units.h"
 
 // Handles claims and events of other peers, and their effect on ours; holdings.cpp handles our
@@ -42,7 +41,6 @@ int Holdings::VotesNear(const Body& body, const Member& peer, std::uint32_t epoc
 }
 
 bool Holdings::Affords(const Member& by, const Body& body, std::uint32_t epoch) const noexcept {
-  if (Planted(Fault::kLeapBelieved)) return true;
   if (epoch == 0 || epoch > kLastEpoch) return false;
   if (epoch <= MostEpoch(body)) return true;
   if (body.claim.peer == 0) {
@@ -106,7 +104,6 @@ void Holdings::Believe(std::size_t index, const BodyClaim& claim, Member& by,
   body.handed = false;
   body.passed_on = false;
   if (held_ != static_cast<int>(index) || body.shared || peer == self_) return;
-  if (Planted(Fault::kHandsKept)) return;
   // another part of the session went on without us, or took it while we were stopped
   held_ = -1;
   Tell(HoldingNews::Kind::kTaken, index, peer);
@@ -176,7 +173,6 @@ void Holdings::OnEvent(const Event& event) noexcept {
       Tell(HoldingNews::Kind::kRefused, index, event.peer);
       return;
     case EventKind::kRelease:
-      if (Planted(Fault::kLostRelease)) return;
       if (event.to != 0) {
         OnGrant(index, event);
       } else if (event.peer == body.claim.peer && event.epoch == body.claim.epoch) {
@@ -213,7 +209,7 @@ void Holdings::OnAsk(std::size_t index, PeerId from) noexcept {
     return;
   }
   if (body.shared && (held_ == static_cast<int>(index) || HeldByOther(index))) return;
-  if (held_ == static_cast<int>(index) && !Planted(Fault::kHeldGranted)) {
+  if (held_ == static_cast<int>(index)) {
     Say(EventKind::kRefuse, index, body.claim.epoch, from);
     TellAsked(index, from);
     return;
@@ -263,7 +259,6 @@ void Holdings::HandOver(std::size_t index, EventKind kind, PeerId to) noexcept {
   body.handed_by = kind;
   body.said_ns = now_ns_;
   Say(kind, index, body.claim.epoch, to);
-  if (Planted(Fault::kGrantKept)) body.claim.peer = self_;
 }
 
 void Holdings::OnGrant(std::size_t index, const Event& event) noexcept {
@@ -293,7 +288,7 @@ void Holdings::OnGrant(std::size_t index, const Event& event) noexcept {
   const bool in_turn = event.peer == LowestOther(-1) ||
                        (body.shared && event.peer == LowestOther(static_cast<int>(index)));
   const bool passed_on = owner != 0 && event.to != self_ && !IsHere(event.to);
-  const bool gone = (lost && (in_turn || passed_on)) || Planted(Fault::kGrantBelieved);
+  const bool gone = lost && (in_turn || passed_on);
   // the authority's word may be heard before the events that led to it
   const bool said = SaysGoneTo(body, event.peer);
   if (event.to == event.peer || (!said && !gone && !beside)) {

@@ -1,7 +1,6 @@
 #pragma once
 
 #include "collab/session/messages.h"
-#include "collab/session/planted_faults.h"
 
 namespace tandem {
 
@@ -12,7 +11,6 @@ inline bool IsAfter(std::uint32_t a, std::uint32_t b) noexcept {
 
 /// Returns whether state `a` is newer than `b` of the same instance: by epoch, then by number.
 inline bool IsNewer(const ObjectState& a, const ObjectState& b) noexcept {
-  if (Planted(Fault::kStaleState)) return !IsAfter(a.seq, b.seq);
   return IsAfter(a.epoch, b.epoch) || (a.epoch == b.epoch && IsAfter(a.seq, b.seq));
 }
 

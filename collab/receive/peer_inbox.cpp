@@ -1,7 +1,6 @@
 #include "collab/receive/peer_inbox.h"
 
 #include <algorithm>
-#include <type_traits>
 
 namespace tandem {
 
@@ -39,17 +38,8 @@ void PeerInbox::Arrive(PeerId from, const T& sample, std::int64_t arrival_ns,
                        SpscQueue<DueSample<T>>& ring) noexcept {
   TakeSwitches();
   std::array<std::int64_t, 2> due_ns{};
-  const PeerId row = Planted(Fault::kOneDelayForAll) ? 1 : from;
-  Sender& sender = SenderOf(row, arrival_ns);
+  Sender& sender = SenderOf(from, arrival_ns);
   const std::size_t copies = sender.conditioner.Due(arrival_ns, due_ns);
-  if (Planted(Fault::kStatesDropped) && from % 4 == 0 && std::is_same_v<T, ObjectState>) return;
-  if (Planted(Fault::kLinksDropped) && arrival_ns % 4'000'000'000 > 1'000'000'000 &&
-      std::is_same_v<T, CouplingLinks>) {
-    return;
-  }
-  if (Planted(Fault::kDueNever) && due_ns[0] - arrival_ns > 100'000'000) {
-    due_ns[0] += 100'000'000'000;
-  }
   for (std::size_t copy = 0; copy < copies; ++copy) {
     DueSample<T>* const room = HasShare(sender) ? ring.Room() : nullptr;
     if (room == nullptr) {

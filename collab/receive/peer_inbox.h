@@ -8,7 +8,6 @@
 #include "collab/receive/link_conditioner.h"
 #include "collab/session/drop_counts.h"
 #include "collab/session/peer_directory.h"
-#include "collab/session/planted_faults.h"
 #include "collab/session/transport.h"
 #include "engine/realtime/spsc_queue.h"
 
@@ -45,12 +44,8 @@ class PeerInbox : public Inbox {
   void OnLinks(const CouplingLinks& links, std::int64_t arrival_ns) override;
   void OnView(const ViewFrame&, std::int64_t) override {}
   void OnPeerInfo(const PeerInfo& info, std::int64_t) override { directory_->OnPeerInfo(info); }
-  void OnPeerLeft(PeerId peer) override {
-    if (!Planted(Fault::kLostGoodbye)) directory_->OnPeerLeft(peer);
-  }
-  void OnPeerLost(PeerId peer) override {
-    if (!Planted(Fault::kLostLease)) directory_->OnPeerLost(peer);
-  }
+  void OnPeerLeft(PeerId peer) override { directory_->OnPeerLeft(peer); }
+  void OnPeerLost(PeerId peer) override { directory_->OnPeerLost(peer); }
   void OnEvent(const Event& event, std::int64_t arrival_ns) override;
   void OnScene(const SceneManifest& manifest) override { directory_->OnScene(manifest); }
   void OnSceneWithdrawn(PeerId peer) override { directory_->OnSceneWithdrawn(peer); }

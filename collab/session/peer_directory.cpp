@@ -5,8 +5,6 @@
 #include <cstdio>
 #include <utility>
 
-#include "collab/session/planted_faults.h"
-
 namespace tandem {
 
 PeerDirectory::PeerDirectory(PeerId self, std::uint64_t scene_hash, std::string name,
@@ -97,7 +95,6 @@ void PeerDirectory::OnPeerInfo(const PeerInfo& info) {
   if (place == nullptr) return;
   Entry& entry = *place;
   const bool returned = !added && entry.presence != Presence::kHere;
-  if (Planted(Fault::kReturnUnknown) && returned) return;
   const bool is_other_run = !added && entry.info.incarnation != info.incarnation;
   const bool is_new_run = is_other_run && !returned;
   const bool was_refused = !added && !entry.refused.empty();
@@ -142,7 +139,6 @@ void PeerDirectory::OnPeerInfo(const PeerInfo& info) {
   const bool ends = entry.felt && !Counts(entry);
   // messages of the earlier run do not count for this one
   if (is_new_run || ends) Tell(entry, Kind::kLost);
-  if (Planted(Fault::kLostReturn) && begins && !added) return;
   if (begins || is_new_run || claims_changed) {
     const bool is_new = added || taken_in || is_other_run;
     Tell(entry, is_new ? Kind::kJoined : begins ? Kind::kBack : Kind::kClaims);
@@ -286,7 +282,6 @@ bool PeerDirectory::Push(const Entry& entry, MembershipChange::Kind kind) {
   change.belief_count =
       static_cast<std::uint32_t>(std::min(entry.info.beliefs.size(), change.beliefs.size()));
   std::copy_n(entry.info.beliefs.begin(), change.belief_count, change.beliefs.begin());
-  if (Planted(Fault::kClaimsForgotten)) change.claim_count = 0;
   for (std::uint32_t i = 0; entry.unequal && i < change.claim_count; ++i) {
     const std::vector<ObjectId>& shared = terms_.shared;
     Claim& claim = change.claims[i];

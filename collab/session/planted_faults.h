@@ -66,9 +66,9 @@ enum class Fault : std::uint8_t {
 };
 
 #ifdef TANDEM_PLANTED_FAULTS
-inline Fault planted_fault = Fault::kNone;
+inline Fault injected_fault = Fault::kNone;
 inline bool Planted(Fault fault) noexcept {
-  return fault == planted_fault;
+  return fault == injected_fault;
 }
 #else
 constexpr bool Planted(Fault) noexcept {

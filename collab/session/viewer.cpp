@@ -2,8 +2,6 @@
 
 #include <algorithm>
 
-#include "collab/session/planted_faults.h"
-
 namespace tandem {
 
 namespace {
@@ -101,9 +99,7 @@ void Viewer::OnPeerInfo(const PeerInfo& info, std::int64_t arrival_ns) {
   if (peer.presence != ViewedPeer::Presence::kHere) peer.came_back = true;
   peer.info = info;
   peer.introduced = true;
-  if (!Planted(Fault::kViewerKeepsLost) || peer.presence != ViewedPeer::Presence::kLost) {
-    peer.presence = ViewedPeer::Presence::kHere;
-  }
+  peer.presence = ViewedPeer::Presence::kHere;
   if (peer.first_heard_ns == 0) peer.first_heard_ns = arrival_ns;
   peer.heard_ns = std::max(peer.heard_ns, arrival_ns);
   if (renamed) TakePlacesOfNamesakes(peer);

@@ -2,13 +2,11 @@
 
 #include <algorithm>
 #include <atomic>
-#include <cmath>
 #include <optional>
 #include <thread>
 #include <utility>
 
 #include "collab/coupling/coupling_law.h"
-#include "collab/session/planted_faults.h"
 #include "collab/simulated/checkers/session_checker.h"
 #include "collab/simulated/checkers/watched_hand.h"
 #include "collab/simulated/network/hostile_member.h"
@@ -98,10 +96,8 @@ class Run {
       }
       result.seconds = 1e-3 * static_cast<double>(ms);
       if (ms == end_ms + kForgetMs) break;
-      if (Planted(Fault::kViewerWrites) && ms == kQuietMs) viewer_link_->Publish(ViewFrame{});
       if (hostile_) ms < schedule_.faults_end_ms ? hostile_->Step() : hostile_->Leave();
       session_.Step();
-      if (Planted(Fault::kBodyNotFinite) && ms == kQuietMs) LookAtNoNumber();
       SeeGrasps();
       checker_.Look(session_);
       if (log_) TellNews();
@@ -151,7 +147,6 @@ class Run {
     auto hand = std::make_unique<WatchedHand>(peer.hand, model_->bodies[body].X_WB0, checker_, p);
     hands_[p] = hand.get();
     auto node = std::make_unique<PeerNode>(model_, std::move(hand), kSceneHash, options);
-    if (Planted(Fault::kContactOff)) node->world().SwitchContactOff();
     member_[p] = static_cast<int>(session_.Add(std::move(node), peer.id, peer.clock));
     for (std::size_t q = 0; q < schedule_.peers.size(); ++q) {
       if (q == p) continue;
@@ -305,15 +300,6 @@ class Run {
       if (!std::exchange(grasps_[p].again, false)) continue;
       PeerOf(p).commands().TryPush({Command::Kind::kGrab, kLightSceneShared, 0});
     }
-  }
-
-  /// Shows the checker a body whose pose is not a number; the engine would not survive one.
-  void LookAtNoNumber() {
-    World& world = session_.node(0).world();
-    const Pose X_WB = world.state(0).X_WB;
-    world.Place(0, {X_WB.q, Vec3::Constant(std::nan(""))});
-    checker_.Look(session_);
-    world.Place(0, X_WB);
   }
 
   void TellNews() {

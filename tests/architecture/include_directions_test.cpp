@@ -87,26 +87,27 @@ TEST(IncludeDirections, OnlyThePictureIsPredicted) {
   EXPECT_THAT(including, ::testing::Contains("app/view/ui/main_window.h"));
 }
 
-struct Planted {
+/// A line of a file that breaks an arrow, or does not.
+struct InjectedLine {
   const char* path;
   const char* line;
   const char* found;  // null: allowed
 };
 
-void Judge(const std::vector<Planted>& lines, const LibraryFolders& libraries = {}) {
-  for (const Planted& planted : lines) {
-    const std::string text = std::string("#pragma once\n") + planted.line + "\n";
-    const std::vector<std::string> violations = ArrowViolations(planted.path, text, libraries);
-    if (planted.found == nullptr) {
+void Judge(const std::vector<InjectedLine>& lines, const LibraryFolders& libraries = {}) {
+  for (const InjectedLine& injected : lines) {
+    const std::string text = std::string("#pragma once\n") + injected.line + "\n";
+    const std::vector<std::string> violations = ArrowViolations(injected.path, text, libraries);
+    if (injected.found == nullptr) {
       EXPECT_THAT(violations, IsEmpty());
     } else {
-      EXPECT_THAT(violations, ElementsAre(AllOf(HasSubstr(std::string(planted.path) + ":2: "),
-                                                HasSubstr(planted.found))));
+      EXPECT_THAT(violations, ElementsAre(AllOf(HasSubstr(std::string(injected.path) + ":2: "),
+                                                HasSubstr(injected.found))));
     }
   }
 }
 
-TEST(IncludeDirections, FindsAPlantedIncludeAgainstAnArrow) {
+TEST(IncludeDirections, FindsAnInjectedIncludeAgainstAnArrow) {
   Judge({{"engine/voxel/a.h", "#include \"engine/geometry/b.h\"", nullptr},
          {"engine/haptics/a.h", "#include \"engine/base/b.h\"", nullptr},
          {"engine/geometry/a.h", "#include \"engine/voxel/b.h\"", "includes engine/voxel/b.h"},
@@ -122,7 +123,7 @@ TEST(IncludeDirections, FindsAPlantedIncludeAgainstAnArrow) {
          {"engine/voxel/a.cpp", "#include \"b.h\"", "the top of the tree"}});
 }
 
-TEST(IncludeDirections, FindsAPlantedLibraryOutOfItsPlace) {
+TEST(IncludeDirections, FindsAnInjectedLibraryOutOfItsPlace) {
   Judge({{"collab/dds/a.cpp", "#include <dds/dds.h>", nullptr},
          {"collab/session.cpp", "#include \"dds/dds.h\"", "includes DDS"},
          {"app/cli/a.cpp", "#include <dds/dds.h>", "includes DDS"},
@@ -131,7 +132,7 @@ TEST(IncludeDirections, FindsAPlantedLibraryOutOfItsPlace) {
          {"app/cli/a.cpp", "#include <QtCore/QString>", "includes Qt"}});
 }
 
-TEST(IncludeDirections, FindsAPlantedClock) {
+TEST(IncludeDirections, FindsAnInjectedClock) {
   Judge({{"engine/world/a.cpp", "auto t = std::chrono::steady_clock::now();", "reads a clock"},
          {"collab/session.cpp", "clock_gettime(CLOCK_MONOTONIC, &t);", "reads a clock"},
          {"collab/session.cpp", "Tick(MonotonicNowNs());", "reads a clock"},
@@ -141,7 +142,7 @@ TEST(IncludeDirections, FindsAPlantedClock) {
          {"collab/dds/a.cpp", "Heard(MonotonicNowNs());", nullptr}});
 }
 
-TEST(IncludeDirections, FindsAPlantedLinkAgainstAnArrow) {
+TEST(IncludeDirections, FindsAnInjectedLinkAgainstAnArrow) {
   LibraryFolders libraries;
   FindLibraries("engine/geometry/CMakeLists.txt", "add_library(tandem_geometry a.cpp)", libraries);
   FindLibraries("engine/voxel/CMakeLists.txt", "add_library(tandem_voxel\n  a.cpp)", libraries);

@@ -8,7 +8,7 @@
 #include "app/recording/trace_file.h"
 #include "tests/support/scratch_folder.h"
 
-// A life of a sound peer, and faults that are planted in it: each must be found.
+// The life of a sound peer, and faults that are injected into it: each must be found.
 
 namespace tandem::testing {
 namespace {

@@ -7,7 +7,6 @@
 
 #include "collab/controller/fill_facts.h"
 #include "collab/simulated/hands/describe_request.h"
-#include "collab/simulated/hands/planted_hand_faults.h"
 
 namespace tandem {
 
@@ -18,7 +17,6 @@ constexpr std::int64_t kSettleNs = 1'000'000'000;  // the value of `tandem peer`
 constexpr std::int64_t kIdleNs = 50'000'000;
 constexpr std::uint64_t kNewsFrames = 20;
 constexpr std::uint64_t kPeersFrames = 100;
-constexpr std::uint64_t kPlantedEvery = 5;  // one answer in so many
 
 NodeOptions OptionsOf(const ControllerSite::Options& of) {
   NodeOptions options;
@@ -87,7 +85,6 @@ void ControllerSite::BeforeFrame() {
 
 void ControllerSite::AfterFrame(const TrueHolders& holders) {
   if (!running()) return;
-  PlantInFrame();
   ++frame_;
   LookOn();
   if (frame_ % facts_period_ == 0) {
@@ -184,7 +181,7 @@ void ControllerSite::Turn(const TrueHolders& holders) {
     server_.OnDone(job.number, job.ok ? Answer{true, ""} : Answer{false, "it cannot be done"});
   }
   if (std::exchange(fresh_, false)) server_.OnFacts(facts_, LocalNow());
-  if (!PlantedInHand(HandFault::kSilenceUnnoticed)) server_.Tick(LocalNow());
+  server_.Tick(LocalNow());
   GiveAnswers();
   for (const std::string& line : server_.TakeLines()) Log("says: " + line);
   if (now_ns < next_snapshot_ns_) return;
@@ -201,13 +198,6 @@ void ControllerSite::Deliver(HostMessage& message) {
   if (!message.is_goal) return DeliverRequest(message);
   if (message.goal.kind == HostGoal::Kind::kGoodbye) Log("hears " + message.name + " say goodbye");
   hosts_.OnGoal(message.host, message.goal, session_->now_ns());
-  if (PlantedInHand(HandFault::kGoalsLost) && message.goal.kind == HostGoal::Kind::kPose) {
-    message.goal.kind = HostGoal::Kind::kBeat;
-  }
-  if (PlantedInHand(HandFault::kForeignGoals) && server_.Snapshot().hand.host != 0) {
-    message.host = server_.Snapshot().hand.host;
-    message.goal.seq += 1'000'000;
-  }
   server_.OnGoal(message.host, message.goal, LocalNow());
 }
 
@@ -222,23 +212,12 @@ void ControllerSite::DeliverRequest(HostMessage& message) {
   GiveAnswers();  // answers to earlier requests
   Log("hears " + message.name + " ask, number " + std::to_string(message.number) + ": " +
       DescribeRequest(message.request));
-  const bool typed_as_owner =
-      PlantedInHand(HandFault::kForeignRequests) && server_.Snapshot().hand.host != 0;
-  const std::uint64_t number = message.number + (typed_as_owner ? 1'000'000 : 0);
-  const HostId by = typed_as_owner ? server_.Snapshot().hand.host : host;
-  server_.OnRequest(by, message.name, number, message.request, LocalNow());
-  std::vector<HostAnswer> answers = server_.TakeAnswers();
-  for (HostAnswer& answer : answers) {
-    if (answer.host == by && answer.number == number) {
-      answer.host = host;
-      answer.number = message.number;
-    }
-  }
+  server_.OnRequest(host, message.name, message.number, message.request, LocalNow());
+  const std::vector<HostAnswer> answers = server_.TakeAnswers();
   const bool refused = std::ranges::any_of(answers, [&](const HostAnswer& answer) {
     return answer.host == host && answer.number == message.number && !answer.answer.ok;
   });
-  const bool not_refused = !refused || PlantedInHand(HandFault::kTakenWhileStopped);
-  hosts_.OnRequest(host, message.number, message.request, !not_refused, session_->now_ns());
+  hosts_.OnRequest(host, message.number, message.request, refused, session_->now_ns());
   for (const HostAnswer& answer : answers) GiveAnswer(answer);
 }
 
@@ -253,28 +232,17 @@ void ControllerSite::GiveAnswer(const HostAnswer& answer) {
     if (answer.answer.ok) hand_.Set(parameter->second.name, parameter->second.value, now_ns);
     parameters_.erase(parameter);
   }
-  Answer said = answer.answer;
+  const Answer& said = answer.answer;
   Log("answers host-" + std::to_string(answer.host) + ", number " + std::to_string(answer.number) +
       (said.ok ? ": yes " : ": no, ") + said.reason);
-  if (PlantedInHand(HandFault::kWayToNowhere)) said.ok = true;
   ways_.OnAnswer(answer.host, answer.number, said);
-  const bool spoilt = ++answered_ % kPlantedEvery == 0;
-  if (PlantedInHand(HandFault::kNoAnswer) && spoilt) return;
   hosts_.OnAnswer(answer.host, answer.number, said.ok, now_ns);
-  if (PlantedInHand(HandFault::kAnswerTwice) && spoilt) {
-    hosts_.OnAnswer(answer.host, answer.number, said.ok, now_ns);
-  }
-  if (PlantedInHand(HandFault::kAnswerUnasked)) {
-    hosts_.OnAnswer(answer.host, answer.number + 1'000'000, true, now_ns);
-  }
   const auto mail = mail_.find(answer.host);
-  if (mail != mail_.end()) mail->second.answers.push_back({answer.host, answer.number, said});
+  if (mail != mail_.end()) mail->second.answers.push_back(answer);
 }
 
 void ControllerSite::GiveSnapshot(const TrueHolders& holders) {
-  auto snapshot = std::make_shared<ControllerSnapshot>(server_.Snapshot());
-  PlantInSnapshot(*snapshot);
-  if (PlantedInHand(HandFault::kNoSnapshots) && frame_ > 500) return;
+  const auto snapshot = std::make_shared<const ControllerSnapshot>(server_.Snapshot());
   std::vector<HostId> hosts;
   for (auto& [host, mail] : mail_) {
     hosts.push_back(host);
@@ -306,9 +274,6 @@ HandSight ControllerSite::See() const {
     sight.asked = device_->asked();
     sight.handle = device_->handle().X_WA;
   }
-  if (PlantedInHand(HandFault::kGoalWanders))
-    sight.asked.p.x() += 1e-6 * static_cast<double>(frame_);
-  if (PlantedInHand(HandFault::kHugeGoal) && frame_ > 3000) sight.asked.p.x() = 1e300;
   if (sight.held < 0) return sight;
   const auto held = static_cast<std::size_t>(sight.held);
   std::array<PeerId, kMaxPeers> others{};
@@ -316,12 +281,8 @@ HandSight ControllerSite::See() const {
   sight.led = peer.parting().leading();
   sight.mass = model_->bodies[held].inertia.mass;
   sight.body = node().world().state(held);
-  if (PlantedInHand(HandFault::kNoSpeed)) sight.body.V_WB.v *= 5;
   sight.X_WG = sight.body.X_WB * peer.grasp();
   sight.pull_B_W = peer.report().hand_B_W;
-  if (PlantedInHand(HandFault::kTurnsAhead))
-    sight.handle.q = Quat(0.5, 0, 0, 0.866) * sight.handle.q;
-  if (PlantedInHand(HandFault::kHandPushes)) sight.pull_B_W.f.x() += 60;
   return sight;
 }
 

@@ -99,8 +99,6 @@ class ControllerSite : private ControlledPeer {
   void GiveAnswers();
   void GiveAnswer(const HostAnswer& answer);
   void GiveSnapshot(const TrueHolders& holders);
-  void PlantInSnapshot(ControllerSnapshot& snapshot);
-  void PlantInFrame();
   HandSight See() const;
   void Log(const std::string& line) const;
   void LookOn();
@@ -137,8 +135,6 @@ class ControllerSite : private ControlledPeer {
   bool quits_ = false;
   std::int64_t halted_ns_ = 0;  // time since which it is halted; 0: it runs
   std::map<std::pair<HostId, std::uint64_t>, SetParameterRequest> parameters_;
-  std::uint64_t answered_ = 0;
-  ControllerSnapshot first_;  // used by a planted fault
 
   GoalHandChecker hand_;
   HostChecker hosts_;

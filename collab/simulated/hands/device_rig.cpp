@@ -1,9 +1,6 @@
 #include "collab/simulated/hands/device_rig.h"
 
-#include <limits>
 #include <utility>
-
-#include "collab/simulated/hands/planted_hand_faults.h"
 
 namespace tandem {
 
@@ -43,7 +40,6 @@ void DeviceRig::Wait(std::int64_t until_ns) {
 }
 
 void DeviceRig::Given(const Wrench& F_D_W) {
-  ++ticks_;
   MotorTick tick;
   tick.now_ns = clock_.now_ns;
   tick.V_WD = hand_.handle().V_WA;
@@ -58,34 +54,9 @@ void DeviceRig::Given(const Wrench& F_D_W) {
     tick.stops = order.stops;
     tick.resumes = order.resumes;
   }
-  tick.given = Spoilt(F_D_W, tick);
+  tick.given = F_D_W;
   checker_.Look(tick);
   hand_.Render(F_D_W);
-}
-
-Wrench DeviceRig::Spoilt(const Wrench& F_D_W, const MotorTick& tick) {
-  const std::int64_t age_ns = tick.now_ns - tick.input_ns;
-  const bool fresh = tick.input_ns >= 0 && age_ns < MotorGuard::kDampingNs;
-  if (fresh) kept_ = {F_D_W.tau, F_D_W.f + Vec3(0, 0, 0.3)};
-  const bool too_fast = tick.V_WD.v.norm() > MotorGuard::kMostSpeed;
-  if (PlantedInHand(HandFault::kMotorTenfold)) return {10 * F_D_W.tau, 10 * F_D_W.f};
-  if (PlantedInHand(HandFault::kMotorJumps))
-    return ticks_ % 2 == 0 ? F_D_W : Wrench{-F_D_W.tau, -F_D_W.f};
-  if (PlantedInHand(HandFault::kMotorNoNumber) && ticks_ > 500) {
-    return {F_D_W.tau, Vec3::Constant(std::numeric_limits<double>::quiet_NaN())};
-  }
-  if (PlantedInHand(HandFault::kMotorKeeps) && !fresh) return kept_;
-  if (PlantedInHand(HandFault::kMotorPushesOn) && !fresh) {
-    return {F_D_W.tau, -F_D_W.f + 0.2 * tick.V_WD.v};
-  }
-  if (PlantedInHand(HandFault::kMotorAfterStop) && state() == SafetyState::kStopped) return kept_;
-  if (PlantedInHand(HandFault::kMotorAfterFault) && state() == SafetyState::kFault) return kept_;
-  if (PlantedInHand(HandFault::kMotorAtOnce) && tick.ramps == 0)
-    return {Vec3(0, 0, 0), Vec3(0, 0, 0.3)};
-  if (PlantedInHand(HandFault::kMotorAtOnce) && !fresh) kept_ = {};
-  if (PlantedInHand(HandFault::kMotorAtOnce) && fresh && state() != SafetyState::kOn) return kept_;
-  if (PlantedInHand(HandFault::kMotorTooFast) && too_fast) return kept_;
-  return F_D_W;
 }
 
 }  // namespace tandem

@@ -60,8 +60,6 @@ class DeviceRig {
 
   void Wait(std::int64_t until_ns);
   void Given(const Wrench& F_D_W);
-  /// Returns the wrench as a planted fault changes it.
-  Wrench Spoilt(const Wrench& F_D_W, const MotorTick& tick);
 
   ModelledHand hand_;
   Driver driver_{*this};
@@ -74,8 +72,6 @@ class DeviceRig {
   bool slept_ = false;      // the machine slept since the last tick
   bool slept_now_ = false;  // the machine slept before the present tick
   bool ending_ = false;
-  std::uint64_t ticks_ = 0;
-  Wrench kept_;  // used by a planted fault
 };
 
 }  // namespace tandem

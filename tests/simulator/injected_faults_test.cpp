@@ -1,3 +1,5 @@
+#include "tests/simulator/injected_faults.h"
+
 #include <array>
 #include <cstdint>
 #include <cstdlib>
@@ -12,11 +14,10 @@
 
 #include <gtest/gtest.h>
 
-#include "collab/session/planted_faults.h"
 #include "collab/simulated/network/fault_schedule.h"
 #include "collab/simulated/network/light_scene.h"
 #include "collab/simulated/simulator.h"
-#include "tests/simulator/planted_sorts.h"
+#include "tests/simulator/violation_sorts.h"
 
 namespace tandem {
 namespace {
@@ -109,7 +110,7 @@ constexpr std::array kExpected{
     Expected{Fault::kLeapBelieved, "an epoch runs away", 1, "", true}};
 
 std::uint64_t MostSeeds() {
-  const char* const asked = std::getenv("TANDEM_PLANTED_SEEDS");
+  const char* const asked = std::getenv("TANDEM_INJECTED_FAULT_SEEDS");
   return asked != nullptr ? std::strtoull(asked, nullptr, 10) : 200;
 }
 
@@ -118,12 +119,12 @@ const std::shared_ptr<const WorldModel>& Model() {
   return model;
 }
 
-/// Returns what a seed breaks without any fault planted.
+/// Returns what a seed breaks without any injected fault.
 const std::set<std::string>& BrokenAnyway(std::uint64_t seed, bool hostile) {
   static std::map<std::pair<std::uint64_t, bool>, std::set<std::string>> known;
   const auto [it, added] = known.try_emplace({seed, hostile});
   if (!added) return it->second;
-  planted_fault = Fault::kNone;
+  injected_fault = Fault::kNone;
   for (const std::string& broken : SimulateSeed(seed, Model(), {}, hostile).broken) {
     it->second.insert(SortOf(broken));
   }
@@ -145,19 +146,19 @@ bool IsOf(const std::string& broken, std::string_view sort) {
   return sort == kCopies ? broken.starts_with(sort) : broken == sort;
 }
 
-class Planted : public ::testing::TestWithParam<Expected> {
+class InjectedFault : public ::testing::TestWithParam<Expected> {
  protected:
-  ~Planted() override { planted_fault = Fault::kNone; }
+  ~InjectedFault() override { injected_fault = Fault::kNone; }
 };
 
 // Tests the checkers: with the fault in it a session breaks what the fault is about, which the same
 // seed does not break without.
-TEST_P(Planted, BreaksWhatItIsAbout) {
+TEST_P(InjectedFault, BreaksWhatItIsAbout) {
   const Expected& expected = GetParam();
   std::set<std::string> others;  // sorts that broke as well, or first
   for (const std::uint64_t seed : SeedsFor(expected)) {
     const std::set<std::string>& anyway = BrokenAnyway(seed, expected.hostile);
-    planted_fault = expected.fault;
+    injected_fault = expected.fault;
     for (const std::string& broken : SimulateSeed(seed, Model(), {}, expected.hostile).broken) {
       if (anyway.contains(SortOf(broken))) continue;
       if (IsOf(SortOf(broken), expected.sort)) {
@@ -176,16 +177,16 @@ std::string NameOf(const ::testing::TestParamInfo<Expected>& tested) {
   return NameOfTest(static_cast<int>(tested.param.fault), tested.param.sort);
 }
 
-INSTANTIATE_TEST_SUITE_P(Faults, Planted, ::testing::ValuesIn(kExpected), NameOf);
+INSTANTIATE_TEST_SUITE_P(Faults, InjectedFault, ::testing::ValuesIn(kExpected), NameOf);
 
-TEST(PlantedFaults, AreAllExpectedToBreakSomething) {
+TEST(InjectedFaults, AreAllExpectedToBreakSomething) {
   std::set<Fault> expected;
   for (const Expected& row : kExpected) expected.insert(row.fault);
   EXPECT_EQ(expected.size() + 1, static_cast<std::size_t>(Fault::kCount));
 }
 
 // A check that finds no fault may as well be blind.
-TEST(PlantedFaults, ReachEverySortThatTheCheckersKnow) {
+TEST(InjectedFaults, ReachEverySortThatTheCheckersKnow) {
   // the words of each Add()
   const std::regex add(R"re(Add\(\s*(?:\w+ \? )?"([^"]+)"(?:\s*:\s*"([^"]+)")?)re");
   const std::set<std::string> known = SortsIn(TANDEM_SIMULATED, add, [](const auto& file) {

@@ -4,9 +4,9 @@
 
 namespace tandem {
 
-/// Faults that the tests inject at the seams of a simulated controller, one at a time, to show that
-/// the checkers of hands find them. In the product PlantedInHand() is false at compile time, so no
-/// code of them remains.
+/// Faults at the seams of a simulated controller, one at a time, to show that the checkers of hands
+/// find them. They are in copies of collab/simulated/hands, by the patches in
+/// tests/simulator/faults.
 enum class HandFault : std::uint8_t {
   kNone,
   kAnswerTwice,        // some answers are given twice
@@ -45,15 +45,12 @@ enum class HandFault : std::uint8_t {
   kCount
 };
 
-#ifdef TANDEM_PLANTED_HAND_FAULTS
-inline HandFault planted_hand_fault = HandFault::kNone;
-inline bool PlantedInHand(HandFault fault) noexcept {
-  return fault == planted_hand_fault;
+/// The fault of the present session.
+inline HandFault injected_hand_fault = HandFault::kNone;
+
+/// Returns whether the present session has this fault.
+inline bool Injected(HandFault fault) noexcept {
+  return fault == injected_hand_fault;
 }
-#else
-constexpr bool PlantedInHand(HandFault) noexcept {
-  return false;
-}
-#endif
 
 }  // namespace tandem

@@ -1,3 +1,5 @@
+#include "tests/simulator/injected_hand_faults.h"
+
 #include <array>
 #include <map>
 #include <ostream>
@@ -8,9 +10,8 @@
 #include <gtest/gtest.h>
 
 #include "collab/simulated/hands/hands_simulator.h"
-#include "collab/simulated/hands/planted_hand_faults.h"
 #include "collab/simulated/network/light_scene.h"
-#include "tests/simulator/planted_sorts.h"
+#include "tests/simulator/violation_sorts.h"
 
 namespace tandem {
 namespace {
@@ -76,19 +77,19 @@ std::set<std::string> BrokenBy(HandFault fault, std::uint64_t seed) {
   static std::map<std::pair<HandFault, std::uint64_t>, std::set<std::string>> known;
   const auto [it, added] = known.try_emplace({fault, seed});
   if (!added) return it->second;
-  planted_hand_fault = fault;
+  injected_hand_fault = fault;
   for (const std::string& broken : SimulateHands(seed, kSession, model).broken) {
     it->second.insert(SortOf(broken));
   }
-  planted_hand_fault = HandFault::kNone;
+  injected_hand_fault = HandFault::kNone;
   return it->second;
 }
 
-class PlantedInHands : public ::testing::TestWithParam<Expected> {};
+class InjectedHandFault : public ::testing::TestWithParam<Expected> {};
 
 // Tests the checkers: with the fault in it a session breaks what the fault is about, which the same
 // seed does not break without.
-TEST_P(PlantedInHands, BreaksWhatItIsAbout) {
+TEST_P(InjectedHandFault, BreaksWhatItIsAbout) {
   const Expected& expected = GetParam();
   std::set<std::string> others;
   for (std::uint64_t seed = 1; seed <= kMostSeeds; ++seed) {
@@ -107,9 +108,9 @@ std::string NameOf(const ::testing::TestParamInfo<Expected>& tested) {
   return NameOfTest(static_cast<int>(tested.param.fault), tested.param.sort);
 }
 
-INSTANTIATE_TEST_SUITE_P(Faults, PlantedInHands, ::testing::ValuesIn(kExpected), NameOf);
+INSTANTIATE_TEST_SUITE_P(Faults, InjectedHandFault, ::testing::ValuesIn(kExpected), NameOf);
 
-TEST(PlantedHandFaults, AreAllExpectedToBreakSomething) {
+TEST(InjectedHandFaults, AreAllExpectedToBreakSomething) {
   std::set<HandFault> expected;
   for (const Expected& row : kExpected) expected.insert(row.fault);
   EXPECT_EQ(expected.size() + 1, static_cast<std::size_t>(HandFault::kCount));
@@ -117,7 +118,7 @@ TEST(PlantedHandFaults, AreAllExpectedToBreakSomething) {
 
 // A check that finds no fault may as well be blind. The sorts are the sentences in the checkers'
 // source.
-TEST(PlantedHandFaults, ReachEverySortThatTheCheckersKnow) {
+TEST(InjectedHandFaults, ReachEverySortThatTheCheckersKnow) {
   const std::regex sentence(R"re("((?:a|an|the|what|something) [a-z' ]+)")re");
   const std::set<std::string> known =
       SortsIn(TANDEM_SIMULATED_HANDS, sentence, [](const auto& file) {
