@@ -57,7 +57,7 @@ class Peer {
 
   /// When the hand began (ns); nullopt: it has not.
   std::optional<std::int64_t> started_ns() const noexcept { return started_ns_; }
-  /// What the peer shows of its frames.
+  /// The figures and traces that the peer shows of its frames.
   const PeerTelemetry& telemetry() const noexcept { return telemetry_; }
   /// Half the loop age, mean since the loop closed, s.
   double mean_delay_s() const noexcept { return shared_ ? shared_->mean_delay_s() : last_delay_s_; }
