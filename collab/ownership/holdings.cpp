@@ -36,20 +36,13 @@ int Holdings::BodyOf(ObjectId object) const noexcept {
   return -1;
 }
 
-const Holdings::Member* Holdings::Find(PeerId peer) const noexcept {
-  for (const Member& member : members_) {
-    if (member.peer == peer) return &member;
-  }
-  return nullptr;
-}
-
 const Claim* Holdings::ClaimOf(const Member& member, std::size_t body) noexcept {
   return body < kMaxClaims && member.claims[body] ? &*member.claims[body] : nullptr;
 }
 
 bool Holdings::HeldBy(std::size_t body, PeerId peer) const noexcept {
   if (peer == self_) return held_ == static_cast<int>(body);
-  const Member* member = Find(peer);
+  const Member* member = members_.Find(peer);
   if (member == nullptr || !member->present) return false;
   const Claim* claim = ClaimOf(*member, body);
   return claim != nullptr && claim->held;
@@ -58,7 +51,7 @@ bool Holdings::HeldBy(std::size_t body, PeerId peer) const noexcept {
 std::size_t Holdings::Holders(std::size_t body, std::array<PeerId, kMaxPeers>& out) const noexcept {
   std::size_t count = 0;
   for (const Member& member : members_) {
-    if (member.peer != 0 && HeldBy(body, member.peer)) out[count++] = member.peer;
+    if (HeldBy(body, member.peer)) out[count++] = member.peer;
   }
   return count;
 }
@@ -70,7 +63,7 @@ bool Holdings::HeldByOther(std::size_t body) const noexcept {
 PeerId Holdings::LowestOther(int holding_body) const noexcept {
   PeerId lowest = 0;
   for (const Member& member : members_) {
-    if (member.peer == 0 || !member.present || (lowest != 0 && member.peer > lowest)) continue;
+    if (!member.present || (lowest != 0 && member.peer > lowest)) continue;
     if (holding_body >= 0 && !HeldBy(static_cast<std::size_t>(holding_body), member.peer)) continue;
     lowest = member.peer;
   }
@@ -168,7 +161,7 @@ void Holdings::Stop() noexcept {
 void Holdings::Give(PeerId to) noexcept {
   if (held_ < 0 || to == self_ || listening()) return;
   const auto index = static_cast<std::size_t>(held_);
-  const Member* member = Find(to);
+  const Member* member = members_.Find(to);
   if (member == nullptr || !member->present || bodies_[index].claim.peer != self_) return;
   held_ = -1;
   wanted_ = -1;
@@ -190,7 +183,7 @@ void Holdings::TakeInHand(std::size_t index) noexcept {
   held_ = static_cast<int>(index);
   wanted_ = -1;
   for (Member& member : members_) {
-    member.held_before = member.peer != 0 && HeldBy(index, member.peer) ? held_ : -1;
+    member.held_before = HeldBy(index, member.peer) ? held_ : -1;
   }
   // beside other holders our claim has their epoch; the lowest holder is the authority
   Body& body = bodies_[index];

@@ -8,6 +8,7 @@
 
 #include "collab/session/drop_counts.h"
 #include "collab/session/membership.h"
+#include "collab/session/peer_map.h"
 #include "engine/world/world_model.h"
 
 namespace tandem {
@@ -194,7 +195,7 @@ class Holdings {
     std::int64_t touch_said_ns = 0;  // when its authority was last told of that
   };
   struct Member {
-    PeerId peer = 0;  // 0: a free place
+    PeerId peer = 0;
     bool present = false;
     bool left = false;
     bool anew = false;  // an earlier run of it was here, or it had left
@@ -210,7 +211,7 @@ class Holdings {
 
   /// A peer that asked for the body in our hand, as last told to the user.
   struct Asker {
-    PeerId peer = 0;  // 0: a free place
+    PeerId peer = 0;
     ObjectId object = kNoObject;
     std::int64_t told_ns = 0;
   };
@@ -223,7 +224,8 @@ class Holdings {
     if (drops_ != nullptr) drops_->Count(peer, reason);
   }
   int BodyOf(ObjectId object) const noexcept;
-  const Member* Find(PeerId peer) const noexcept;
+  /// Returns the peer's place among the members, a new one if need be: a free one, else the place
+  /// of a peer that is gone. Null: more peers are here than a session may have.
   Member* PlaceFor(PeerId peer) noexcept;
   static const Claim* ClaimOf(const Member& member, std::size_t body) noexcept;
   /// Marks the bodies of a member's earlier run as given away, for another run of it is here.
@@ -338,7 +340,7 @@ class Holdings {
   bool own_only_;
   DropTable* drops_;
   std::vector<Body> bodies_;
-  std::array<Member, kMaxPeers> members_{};
+  PeerMap<Member, kMaxPeers> members_;
   int held_ = -1;
   std::uint32_t hold_epoch_ = 0;  // epoch of our claim on a shared body of another authority
   int wanted_ = -1;
@@ -347,7 +349,7 @@ class Holdings {
   std::int64_t asked_ns_ = 0;       // when last asked; 0: not yet
   PeerId asked_ = 0;                // peer asked
   std::int64_t touch_said_ns_ = 0;  // when last, about any body
-  std::array<Asker, kMaxPeers> askers_{};
+  PeerMap<Asker, kMaxPeers> askers_;
   std::int64_t now_ns_ = 0;  // time of the last frame; 0: none yet
   std::int64_t listen_until_ns_ = 0;
   std::int64_t paused_ns_ = 0;       // end of our last pause; 0: there was none

@@ -32,7 +32,7 @@ void Holdings::ForgetAbsent(Body& body, PeerId from) noexcept {
 // peers missed after it are forgotten.
 void Holdings::LookForAbsent(Body& body) noexcept {
   for (const PeerId peer : body.in_absence_of) {
-    const Member* const member = peer == 0 ? nullptr : Find(peer);
+    const Member* const member = members_.Find(peer);
     if (member == nullptr || !member->present) continue;
     if (NamedBy(*member, body.index) == body.claim.peer) return ForgetAbsent(body, peer);
   }
@@ -43,19 +43,19 @@ void Holdings::LookForAbsent(Body& body) noexcept {
 void Holdings::FollowItsWord(std::size_t index) noexcept {
   Body& body = bodies_[index];
   for (int hands = 0; hands < 4; ++hands) {
-    const Member* const owner = body.claim.peer == self_ ? nullptr : Find(body.claim.peer);
+    Member* const owner = body.claim.peer == self_ ? nullptr : members_.Find(body.claim.peer);
     if (owner == nullptr || !owner->present || body.forsaken) return;
     // its claim may have been heard before it was believed
     const Claim* const own = ClaimOf(*owner, body.index);
     if (own != nullptr && own->epoch > body.claim.epoch &&
         NamedBy(*owner, body.index) == owner->peer && Affords(*owner, body, own->epoch)) {
-      Believe(index, {own->epoch, owner->peer}, *PlaceFor(owner->peer), own->held);
+      Believe(index, {own->epoch, owner->peer}, *owner, own->held);
     }
     const Belief* const said = BeliefOf(*owner, body.index);
     if (said == nullptr || said->peer == 0 || said->peer == owner->peer) return;
     if (!Greater(said->epoch, said->peer, body) || !Affords(*owner, body, said->epoch)) return;
     const bool ours = said->peer == self_;
-    Believe(index, {said->epoch, said->peer}, *PlaceFor(owner->peer), false);
+    Believe(index, {said->epoch, said->peer}, *owner, false);
     body.by_word = ours;
   }
 }
@@ -65,7 +65,7 @@ void Holdings::FollowItsWord(std::size_t index) noexcept {
 void Holdings::GoBackToItsOwn(std::size_t index) noexcept {
   Body& body = bodies_[index];
   const bool here = body.claim.peer != self_ && IsHere(body.claim.peer) && !body.forsaken;
-  const Member* const owner = here && body.by_another ? Find(body.claim.peer) : nullptr;
+  Member* const owner = here && body.by_another ? members_.Find(body.claim.peer) : nullptr;
   const Claim* const own = owner == nullptr ? nullptr : ClaimOf(*owner, index);
   if (own == nullptr || own->epoch == 0 || own->epoch >= body.claim.epoch ||
       NamedBy(*owner, index) != owner->peer) {
@@ -76,7 +76,7 @@ void Holdings::GoBackToItsOwn(std::size_t index) noexcept {
   if (now_ns_ - body.less_ns < kOutdone || listening()) return;
   body.less_ns = 0;
   body.began_epoch = std::min(body.began_epoch, own->epoch);
-  Believe(index, {own->epoch, owner->peer}, *PlaceFor(owner->peer), own->held);
+  Believe(index, {own->epoch, owner->peer}, *owner, own->held);
 }
 
 // The other peers refuse our states until they have heard of our new epoch. So a peer that would
@@ -100,8 +100,7 @@ void Holdings::RiseToNamed(std::size_t index) noexcept {
     return;
   }
   const auto said_by = [&](const Member& member) -> const Belief* {
-    const bool is_here = member.peer != 0 && member.present;
-    const Belief* const said = is_here ? BeliefOf(member, body.index) : nullptr;
+    const Belief* const said = member.present ? BeliefOf(member, body.index) : nullptr;
     return said != nullptr && said->epoch <= MostEpoch(body) ? said : nullptr;
   };
   std::uint32_t ours = 0;
@@ -115,7 +114,7 @@ void Holdings::RiseToNamed(std::size_t index) noexcept {
   for (const Member& member : members_) {
     const Belief* const said = said_by(member);
     if (said == nullptr || said->peer == self_) continue;
-    const Member* const named = Find(said->peer);
+    const Member* const named = members_.Find(said->peer);
     if (named == nullptr || !named->present || NamedBy(*named, body.index) == self_) {
       above = std::max(above, said->epoch);
       is_another_lower |= said->epoch == body.claim.epoch && said->peer < self_;
@@ -140,7 +139,7 @@ void Holdings::JudgeFirst(std::size_t index) noexcept {
   int most = 0;
   body.disputed = false;
   for (Member& member : members_) {
-    const Claim* own = member.peer != 0 && member.present ? ClaimOf(member, body.index) : nullptr;
+    const Claim* own = member.present ? ClaimOf(member, body.index) : nullptr;
     if (own == nullptr || own->epoch == 0) continue;
     body.disputed = true;  // a claim beyond belief may be believed later
     if (!Affords(member, body, own->epoch)) {
@@ -167,7 +166,7 @@ Holdings::Rival Holdings::RivalOf(std::size_t index, bool claims_more) noexcept 
   Body& body = bodies_[index];
   Rival best;
   for (Member& member : members_) {
-    if (member.peer == 0 || !member.present || member.peer == body.claim.peer) continue;
+    if (!member.present || member.peer == body.claim.peer) continue;
     const Claim* own = ClaimOf(member, body.index);
     if (own == nullptr || own->epoch == 0) continue;
     if (Greater(own->epoch, member.peer, body) != claims_more) continue;
@@ -235,7 +234,7 @@ bool Holdings::IsInAnothersHand(std::size_t index) const noexcept {
   const bool sure = IsSure(body);
   const int ours = VotesFor(body, self_) + (sure ? 1 : 0);
   return std::ranges::any_of(members_, [&](const Member& member) {
-    if (member.peer == 0 || !HeldBy(index, member.peer)) return false;
+    if (!HeldBy(index, member.peer)) return false;
     if (NamedBy(member, index) != member.peer) return false;
     const int votes = VotesFor(body, member.peer);
     return sure ? votes > ours : votes >= ours;
@@ -254,7 +253,7 @@ bool Holdings::IsAhead(const Body& body, const Rival& rival) const noexcept {
 
 bool Holdings::LeavesFor(std::size_t index, const Rival& rival) noexcept {
   Body& body = bodies_[index];
-  const Member* const owner = Find(body.claim.peer);
+  const Member* const owner = members_.Find(body.claim.peer);
   if (owner == nullptr || body.forsaken) return true;
   if (!owner->present) {
     if (owner->left) return true;
@@ -289,7 +288,7 @@ bool Holdings::GoesBackTo(std::size_t index, const Rival& rival) noexcept {
   }
   if (body.outdone_ns == 0) body.outdone_ns = now_ns_;
   // others may have heard a peer that is gone until it went
-  const Member* const owner = Find(body.claim.peer);
+  const Member* const owner = members_.Find(body.claim.peer);
   const std::int64_t gone_ns = is_here || owner == nullptr ? 0 : owner->since_ns;
   return now_ns_ - std::max(body.outdone_ns, gone_ns) >= kOutdone;
 }

@@ -120,7 +120,7 @@ void Holdings::NoteBefore(Body& body, bool by_its_word) noexcept {
   if (peer == 0) return;
   if (peer == self_) body.last_epoch = std::max(body.last_epoch, body.claim.epoch);
   // a peer that leaves gives up its bodies
-  const Member* const member = Find(peer);
+  const Member* const member = members_.Find(peer);
   if (peer == self_ || by_its_word || (member != nullptr && member->left)) {
     std::rotate(body.before.begin(), body.before.end() - 1, body.before.end());
     body.before[0] = {peer, now_ns_};
@@ -151,7 +151,7 @@ void Holdings::OnEvent(const Event& event) noexcept {
   const int found = BodyOf(event.object);
   if (found < 0 || event.peer == self_ || event.peer == 0) return;
   // the last events of a peer arrive after its goodbye
-  const Member* const by = Find(event.peer);
+  const Member* const by = members_.Find(event.peer);
   const bool just_left = by != nullptr && by->left && now_ns_ - by->since_ns < kLastWords;
   if (!IsHere(event.peer) && !just_left) return Refuse(event.peer, Drop::kStranger);
   const auto index = static_cast<std::size_t>(found);
@@ -189,7 +189,7 @@ void Holdings::OnEvent(const Event& event) noexcept {
 
 // A peer that asks without end gets few answers: they would use up what this peer may send.
 bool Holdings::MayAnswer(PeerId from) noexcept {
-  Member& asker = *PlaceFor(from);
+  Member& asker = *members_.Find(from);
   asker.answered_ns = std::max(asker.answered_ns, now_ns_);
   if (asker.answered_ns - now_ns_ > kAnswersAtOnce * kAnswer) {
     Refuse(from, Drop::kFlood);
@@ -234,11 +234,13 @@ void Holdings::OnTouch(std::size_t index, PeerId from) noexcept {
 
 void Holdings::TellAsked(std::size_t index, PeerId from) noexcept {
   const ObjectId object = bodies_[index].object;
-  const auto known = std::ranges::find(askers_, from, &Asker::peer);
-  const bool is_known = known != askers_.end();
-  if (is_known && known->object == object && now_ns_ - known->told_ns < kTellAgain) return;
-  // a new asker takes a free place, or that of the peer that asked longest ago
-  const auto place = is_known ? known : std::ranges::min_element(askers_, {}, &Asker::told_ns);
+  const Asker* const known = askers_.Find(from);
+  if (known != nullptr && known->object == object && now_ns_ - known->told_ns < kTellAgain) return;
+  Asker* place = askers_.FindOrInsert(from);
+  if (place == nullptr) {  // a new asker takes the place of the peer that asked longest ago
+    askers_.Erase(std::ranges::min_element(askers_, {}, &Asker::told_ns)->peer);
+    place = askers_.FindOrInsert(from);
+  }
   *place = {from, object, now_ns_};
   Tell(HoldingNews::Kind::kAsked, index, from);
 }
@@ -278,8 +280,8 @@ void Holdings::OnGrant(std::size_t index, const Event& event) noexcept {
   }
   // each of several holders may leave the body to another of them as it lets go, for it takes a
   // while until all know the lowest
-  const Member* const from = Find(event.peer);
-  const Claim* const held = from == nullptr ? nullptr : ClaimOf(*from, body.index);
+  Member& from = *members_.Find(event.peer);
+  const Claim* const held = ClaimOf(from, body.index);
   const bool beside = body.shared && event.kind == EventKind::kRelease && held != nullptr &&
                       held->held && held->epoch >= body.claim.epoch && HeldBy(index, event.to);
   // where the authority is gone, the lowest peer may have taken over already, and any peer may pass
@@ -294,9 +296,8 @@ void Holdings::OnGrant(std::size_t index, const Event& event) noexcept {
   if (event.to == event.peer || (!said && !gone && !beside)) {
     return Refuse(event.peer, Drop::kNotOwner);
   }
-  Member& by = *PlaceFor(event.peer);
-  if (!Affords(by, body, event.epoch)) return Refuse(event.peer, Drop::kEpochLeap);
-  Believe(index, {event.epoch, event.to}, by, event.kind == EventKind::kGrant);
+  if (!Affords(from, body, event.epoch)) return Refuse(event.peer, Drop::kEpochLeap);
+  Believe(index, {event.epoch, event.to}, from, event.kind == EventKind::kGrant);
   TakeGiven(index, event);
 }
 

@@ -7,39 +7,33 @@
 namespace tandem {
 
 bool Holdings::IsHere(PeerId peer) const noexcept {
-  const Member* member = peer == 0 ? nullptr : Find(peer);
+  const Member* member = members_.Find(peer);
   return member != nullptr && member->present;
 }
 
 int Holdings::CountHere() const noexcept {
-  return static_cast<int>(std::ranges::count_if(members_, [](const Member& member) {
-    return member.peer != 0 && member.present;
-  }));
+  return static_cast<int>(std::ranges::count_if(members_, &Member::present));
 }
 
 Holdings::Member* Holdings::PlaceFor(PeerId peer) noexcept {
-  // its own place; else a free one; else that of a peer that is gone
-  Member* best = nullptr;
-  for (Member& place : members_) {
-    if (place.peer == peer) return &place;
-    if (place.present || (best != nullptr && best->peer == 0)) continue;
-    best = &place;
+  if (Member* const place = members_.FindOrInsert(peer)) return place;
+  PeerId gone = 0;
+  for (const Member& member : members_) {
+    if (!member.present) gone = member.peer;
   }
-  return best;
+  members_.Erase(gone);
+  return members_.FindOrInsert(peer);
 }
 
 void Holdings::OnMembership(const MembershipChange& change) noexcept {
   if (change.peer == 0 || change.peer == self_) return;
-  if (!change.present() && Find(change.peer) == nullptr) return;
+  const bool is_unknown = members_.Find(change.peer) == nullptr;
+  if (is_unknown && !change.present()) return;
   Member* member = PlaceFor(change.peer);
   if (member == nullptr) return;  // more than a session may have
-  const bool is_unknown = member->peer != change.peer;
   const bool is_anew = !is_unknown && change.present() &&
                        (change.kind == MembershipChange::Kind::kJoined || member->left);
-  if (is_unknown) {
-    *member = {};
-    member->known_ns = now_ns_;
-  }
+  if (is_unknown) member->known_ns = now_ns_;
   if (is_unknown || change.kind == MembershipChange::Kind::kJoined) {
     // The new peer does not know what the others have earned, so all counts begin anew. Epochs
     // already used beyond that stay used, or a peer that comes again and again would be believed
@@ -58,7 +52,6 @@ void Holdings::OnMembership(const MembershipChange& change) noexcept {
     member->held_before = -1;
     member->anew = is_anew;
   }
-  member->peer = change.peer;
   member->present = change.present();
   member->left = change.kind == MembershipChange::Kind::kLeft;
   if (!change.present()) {

@@ -31,7 +31,7 @@ void Holdings::Succeed() noexcept {
 
 void Holdings::SucceedTo(std::size_t b) noexcept {
   Body& body = bodies_[b];
-  const Member* member = Find(body.claim.peer);
+  const Member* member = members_.Find(body.claim.peer);
   const bool here = member != nullptr && member->present && !body.forsaken;
   if (here) {
     const Claim* claim = ClaimOf(*member, body.index);
@@ -83,7 +83,7 @@ std::int64_t Holdings::PeersBefore(std::size_t b) const noexcept {
   const bool ours = held_ == static_cast<int>(b);
   std::int64_t turn = 0;
   for (const Member& other : members_) {
-    if (other.peer == 0 || !other.present || other.peer == body.claim.peer) continue;
+    if (!other.present || other.peer == body.claim.peer) continue;
     const PeerId named = NamedBy(other, body.index);
     // that peer leaves the body to us, unless it has not heard that we gave it away
     const bool has_not_heard = HadItLately(body, self_) && IsStale(other, body, self_);

@@ -32,7 +32,7 @@ bool Holdings::HadItLately(const Body& body, PeerId peer) const noexcept {
 
 // The peer that a member names, where that is a vote: a newcomer has it from hearsay.
 PeerId Holdings::VoteOf(const Member& member, std::size_t body) const noexcept {
-  if (member.peer == 0 || !member.present) return 0;
+  if (!member.present) return 0;
   const PeerId named = NamedBy(member, body);
   return named == member.peer || now_ns_ - member.known_ns > kHearsay ? named : 0;
 }
@@ -70,7 +70,7 @@ int Holdings::VotesAgainst(const Body& body, PeerId rival) const noexcept {
 PeerId Holdings::GoneTo(const Body& body, bool by_any_word) const noexcept {
   BodyClaim at = body.claim;
   for (int hands = 0; hands < 4; ++hands) {
-    const Member* member = Find(at.peer);
+    const Member* member = members_.Find(at.peer);
     if (member == nullptr || !member->present) return at.peer;
     const Belief* const said = BeliefOf(*member, body.index);
     if (said == nullptr || said->peer == 0 || said->peer == at.peer) return at.peer;
@@ -87,7 +87,7 @@ bool Holdings::SaysGoneTo(const Body& body, PeerId peer) const noexcept {
   BodyClaim at = body.claim;
   for (int hands = 0; hands < 4; ++hands) {
     if (at.peer == peer) return true;
-    const Member* member = Find(at.peer);
+    const Member* member = members_.Find(at.peer);
     if (member == nullptr || !member->present) return false;
     const Belief* const said = BeliefOf(*member, body.index);
     if (said == nullptr || said->peer == 0) return false;
@@ -99,14 +99,14 @@ bool Holdings::SaysGoneTo(const Body& body, PeerId peer) const noexcept {
 
 bool Holdings::SaidByReturned(const Body& body, PeerId peer) const noexcept {
   return std::ranges::any_of(body.in_absence_of, [&](PeerId absent) {
-    const Member* const member = absent == 0 ? nullptr : Find(absent);
+    const Member* const member = members_.Find(absent);
     return member != nullptr && member->present && NamedBy(*member, body.index) == peer;
   });
 }
 
 bool Holdings::IsHearsay(const Body& body, PeerId peer) const noexcept {
   return std::ranges::any_of(members_, [&](const Member& member) {
-    return member.peer != 0 && member.present && NamedBy(member, body.index) == peer &&
+    return member.present && NamedBy(member, body.index) == peer &&
            VoteOf(member, body.index) != peer;
   });
 }
