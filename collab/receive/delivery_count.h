@@ -1,10 +1,9 @@
 #pragma once
 
-#include <algorithm>
-#include <array>
 #include <cstdint>
 
 #include "collab/session/messages.h"
+#include "collab/session/peer_map.h"
 
 namespace tandem {
 
@@ -21,23 +20,21 @@ class DeliveryCount {
   };
 
   void Add(PeerId peer, std::uint32_t seq) noexcept {
-    const auto row = std::find_if(rows_.begin(), rows_.end(), [peer](const Row& r) {
-      return r.peer == peer || r.peer == 0;
-    });
-    if (row == rows_.end()) return;
+    Row* const row = rows_.FindOrInsert(peer);
+    if (row == nullptr) return;
+    const bool is_first = row->received == 0;
     const auto step = static_cast<std::int32_t>(seq - row->newest);
-    if (row->peer != 0 && step <= 0) return;  // a repeated or late state, counted as missing
-    row->sent += row->peer == 0 ? 1U : static_cast<std::uint32_t>(step);
-    row->peer = peer;
+    if (!is_first && step <= 0) return;  // a repeated or late state, counted as missing
+    row->sent += is_first ? 1U : static_cast<std::uint32_t>(step);
     row->newest = seq;
     ++row->received;
   }
 
-  /// Rows of the peers heard; unused rows have peer 0.
-  const std::array<Row, 4 * kMaxPeers>& rows() const noexcept { return rows_; }
+  /// Rows of the peers heard.
+  const PeerMap<Row, 4 * kMaxPeers>& rows() const noexcept { return rows_; }
 
  private:
-  std::array<Row, 4 * kMaxPeers> rows_{};
+  PeerMap<Row, 4 * kMaxPeers> rows_;
 };
 
 }  // namespace tandem

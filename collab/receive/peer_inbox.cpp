@@ -1,6 +1,8 @@
 #include "collab/receive/peer_inbox.h"
 
 #include <algorithm>
+#include <array>
+#include <type_traits>
 
 namespace tandem {
 
@@ -62,22 +64,26 @@ bool PeerInbox::HasShare(Sender& sender) const noexcept {
 }
 
 PeerInbox::Sender& PeerInbox::SenderOf(PeerId from, std::int64_t arrival_ns) noexcept {
-  // where all places are taken, the sender that has been silent longest gives way
-  Sender* place = &senders_[0];
-  for (Sender& sender : senders_) {
-    if (sender.peer == from) {
-      place = &sender;
-      break;
-    }
-    if (place->peer == 0) continue;
-    if (sender.peer == 0 || sender.heard_ns < place->heard_ns) place = &sender;
+  Sender* sender = senders_.Find(from);
+  if (sender == nullptr) {
+    sender = &PlaceFor(from);
+    sender->conditioner = LinkConditioner(conditions_, from);
   }
-  if (place->peer != from) {
-    place->peer = from;
-    place->conditioner = LinkConditioner(conditions_, from);
-  }
-  place->heard_ns = arrival_ns;
-  return *place;
+  sender->heard_ns = arrival_ns;
+  return *sender;
+}
+
+PeerInbox::Sender& PeerInbox::PlaceFor(PeerId from) noexcept {
+  if (Sender* const place = senders_.FindOrInsert(from)) return *place;
+  // the new sender goes on with the share that is used up: another name brings no new share
+  const auto silent = std::ranges::min_element(senders_, {}, &Sender::heard_ns);
+  const std::uint64_t collects = silent->collects;
+  const std::size_t brought = silent->brought;
+  senders_.Erase(silent->peer);
+  Sender& place = *senders_.FindOrInsert(from);
+  place.collects = collects;
+  place.brought = brought;
+  return place;
 }
 
 void PeerInbox::TakeSwitches() noexcept {
@@ -88,9 +94,7 @@ void PeerInbox::TakeSwitches() noexcept {
       continue;
     }
     conditions_ = order.conditions;
-    for (Sender& sender : senders_) {
-      if (sender.peer != 0) sender.conditioner.Switch(order.conditions);
-    }
+    for (Sender& sender : senders_) sender.conditioner.Switch(order.conditions);
   }
 }
 

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <atomic>
 
 #include "collab/receive/delivery_count.h"
@@ -8,6 +7,7 @@
 #include "collab/receive/link_conditioner.h"
 #include "collab/session/drop_counts.h"
 #include "collab/session/peer_directory.h"
+#include "collab/session/peer_map.h"
 #include "collab/session/transport.h"
 #include "engine/realtime/spsc_queue.h"
 
@@ -78,7 +78,7 @@ class PeerInbox : public Inbox {
 
  private:
   struct Sender {
-    PeerId peer = 0;             // 0: a free place
+    PeerId peer = 0;
     std::uint64_t collects = 0;  // value of collects_ when `brought` began
     std::size_t brought = 0;     // samples since the haptic thread last collected
     std::int64_t heard_ns = 0;
@@ -90,7 +90,10 @@ class PeerInbox : public Inbox {
   // one sender's share of them, so that no sender takes the others' room
   static constexpr std::size_t kShare = kArriving / 4;
 
+  /// `from` is not 0: the transport drops samples without a sender.
   Sender& SenderOf(PeerId from, std::int64_t arrival_ns) noexcept;
+  /// Returns a new place. Where all are taken, the sender that has been silent longest gives way.
+  Sender& PlaceFor(PeerId from) noexcept;
   bool HasShare(Sender& sender) const noexcept;
   void TakeSwitches() noexcept;
   template <typename T>
@@ -101,7 +104,7 @@ class PeerInbox : public Inbox {
 
   LinkConditions conditions_;
   PeerDirectory* directory_;
-  std::array<Sender, 2 * kMaxPeers> senders_;
+  PeerMap<Sender, 2 * kMaxPeers> senders_;
   std::atomic<std::uint64_t> collects_ = 0;
   SpscQueue<LinkSwitch> switches_{64};
   SpscQueue<DueSample<ObjectState>> arriving_states_;

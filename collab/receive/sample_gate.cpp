@@ -15,21 +15,20 @@ SampleGate::SampleGate(PeerId self, const std::vector<std::uint32_t>& objects, D
                        std::vector<bool> shared)
     : self_(self), objects_(objects), shared_(std::move(shared)), drops_(&drops) {
   shared_.resize(objects.size());
-  for (Sender& sender : senders_) sender.instances.resize(objects.size() + 1);
+  instances_.resize(senders_.capacity() * (objects.size() + 1));
 }
 
-SampleGate::Sender* SampleGate::Find(PeerId peer) noexcept {
-  const auto it = std::find_if(senders_.begin(), senders_.end(), [peer](const Sender& s) {
-    return s.peer == peer;
-  });
-  return it == senders_.end() ? nullptr : &*it;
+std::span<SampleGate::Instance> SampleGate::InstancesOf(const PeerKey& sender) noexcept {
+  const std::size_t each = objects_.size() + 1;
+  return std::span(instances_).subspan(senders_.SlotOf(sender) * each, each);
 }
 
-SampleGate::Instance* SampleGate::InstanceOf(Sender& sender, ObjectId object) noexcept {
-  if (object == kNoObject) return &sender.instances.back();
+SampleGate::Instance* SampleGate::InstanceOf(const PeerKey& sender, ObjectId object) noexcept {
+  const std::span<Instance> instances = InstancesOf(sender);
+  if (object == kNoObject) return &instances.back();
   const auto it = std::find(objects_.begin(), objects_.end(), object);
   if (it == objects_.end()) return nullptr;
-  return &sender.instances[static_cast<std::size_t>(it - objects_.begin())];
+  return &instances[static_cast<std::size_t>(it - objects_.begin())];
 }
 
 bool SampleGate::Drops(PeerId peer, Drop reason) noexcept {
@@ -38,16 +37,17 @@ bool SampleGate::Drops(PeerId peer, Drop reason) noexcept {
 }
 
 void SampleGate::OnMembership(const MembershipChange& change) noexcept {
-  Sender* sender = Find(change.peer);
-  if (sender == nullptr && change.present()) sender = Find(0);
+  const PeerKey* const sender =
+      change.present() ? senders_.FindOrInsert(change.peer) : senders_.Find(change.peer);
   if (sender == nullptr) return;
+  const std::span<Instance> instances = InstancesOf(*sender);
   // a peer that comes anew, or again, numbers anew
   if (change.kind != MembershipChange::Kind::kClaims) {
-    std::fill(sender->instances.begin(), sender->instances.end(), Instance{});
+    std::ranges::fill(instances, Instance{});
   }
-  sender->peer = change.present() ? change.peer : 0;
+  if (!change.present()) return senders_.Erase(change.peer);
   for (std::size_t i = 0; i < objects_.size(); ++i) {
-    Instance& instance = sender->instances[i];
+    Instance& instance = instances[i];
     const Claim* claim = nullptr;
     for (std::uint32_t c = 0; c < change.claim_count; ++c) {
       if (change.claims[c].object == objects_[i]) claim = &change.claims[c];
@@ -72,8 +72,8 @@ bool SampleGate::CountsOn(const Instance& instance, const ObjectState& state) no
 }
 
 bool SampleGate::Admit(const ObjectState& state) noexcept {
-  Sender* sender = Find(state.peer);
-  if (state.peer == 0 || sender == nullptr || state.object == kNoObject) return true;
+  const PeerKey* const sender = senders_.Find(state.peer);
+  if (sender == nullptr || state.object == kNoObject) return true;
   Instance* instance = InstanceOf(*sender, state.object);
   if (instance == nullptr || !instance->claimed) return Drops(state.peer, Drop::kWrongOwner);
   const bool ahead = state.epoch != instance->epoch && CountsOn(*instance, state);
@@ -88,8 +88,8 @@ bool SampleGate::Admit(const ObjectState& state) noexcept {
 }
 
 bool SampleGate::Admit(const CouplingLinks& links) noexcept {
-  Sender* sender = Find(links.from);
-  if (links.from == 0 || sender == nullptr) return true;
+  const PeerKey* const sender = senders_.Find(links.from);
+  if (sender == nullptr) return true;
   Instance* instance = InstanceOf(*sender, links.object);
   if (instance == nullptr) return Drops(links.from, Drop::kWrongOwner);
   if (instance->linked && !IsAfter(links.seq, instance->links_seq)) {

@@ -1,13 +1,14 @@
 #pragma once
 
-#include <array>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "collab/receive/sent_stamps.h"
 #include "collab/session/drop_counts.h"
 #include "collab/session/membership.h"
 #include "collab/session/messages.h"
+#include "collab/session/peer_map.h"
 
 namespace tandem {
 
@@ -41,22 +42,21 @@ class SampleGate {
     bool linked = false;
     std::uint32_t links_seq = 0;
   };
-  struct Sender {
-    PeerId peer = 0;                  // 0: a free place
-    std::vector<Instance> instances;  // in the order of objects_, then one for links without object
-  };
 
-  Sender* Find(PeerId peer) noexcept;
-  Instance* InstanceOf(Sender& sender, ObjectId object) noexcept;  // null: not a moving body
-  bool Drops(PeerId peer, Drop reason) noexcept;                   // returns false
+  /// Returns the sender's instances: one for each of objects_, then one for links without object.
+  std::span<Instance> InstancesOf(const PeerKey& sender) noexcept;
+  /// Returns null where the object is no moving body.
+  Instance* InstanceOf(const PeerKey& sender, ObjectId object) noexcept;
+  bool Drops(PeerId peer, Drop reason) noexcept;  // returns false
   static bool CountsOn(const Instance& instance, const ObjectState& state) noexcept;
 
   PeerId self_;
   std::vector<std::uint32_t> objects_;
   std::vector<bool> shared_;
   DropTable* drops_;
-  std::array<Sender, kMaxPeers> senders_;
-  StampRing<8192> sent_;  // at 1 kHz longer than any loop in use
+  PeerSet<kMaxPeers> senders_;
+  std::vector<Instance> instances_;  // by slot in senders_, then as InstancesOf() returns them
+  StampRing<8192> sent_;             // at 1 kHz longer than any loop in use
 };
 
 }  // namespace tandem

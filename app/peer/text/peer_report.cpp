@@ -92,7 +92,6 @@ nlohmann::ordered_json VoxelMemoryAsJson(const PeerReport& report) {
 
 void AddDelivery(const DeliveryCount& delivery, PeerReport& report) {
   for (const DeliveryCount::Row& row : delivery.rows()) {
-    if (row.peer == 0) continue;
     ++report.peers_heard;
     report.states_sent += row.sent;
     report.states_received += row.received;
