@@ -17,22 +17,10 @@ double Seconds(std::int64_t ns) {
 }
 }  // namespace
 
-Echoes::Other* Echoes::Find(PeerId peer) noexcept {
-  const auto it = std::find_if(others_.begin(), others_.end(), [peer](const Other& other) {
-    return other.peer == peer;
-  });
-  return it == others_.end() ? nullptr : &*it;
-}
-
 void Echoes::OnMembership(const MembershipChange& change) noexcept {
-  Other* other = Find(change.peer);
-  if (!change.present()) {
-    if (other != nullptr) *other = Other{};
-    return;
-  }
-  if (other == nullptr) other = Find(0);
+  if (!change.present()) return others_.Erase(change.peer);
+  Other* const other = others_.FindOrInsert(change.peer);
   if (other == nullptr) return;
-  other->peer = change.peer;
   const auto claims = std::span(change.claims).first(change.claim_count);
   other->holds = std::ranges::any_of(claims, &Claim::held);
 }
@@ -40,14 +28,14 @@ void Echoes::OnMembership(const MembershipChange& change) noexcept {
 void Echoes::OnState(const ObjectState& state) noexcept {
   // states at five a second tell nothing of the delay, and a peer that holds nothing gets no echoes
   if ((state.flags & (kStateParked | kStateLoose)) != 0) return;
-  Other* other = Find(state.peer);
+  Other* const other = others_.Find(state.peer);
   if (other == nullptr) return;
   other->sample_ns = std::max(other->sample_ns, state.sample_ns);
   other->heard = true;
 }
 
 void Echoes::OnLinks(const CouplingLinks& links) noexcept {
-  Other* other = Find(links.from);
+  Other* const other = others_.Find(links.from);
   if (other == nullptr || other->since_ns == 0) return;
   if (other->echo_ns != 0 && !IsAfter(links.seq, other->seq)) return;
   for (std::size_t i = 0; i < std::min<std::size_t>(links.count, kMaxLinks); ++i) {
@@ -86,27 +74,26 @@ Echoes::Loop Echoes::LoopTo(Other& other, std::int64_t now_ns, bool holding) noe
 void Echoes::Measure(std::int64_t now_ns, bool holding) noexcept {
   if (!holding) sent_.Clear();  // an echo from an earlier grasp is as old as the pause
   loop_count_ = 0;
-  for (Other& other : others_) {
-    if (other.peer != 0) loops_[loop_count_++] = LoopTo(other, now_ns, holding);
-  }
+  for (Other& other : others_) loops_[loop_count_++] = LoopTo(other, now_ns, holding);
 }
 
 void Echoes::Append(std::int64_t now_ns, CouplingLinks& out) noexcept {
   sent_.Add(now_ns);
   // where more peers are here than fit, they take turns
   ++turn_;
-  for (std::size_t i = 0; i < others_.size() && out.count < kMaxLinks; ++i) {
-    const Other& other = others_[(i + turn_) % others_.size()];
-    if (other.peer == 0 || other.sample_ns == 0 || now_ns - other.heard_ns > kStillNew) continue;
+  for (std::size_t i = 0; i < others_.capacity() && out.count < kMaxLinks; ++i) {
+    const Other* const other = others_.InSlot((i + turn_) % others_.capacity());
+    if (other == nullptr || other->sample_ns == 0) continue;
+    if (now_ns - other->heard_ns > kStillNew) continue;
     const auto* end = out.entries.begin() + out.count;
     const bool named = std::any_of(static_cast<const LinkEntry*>(out.entries.begin()), end,
-                                   [&other](const LinkEntry& entry) {
-                                     return entry.to == other.peer;
+                                   [other](const LinkEntry& entry) {
+                                     return entry.to == other->peer;
                                    });
     if (named) continue;
     out.entries[out.count] = LinkEntry{};
-    out.entries[out.count].to = other.peer;
-    out.entries[out.count++].echo_ns = other.sample_ns;
+    out.entries[out.count].to = other->peer;
+    out.entries[out.count++].echo_ns = other->sample_ns;
   }
 }
 

@@ -8,6 +8,7 @@
 #include "collab/receive/sent_stamps.h"
 #include "collab/session/membership.h"
 #include "collab/session/messages.h"
+#include "collab/session/peer_map.h"
 
 namespace tandem {
 
@@ -44,7 +45,7 @@ class Echoes {
 
  private:
   struct Other {
-    PeerId peer = 0;  // 0: a free place
+    PeerId peer = 0;
     bool holds = false;
     std::int64_t sample_ns = 0;  // newest stamp of the peer
     std::int64_t since_ns = 0;   // when both hands began to hold something; 0: one is empty
@@ -56,11 +57,10 @@ class Echoes {
     DelayMeter meter;
   };
 
-  Other* Find(PeerId peer) noexcept;
   static Loop LoopTo(Other& other, std::int64_t now_ns, bool holding) noexcept;
 
   PeerId self_;
-  std::array<Other, kMaxPeers> others_{};
+  PeerMap<Other, kMaxPeers> others_;
   SentStamps sent_;
   std::size_t turn_ = 0;
   std::array<Loop, kMaxPeers> loops_{};

@@ -25,38 +25,31 @@ RemoteBodies::RemoteBodies(const WorldModel& model, MirrorModel mirror) : mirror
   for (InstanceIndex i = bodies_.size(); i < shapes.size(); ++i) bodies_[shapes[i]].second = i;
 }
 
-RemoteBodies::Instance* RemoteBodies::Find(Body& body, PeerId peer) noexcept {
-  const auto it =
-      std::find_if(body.instances.begin(), body.instances.end(), [peer](const Instance& i) {
-        return i.peer == peer;
-      });
-  return it == body.instances.end() ? nullptr : &*it;
-}
-
 void RemoteBodies::OnMembership(const MembershipChange& change) noexcept {
   const bool goes_on = change.kind == MembershipChange::Kind::kClaims;
   for (Body& body : bodies_) {
     // a peer that comes anew numbers its states anew
     if (!goes_on && body.loose.peer == change.peer) body.loose.peer = 0;
     const Claim* const claim = change.HeldClaim(body.object);
-    Instance* instance = Find(body, change.peer);
-    if (instance == nullptr && claim != nullptr) instance = Find(body, 0);
+    if (claim == nullptr) {
+      body.instances.Erase(change.peer);
+      continue;
+    }
+    Instance* const instance = body.instances.FindOrInsert(change.peer);
     if (instance == nullptr) continue;
     // a peer that goes on holding the body is where it last said
-    if (goes_on && claim != nullptr && instance->holds && instance->epoch == claim->epoch) continue;
+    if (goes_on && instance->holds && instance->epoch == claim->epoch) continue;
     *instance = Instance{};
-    if (claim != nullptr) {
-      instance->peer = change.peer;
-      instance->holds = true;
-      instance->epoch = claim->epoch;
-    }
+    instance->peer = change.peer;
+    instance->holds = true;
+    instance->epoch = claim->epoch;
   }
 }
 
 void RemoteBodies::OnState(const ObjectState& state) noexcept {
   for (Body& body : bodies_) {
     if (body.object != state.object) continue;
-    Instance* instance = Find(body, state.peer);
+    Instance* const instance = body.instances.Find(state.peer);
     const auto note = [&] {
       body.told_V_WB = state.V_WB;
       body.told_frames = 0;
@@ -97,9 +90,8 @@ std::size_t RemoteBodies::heard() const noexcept {
 double RemoteBodies::LagOf(PeerId peer) const noexcept {
   double lag = 0;
   for (const Body& body : bodies_) {
-    for (const Instance& instance : body.instances) {
-      if (instance.heard && instance.peer == peer) lag = std::max(lag, body.lag);
-    }
+    const Instance* const instance = body.instances.Find(peer);
+    if (instance != nullptr && instance->heard) lag = std::max(lag, body.lag);
     if (body.loose.heard && body.loose.peer == peer) lag = std::max(lag, body.lag);
   }
   return lag;
@@ -188,10 +180,7 @@ void RemoteBodies::Prepare(int held, StepInputs& inputs) noexcept {
       TakeOver(b, inputs);
       continue;
     }
-    const bool in_hand = std::any_of(bodies_[b].instances.begin(), bodies_[b].instances.end(),
-                                     [](const Instance& instance) {
-                                       return instance.heard;
-                                     });
+    const bool in_hand = std::ranges::any_of(bodies_[b].instances, &Instance::heard);
     const bool followed = in_hand || bodies_[b].loose.heard;
     input.drive = followed ? BodyDrive::kMirrored : BodyDrive::kParked;
     if (in_hand) {

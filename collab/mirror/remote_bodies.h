@@ -9,6 +9,7 @@
 #include "collab/coupling/echoes.h"
 #include "collab/mirror/contact_blend.h"
 #include "collab/session/membership.h"
+#include "collab/session/peer_map.h"
 #include "engine/world/step_inputs.h"
 #include "engine/world/world.h"
 #include "engine/world/world_model.h"
@@ -81,7 +82,7 @@ class RemoteBodies {
 
  private:
   struct Instance {
-    PeerId peer = 0;  // 0: a free place
+    PeerId peer = 0;
     bool holds = false;
     std::uint32_t epoch = 0;  // epoch of its claim, while it holds
     bool heard = false;
@@ -97,7 +98,7 @@ class RemoteBodies {
     double lag = 0;                         // m
     std::optional<InstanceIndex> second{};  // its second instance in the world, if it has one
     std::array<ContactBlend, 2> blends{};   // blends of its two instances in the world
-    std::array<Instance, kMaxPeers> instances{};
+    PeerMap<Instance, kMaxPeers> instances{};
     Instance loose;       // the instance at its authority, while it is in no hand
     Twist told_V_WB;      // newest twist received for a free body
     int told_frames = 0;  // frames since told_V_WB
@@ -119,7 +120,6 @@ class RemoteBodies {
   /// for; `most_lag` becomes its lag if that is greater, m.
   void Yield(const World& world, InstanceIndex instance, double te_s, ContactBlend& blend,
              double& most_lag, StepInputs::InstanceInput& input) const noexcept;
-  static Instance* Find(Body& body, PeerId peer) noexcept;
   /// Returns the extrapolated pose of an instance, for a loop of that age.
   static Pose Ahead(const ObjectState& state, double loop_age_s) noexcept;
 
