@@ -247,7 +247,7 @@ void Peer::TakeAndLetGo() noexcept {
   const ObjectId object = model.object[body];
   if (!model.scene.bodies[object].shared) return;
   parting_.Begin(held_);
-  uncoupled_.fill(0);
+  uncoupled_.Clear();
   shared_.emplace(options_.id, object, model.bodies[body].inertia, options_.coupling);
   std::array<PeerId, kMaxPeers> holders{};
   const std::size_t count = holdings_.Holders(body, holders);
@@ -256,19 +256,15 @@ void Peer::TakeAndLetGo() noexcept {
 
 void Peer::Couple(PeerId peer) noexcept {
   if (shared_->Join(peer)) return;
-  if (std::find(uncoupled_.begin(), uncoupled_.end(), peer) != uncoupled_.end()) return;
-  const auto place = std::find(uncoupled_.begin(), uncoupled_.end(), PeerId{0});
-  if (place == uncoupled_.end()) return;
-  *place = peer;
+  if (uncoupled_.Find(peer) != nullptr || uncoupled_.FindOrInsert(peer) == nullptr) return;
   const ObjectId object = world_->model().object[static_cast<std::size_t>(held_)];
   news_.TryPush({HoldingNews::Kind::kUncoupled, object, peer});
 }
 
 void Peer::CoupleTheRest() noexcept {
-  for (PeerId& peer : uncoupled_) {
-    if (peer == 0) continue;
-    const bool holds = holdings_.HeldBy(static_cast<std::size_t>(held_), peer);
-    if (!holds || shared_->Join(peer)) peer = 0;
+  for (const PeerKey& rest : uncoupled_) {
+    const bool holds = holdings_.HeldBy(static_cast<std::size_t>(held_), rest.peer);
+    if (!holds || shared_->Join(rest.peer)) uncoupled_.Erase(rest.peer);
   }
 }
 

@@ -17,6 +17,7 @@
 #include "collab/session/command.h"
 #include "collab/session/frame_limits.h"
 #include "collab/session/outbox.h"
+#include "collab/session/peer_map.h"
 #include "collab/session/peer_table.h"
 #include "engine/haptics/device.h"
 #include "engine/realtime/triple_buffer.h"
@@ -168,8 +169,8 @@ class Peer {
   Pose X_BD_;              // grasp of the hand on it
   std::int64_t nearing_frames_ = 0;
   std::optional<SharedBody> shared_;
-  std::array<PeerId, kMaxPeers> uncoupled_{};  // holders without a place; 0: none
-  double last_delay_s_ = 0;                    // mean_delay_s() of the body last let go of
+  PeerSet<kMaxPeers> uncoupled_;  // holders without a place
+  double last_delay_s_ = 0;       // mean_delay_s() of the body last let go of
   Parting parting_;
   RemoteBodies remote_;
   SampleGate gate_;

@@ -41,12 +41,14 @@ void PeerTelemetry::CountForce(const Wrench& given) noexcept {
 }
 
 void PeerTelemetry::NoteLimits(const ObjectState& state) noexcept {
-  auto* heard = std::ranges::find(heard_limits_, state.peer, &HeardLimits::peer);
-  if (heard == heard_limits_.end()) {
-    heard = heard_limits_.begin() + static_cast<std::ptrdiff_t>(next_heard_);
-    next_heard_ = (next_heard_ + 1) % heard_limits_.size();
+  HeardLimits* heard = heard_limits_.FindOrInsert(state.peer);
+  if (heard == nullptr) {  // the limits heard first give way
+    heard = heard_limits_.InSlot(next_heard_);
+    next_heard_ = (next_heard_ + 1) % heard_limits_.capacity();
+    heard_limits_.Erase(heard->peer);
+    heard = heard_limits_.FindOrInsert(state.peer);
   }
-  *heard = {state.peer, state.flags};
+  heard->flags = state.flags;
 }
 
 void PeerTelemetry::RecordHand(std::int64_t now_ns, int body) noexcept {
@@ -165,8 +167,8 @@ void PeerTelemetry::FillRow(const Echoes::Loop& loop, std::span<const LinkView> 
     row.disagreement = link.disagreement;
     row.trapped = parts_.parting.trapped(row.peer);
   }
-  const auto* limits = std::ranges::find(heard_limits_, row.peer, &HeardLimits::peer);
-  if (limits != heard_limits_.end()) row.limits = LimitsIn(limits->flags);
+  const HeardLimits* const limits = heard_limits_.Find(row.peer);
+  if (limits != nullptr) row.limits = LimitsIn(limits->flags);
   row.delay_s = 0.5 * row.loop_age_s;
   row.mirror_lag_m = parts_.remote.LagOf(row.peer);
   row.drops = parts_.drops.Of(row.peer);

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
@@ -15,6 +14,7 @@
 #include "collab/session/drop_counts.h"
 #include "collab/session/frame_limits.h"
 #include "collab/session/messages.h"
+#include "collab/session/peer_map.h"
 #include "collab/session/peer_table.h"
 #include "engine/realtime/triple_buffer.h"
 #include "engine/world/world.h"
@@ -134,8 +134,8 @@ class PeerTelemetry {
   std::atomic<bool> voxels_lack_{false};
   FrameLimitCount limits_;       // over all frames
   FrameLimitCount hand_limits_;  // over the frames of HandFigures
-  std::array<HeardLimits, kMaxPeers> heard_limits_{};
-  std::size_t next_heard_ = 0;  // place that is overwritten next
+  PeerMap<HeardLimits, kMaxPeers> heard_limits_;
+  std::size_t next_heard_ = 0;  // slot of the limits that give way next, where all are in use
   HandFigures hand_figures_;
   std::vector<TraceSample> trace_;  // full size from the start
   std::atomic<std::size_t> traced_ = 0;

@@ -30,7 +30,7 @@ void Parting::Begin(int body) noexcept {
   apart_ = false;
   asked_ = false;
   asked_by_another_ = false;
-  told_ = {};
+  told_.Clear();
   given_up_ = 0;
   apart_since_ns_ = 0;
   phase_ = Phase::kInHand;
@@ -75,13 +75,13 @@ void Parting::Look(std::int64_t now_ns, const RigidState& own, SharedBody& share
   trapped_ = false;
   apart_ = false;
   PeerId lowest = self_;
-  std::array<PeerId, kMaxLinks> still{};
+  PeerSet<kMaxLinks> still;
   for (std::size_t i = 0; i < count; ++i) {
     const PeerId peer = others[i].peer;
     lowest = std::min(lowest, peer);
     const bool trapped = detector_.trapped(peer);
-    const bool known = std::find(told_.begin(), told_.end(), peer) != told_.end();
-    if (trapped) still[i] = peer;
+    const bool known = told_.Find(peer) != nullptr;
+    if (trapped) still.FindOrInsert(peer);
     if (trapped && !known) Tell(HoldingNews::Kind::kApart, peer);
     if (!trapped && known) Tell(HoldingNews::Kind::kTogether, peer);
     trapped_ = trapped_ || trapped;

@@ -8,6 +8,7 @@
 #include "collab/ownership/holdings.h"
 #include "collab/separation/retrace.h"
 #include "collab/separation/trap_detector.h"
+#include "collab/session/peer_map.h"
 
 namespace tandem {
 
@@ -75,8 +76,8 @@ class Parting {
   bool apart_ = false;
   bool asked_ = false;
   bool asked_by_another_ = false;
-  std::array<PeerId, kMaxLinks> told_{};  // peers told to the user as apart; 0: a free place
-  PeerId given_up_ = 0;  // peer to which the way failed; the way is tried again only on request
+  PeerSet<kMaxLinks> told_;  // peers told to the user as apart
+  PeerId given_up_ = 0;      // peer to which the way failed; the way is tried again only on request
   // when the body has paid off its moves without our user's request
   std::int64_t paid_ns_ = 0;
   std::int64_t apart_since_ns_ = 0;  // since when we are trapped against the lowest; 0: we are not

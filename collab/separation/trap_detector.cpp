@@ -54,53 +54,41 @@ TrapDetector::TrapDetector(const WorldModel& model) : model_(&model) {
 
 void TrapDetector::Begin(std::size_t body) noexcept {
   body_ = body;
-  links_ = {};
+  links_.Clear();
   sweep_ = {};
 }
 
-const TrapDetector::Link* TrapDetector::Find(PeerId peer) const noexcept {
-  const auto* it = std::find_if(links_.begin(), links_.end(), [peer](const Link& link) {
-    return link.peer == peer;
-  });
-  return peer == 0 || it == links_.end() ? nullptr : &*it;
-}
-
 bool TrapDetector::trapped(PeerId peer) const noexcept {
-  const Link* link = Find(peer);
+  const Link* const link = links_.Find(peer);
   return link != nullptr && link->trapped;
 }
 
 bool TrapDetector::blocked(PeerId peer) const noexcept {
-  const Link* link = Find(peer);
+  const Link* const link = links_.Find(peer);
   return link != nullptr && link->blocked;
 }
 
 void TrapDetector::Match(const InstanceView* others, std::size_t count) noexcept {
-  for (Link& link : links_) {
+  for (const Link& link : links_) {
     const bool here = std::any_of(others, others + count, [&link](const InstanceView& other) {
       return other.peer == link.peer;
     });
-    if (link.peer != 0 && !here) link = Link{};
+    if (!here) links_.Erase(link.peer);
   }
-  for (std::size_t i = 0; i < count; ++i) {
-    if (Find(others[i].peer) != nullptr) continue;
-    auto* place = std::find_if(links_.begin(), links_.end(), [](const Link& link) {
-      return link.peer == 0;
-    });
-    if (place != links_.end()) place->peer = others[i].peer;
-  }
+  for (std::size_t i = 0; i < count; ++i) links_.FindOrInsert(others[i].peer);
 }
 
 void TrapDetector::BeginSweep(const Pose& X_WB, const InstanceView* others,
                               std::size_t count) noexcept {
-  std::size_t next = sweep_.link;
+  std::size_t next = sweep_.slot;
   sweep_ = {};
-  for (std::size_t turn = 0; turn < links_.size(); ++turn) {
-    next = (next + 1) % links_.size();
-    if (links_[next].peer == 0) continue;
+  for (std::size_t turn = 0; turn < links_.capacity(); ++turn) {
+    next = (next + 1) % links_.capacity();
+    const Link* const link = links_.InSlot(next);
+    if (link == nullptr) continue;
     for (std::size_t i = 0; i < count; ++i) {
-      if (others[i].peer != links_[next].peer) continue;
-      sweep_.link = next;
+      if (others[i].peer != link->peer) continue;
+      sweep_.slot = next;
       sweep_.peer = others[i].peer;
       sweep_.ours = X_WB;
       sweep_.theirs = others[i].X_WB;
@@ -175,7 +163,8 @@ void TrapDetector::Look(std::int64_t now_ns, const Pose& X_WB, const InstanceVie
   const std::size_t most = AllTogether(X_WB, others, count) ? 2 + count : kReads;
   std::size_t reads = 0;
   while (reads < most) {
-    if (sweep_.peer == 0 || links_[sweep_.link].peer != sweep_.peer) {
+    const Link* const swept = links_.InSlot(sweep_.slot);
+    if (sweep_.peer == 0 || swept == nullptr || swept->peer != sweep_.peer) {
       BeginSweep(X_WB, others, count);
       if (sweep_.peer == 0) break;
     }
@@ -188,15 +177,13 @@ void TrapDetector::Look(std::int64_t now_ns, const Pose& X_WB, const InstanceVie
     sweep_.way = 0;
     ++sweep_.point;
     if (!Decided()) continue;
-    links_[sweep_.link].blocked = sweep_.centre_crosses || sweep_.crossings >= kCrossings;
+    links_.InSlot(sweep_.slot)->blocked = sweep_.centre_crosses || sweep_.crossings >= kCrossings;
     sweep_.peer = 0;
     break;  // one look a frame is enough
   }
   for (std::size_t i = 0; i < count; ++i) {
-    for (Link& link : links_) {
-      if (link.peer != others[i].peer) continue;
-      Judge(link, now_ns, (others[i].X_WB.p - X_WB.p).norm());
-    }
+    Link* const link = links_.Find(others[i].peer);
+    if (link != nullptr) Judge(*link, now_ns, (others[i].X_WB.p - X_WB.p).norm());
   }
 }
 

@@ -1,11 +1,11 @@
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <vector>
 
 #include "collab/coupling/partner.h"
 #include "collab/session/messages.h"
+#include "collab/session/peer_map.h"
 #include "engine/world/world_model.h"
 
 namespace tandem {
@@ -46,7 +46,7 @@ class TrapDetector {
 
  private:
   struct Link {
-    PeerId peer = 0;  // 0: a free place
+    PeerId peer = 0;
     bool blocked = false;
     bool trapped = false;
     double least = 0;           // m; least distance since `since_ns`
@@ -54,8 +54,8 @@ class TrapDetector {
   };
   /// A look at one partner in progress.
   struct Sweep {
-    std::size_t link = 0;
-    PeerId peer = 0;  // 0: none
+    std::size_t slot = 0;  // its slot in links_
+    PeerId peer = 0;       // 0: none
     Pose ours, theirs;
     Mat3 R_ours = Mat3::Identity();
     Mat3 R_theirs = Mat3::Identity();
@@ -66,7 +66,6 @@ class TrapDetector {
     bool centre_crosses = false;
   };
 
-  const Link* Find(PeerId peer) const noexcept;
   void Match(const InstanceView* others, std::size_t count) noexcept;
   void BeginSweep(const Pose& X_WB, const InstanceView* others, std::size_t count) noexcept;
   /// Goes on with the point's line; returns whether it is done.
@@ -81,7 +80,7 @@ class TrapDetector {
   const WorldModel* model_;
   std::vector<std::vector<Vec3>> points_B_;  // per moving body; the first is its centre of mass
   std::size_t body_ = 0;
-  std::array<Link, kMaxLinks> links_{};
+  PeerMap<Link, kMaxLinks> links_;
   Sweep sweep_;
 };
 
