@@ -3,7 +3,7 @@
 #include <array>
 #include <cstdint>
 
-#include "collab/coupling/partner.h"
+#include "collab/coupling/link_views.h"
 #include "collab/session/messages.h"
 #include "engine/haptics/way_back.h"
 #include "engine/safety/safety_state.h"

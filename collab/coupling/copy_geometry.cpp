@@ -27,6 +27,10 @@ Quat ClampedTurn(const Quat& q_own, const Quat& q_copy, const Vec3& turn, Vec3& 
   return RotationBy(kMostTurn * axis) * q_own;
 }
 
+double SpeedOf(const Twist& V_WB, const Mat3& per_mass) noexcept {
+  return std::sqrt(V_WB.v.squaredNorm() + V_WB.w.dot(per_mass * V_WB.w));
+}
+
 Twist TwistTowards(const Twist& from, const Twist& to, double most, const Mat3& per_mass) noexcept {
   const Twist way{to.w - from.w, to.v - from.v};
   const double size = std::sqrt(way.v.squaredNorm() + way.w.dot(per_mass * way.w));

@@ -17,6 +17,9 @@ double LinkDistance(const Pose& a, const Pose& b, const Mat3& per_mass) noexcept
 /// kept from frame to frame.
 Quat ClampedTurn(const Quat& q_own, const Quat& q_copy, const Vec3& turn, Vec3& axis) noexcept;
 
+/// Returns the speed in m/s, rotation included.
+double SpeedOf(const Twist& V_WB, const Mat3& per_mass) noexcept;
+
 /// Returns `to`; where that differs from `from` by more than `most` m/s, the velocity at that
 /// distance on the way to it.
 Twist TwistTowards(const Twist& from, const Twist& to, double most, const Mat3& per_mass) noexcept;

@@ -12,7 +12,7 @@ namespace tandem {
 struct LawInputs {
   double te_s = 0;             // delay that gains are made for: DesignDelay(peak_loop_age_s)
   double peak_loop_age_s = 0;  // worst loop age of the links in use
-  std::size_t users = 2;       // this user and the partners on those links
+  std::size_t users = 2;       // this user and the peers on those links
   double mass_max = 1.5;       // kg; mass that may move together: body, device, arm
 };
 

@@ -5,10 +5,11 @@
 #include <memory>
 
 #include "collab/coupling/coupling_law.h"
-#include "collab/coupling/partner.h"
-#include "collab/coupling/stiffness_slew.h"
+#include "collab/coupling/coupling_link.h"
+#include "collab/coupling/link_views.h"
 #include "collab/receive/sent_stamps.h"
 #include "collab/session/messages.h"
+#include "collab/session/peer_map.h"
 #include "engine/world/step_inputs.h"
 
 namespace tandem {
@@ -22,11 +23,13 @@ namespace tandem {
 /// Both ends use the smaller of their two stiffnesses. These are made for the worst loop of the
 /// links, and the copy moves as far as the energy gate pays. A link whose own loop is older than
 /// kLongestCommonLoop is softer by itself; it ends when its user has left the session.
-/// StiffnessSlew limits changes of stiffness. Used by the haptic thread alone; nothing allocates.
+/// StiffnessSlew limits changes of stiffness. Each link is a CouplingLink; this class keeps what
+/// the links share. Used by the haptic thread alone; nothing allocates.
 class SharedBody {
  public:
   struct Options {
     std::shared_ptr<const CouplingLaw> law = DefaultLaw();
+    // experiments of the lab: see LinkExperiments
     bool gate = true;  // off: for comparison only
     /// Exchanges forces in place of states, to show the effect, in the lab alone. Each end computes
     /// the spring between its instance and the copy, sends that force, and applies the force that
@@ -54,9 +57,10 @@ class SharedBody {
 
   /// Counts the users whose loop is closed: they are heard, and have heard us.
   std::size_t coupled() const noexcept;
-  /// Half the largest present loop age over the partners, s; 0 without any.
+  /// Half the largest present loop age over the coupled peers, s; 0 without any.
   double delay_s(std::int64_t now_ns) const noexcept;
-  /// Half the loop age, mean over all frames and partners so far, including those that are gone, s.
+  /// Half the loop age, mean over all frames and coupled peers so far, including those that are
+  /// gone, s.
   double mean_delay_s() const noexcept {
     return delays_ == 0 ? 0.0 : delay_sum_s_ / static_cast<double>(delays_);
   }
@@ -65,10 +69,10 @@ class SharedBody {
   std::size_t Links(std::int64_t now_ns, std::array<LinkView, kMaxLinks>& out) const noexcept;
   /// Writes the instances of users that are here and heard, at most kMaxLinks; returns how many.
   std::size_t Instances(std::array<InstanceView, kMaxLinks>& out) const noexcept;
-  /// Limits the force of a partner's link to `newtons` from now on. A greater force falls gently,
+  /// Limits the force of the link to a peer to `newtons` from now on. A greater force falls gently,
   /// and the link's other end follows.
   void CapForce(PeerId peer, double newtons) noexcept;
-  /// Scales a partner's link to `share` of its force when the fade began, until the next
+  /// Scales the link to a peer to `share` of its force when the fade began, until the next
   /// CapForce(). It follows the share at once, and its other end too.
   void FadeForce(PeerId peer, double share) noexcept;
   /// Drag against the ground in the last frame, N s/m.
@@ -77,20 +81,22 @@ class SharedBody {
   std::uint64_t bad_echoes() const noexcept { return bad_echoes_; }
 
  private:
-  Partner* Find(PeerId peer) noexcept;
+  struct Coupled {
+    PeerId peer = 0;
+    CouplingLink link;
+  };
+
   /// Measures the delays of the frame; returns the inputs of the law.
   LawInputs MeasureDelays(std::int64_t now_ns) noexcept;
-  /// Adds the energy dissipated by drag in the last frame to the gates, and updates the copies.
-  void Admit(const RigidState& own, const Mat3& per_mass) noexcept;
-  /// Updates the stiffnesses. `V_own_WB`: twist of the own instance.
-  void Slew(std::int64_t now_ns, const LawInputs& common, const Twist& V_own_WB,
-            const Mat3& per_mass) noexcept;
-  struct SlewFrame;
-  void SlewLink(SlewFrame& frame, Partner& partner) noexcept;
-  /// Returns how fast the link's stiffness may change, whatever is wanted of it.
-  StiffnessSlew LimitsOf(const SlewFrame& frame, const Partner& partner) const noexcept;
-  /// Sets the stiffness that is offered to the partner of a closed link. Returns the law's link.
-  LinkLaw OfferTo(const SlewFrame& frame, Partner& partner, StiffnessSlew& slew) const noexcept;
+  /// Adds the energy dissipated by drag in the last frame to the gates, and moves the copies.
+  void MoveCopies(const LinkFrame& frame) noexcept;
+  /// Updates the stiffnesses of all links.
+  void Slew(const LinkFrame& frame, const LawInputs& common) noexcept;
+  /// Forgets the links that have faded, and writes the others. Returns the sum of their
+  /// stiffnesses, N/m.
+  double Couple(const LinkFrame& frame, StepInputs& inputs) noexcept;
+  void SetDrag(LawInputs common, double stiffness_sum, const Mat3& per_mass,
+               StepInputs& inputs) noexcept;
   /// Returns the largest peak age of any closed link's loop, s.
   double WorstLoopAge() const noexcept;
 
@@ -99,8 +105,8 @@ class SharedBody {
   Inertia inertia_;
   double gyration_;  // m
   Options options_;
-  std::array<Partner, kMaxLinks> partners_{};
-  std::array<std::size_t, kMaxLinks> partner_of_link_{};  // for the links of the coming frame
+  PeerMap<Coupled, kMaxLinks> links_;
+  std::array<std::size_t, kMaxLinks> slots_{};  // in links_, of the links of the coming frame
   std::size_t link_count_ = 0;
   double longest_loop_age_s_ = 0;  // greatest age of any link in the last minutes, decaying slowly
   double ground_damping_ = 0;      // N s/m; in the last frame

@@ -5,7 +5,7 @@
 
 namespace tandem {
 
-inline constexpr double kFadeTime = 0.2;    // s; shortest fade of a partner that is gone
+inline constexpr double kFadeTime = 0.2;    // s; shortest fade of a peer that is gone
 inline constexpr double kGentleFall = 8.0;  // N/s; gentle falls take no more from the links' forces
 inline constexpr double kCappedFall = 10.0;    // N/s; likewise, where users are told of the cause
 inline constexpr double kRisePower = 0.02;     // W; rises put at most this into the links' springs

@@ -337,7 +337,7 @@ void Peer::StartWhenReady(std::int64_t now_ns) noexcept {
   if (started_ns_) return;
   // the hand does not begin until its first body is in hand, or refused
   if (options_.held_object >= 0 && holdings_.wanted() >= 0) return;
-  // partners on the shared body must have heard us too; from other peers a first pose is enough
+  // coupled peers must have heard us too; from other peers a first pose is enough
   const std::size_t ready = shared_ ? shared_->coupled() : remote_.heard();
   if (ready < options_.wait_for) return;
   started_ns_ = now_ns;

@@ -1,6 +1,7 @@
 #include "collab/peer/peer_telemetry.h"
 
 #include <algorithm>
+#include <array>
 
 namespace tandem {
 

@@ -31,7 +31,7 @@ struct LinkSwitch {
 /// order. Membership goes to the directory.
 class PeerInbox : public Inbox {
  public:
-  /// Most samples that wait for their time: two seconds of delay from seven partners at 1 kHz, with
+  /// Most samples that wait for their time: two seconds of delay from seven peers at 1 kHz, with
   /// some duplicates.
   static constexpr std::size_t kDefaultWaiting = 16384;
 

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "collab/coupling/partner.h"
+#include "collab/coupling/link_views.h"
 
 namespace tandem {
 

@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "collab/coupling/partner.h"
+#include "collab/coupling/link_views.h"
 #include "collab/session/messages.h"
 #include "collab/session/peer_map.h"
 #include "engine/world/world_model.h"
@@ -21,7 +21,7 @@ namespace tandem {
 /// so that a body sliding along a wall does not count as beyond it. Lines are marched through the
 /// fixture's distance field, or its voxmap, with distances as steps, in at most kReads reads a
 /// frame. While all instances are together, where no peer is trapped, it reads just enough to see
-/// each partner in 50 ms; a look at one partner then takes some frames. Used by the haptic thread
+/// each peer in 50 ms; a look at one peer then takes some frames. Used by the haptic thread
 /// alone; nothing allocates after construction.
 class TrapDetector {
  public:
@@ -52,7 +52,7 @@ class TrapDetector {
     double least = 0;           // m; least distance since `since_ns`
     std::int64_t since_ns = 0;  // since when blocked and no nearer; 0: it is not
   };
-  /// A look at one partner in progress.
+  /// A look at one peer in progress.
   struct Sweep {
     std::size_t slot = 0;  // its slot in links_
     PeerId peer = 0;       // 0: none

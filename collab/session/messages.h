@@ -102,7 +102,7 @@ struct ViewFrame {
   PeerId peer = 0;
   std::uint32_t seq = 0;
   std::int64_t sample_ns = 0;
-  float delay_ms = 0;       // half the largest loop age over its partners; 0 when alone
+  float delay_ms = 0;       // half the largest loop age over its coupled peers; 0 when alone
   float mirror_lag_mm = 0;  // greatest distance of its mirrors from their received poses
   float link_force = 0;     // N; largest force of its couplings on the body in hand
   Twist V_W;  // twist of the body in hand at its X_W; only for the picture between two frames

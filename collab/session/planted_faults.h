@@ -25,7 +25,7 @@ enum class Fault : std::uint8_t {
   kNegativeStiffness,    // in a link, once a second
   kStaleState,           // older states count as newer
   kMirrorFrozen,         // only the first state of a body moves its mirror
-  kOthersName,           // links are written in the partner's name
+  kOthersName,           // links are written in the coupled peer's name
   kClaimsForgotten,      // claims of other peers are not told to the forces
   kFadeNever,            // the pull of a peer that is gone stays
   kLinkTurn,             // a link turns instances away from one another

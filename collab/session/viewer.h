@@ -42,7 +42,7 @@ struct ViewedPeer {
   PeerId first_id = 0;      // id of the first program with this name and role; 0: its own
   bool came_back = false;   // it is here again after it was gone, or took such a program's place
   std::int64_t first_heard_ns = 0;
-  double delay_ms = 0;           // half its loop age to its partners, as it says
+  double delay_ms = 0;           // half its loop age to its coupled peers, as it says
   double mirror_lag_mm = 0;      // greatest lag of its mirrors, as it says
   double link_force = 0;         // N; largest force of its couplings
   Twist V_W;                     // twist of its held body, at the body's X_W

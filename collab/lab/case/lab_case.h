@@ -52,7 +52,7 @@ struct LabLaw {
   double boundary_ratio = 0;  // above 0: "constant" has that share of this case's k_crit as its
                               // stiffness
   bool gate = true;
-  bool exchange_forces = false;  // the lab's unstable control: the partner's force is applied
+  bool exchange_forces = false;  // the lab's unstable control: the other end's force is applied
 };
 
 /// The network between the users: one direction from the lesser to the greater number, one back.

@@ -16,7 +16,7 @@ namespace tandem {
 /// and a replayed recording.
 struct UserFrame {
   bool present = false;       // the user holds the body; without it the other fields do not count
-  std::size_t coupled = 0;    // partners whose loop is closed
+  std::size_t coupled = 0;    // peers whose loop is closed
   RigidState state;           // state of the own instance
   double ground_damping = 0;  // N s/m, from the law
   std::size_t link_count = 0;

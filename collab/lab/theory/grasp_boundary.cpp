@@ -23,7 +23,7 @@ Mat3 Cross(const Vec3& p) {
   return cross;
 }
 
-/// Returns the motion of a user whose partners' copies stand still.
+/// Returns the motion of a user to whom the other users' copies stand still.
 Eigen::Matrix<double, 12, 12> StandingCopies(const GraspCoupling& model, const GraspedBody& user) {
   const Mat6 inverse = user.mass.inverse();
   const Mat6 springs = user.stiffness + model.stiffness * Mat6::Identity();

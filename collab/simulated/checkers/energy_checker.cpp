@@ -6,7 +6,7 @@
 namespace tandem {
 
 void EnergyChecker::Look(SimulatedSession& session) {
-  partners_.resize(session.size());
+  coupled_peers_.resize(session.size());
   for (std::size_t m = 0; m < session.size(); ++m) {
     if (session.present(m) && !session.halted(m)) LookAt(session, m);
   }
@@ -19,16 +19,16 @@ void EnergyChecker::LookAt(SimulatedSession& session, std::size_t member) {
   std::array<LinkView, kMaxLinks> views;
   const std::size_t count =
       shared == nullptr ? 0 : shared->Links(session.network().LocalNow(self), views);
-  std::vector<PeerId> partners;
+  std::vector<PeerId> peers;
   double stiffness = 0;
   for (std::size_t i = 0; i < count; ++i) {
-    partners.push_back(views[i].peer);
+    peers.push_back(views[i].peer);
     stiffness += views[i].stiffness;
-    const auto& old = partners_[member];
+    const auto& old = coupled_peers_[member];
     if (std::find(old.begin(), old.end(), views[i].peer) != old.end()) continue;
     links_[std::minmax(self, views[i].peer)].credit += kCredit;
   }
-  partners_[member] = std::move(partners);
+  coupled_peers_[member] = std::move(peers);
   if (count == 0) return;
 
   const auto body = static_cast<std::size_t>(peer.holdings().held());

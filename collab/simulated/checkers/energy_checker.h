@@ -44,7 +44,7 @@ class EnergyChecker {
   Breakages* breakages_;
   double kept_;
   std::map<std::pair<PeerId, PeerId>, Link> links_;
-  std::vector<std::vector<PeerId>> partners_;  // indexed by member, a frame ago
+  std::vector<std::vector<PeerId>> coupled_peers_;  // indexed by member, a frame ago
 };
 
 }  // namespace tandem

@@ -10,7 +10,7 @@
 
 namespace tandem {
 
-/// Returns the largest stiffness that a coupling law allows to one partner at a loop age, N/m. It
+/// Returns the largest stiffness that a coupling law allows to one link at a loop age, N/m. It
 /// uses the formulas of docs/decisions/0005, 0017 and 0050, coded independently of the product.
 double LargestStiffness(const std::string& law, double loop_s);
 
