@@ -12,7 +12,7 @@ namespace tandem {
 namespace {
 
 constexpr PeerId kWe = 1;
-constexpr PeerId kOther = 2;
+constexpr PeerId kHeardPeer = 2;
 constexpr std::int64_t kMs = 1'000'000;
 
 /// Two peers with frames of 1 ms that send in each. The session is a model of its own of what we
@@ -36,12 +36,12 @@ struct Session {
       if (pause_from >= 0 && sent >= pause_from && sent < pause_from + 3000) continue;
       const std::int64_t stamp = (sent + offset_ms) * kMs;
       ObjectState state;
-      state.peer = kOther;
+      state.peer = kHeardPeer;
       state.seq = static_cast<std::uint32_t>(100 + sent);
       state.sample_ns = stamp;
       line.Heard(state, now * kMs);
       CouplingLinks links;
-      links.from = kOther;
+      links.from = kHeardPeer;
       links.seq = state.seq;
       links.sample_ns = stamp;
       links.count = 1;
