@@ -42,8 +42,7 @@ void ExpectCalm(const CaseResult& run) {
 constexpr const char* kDefaultLaw = R"({"gate": false})";
 
 // One user leans on what is there, and one is pulled away from it. The hands are heavy. The ball
-// has no friction, so it goes on swinging in its socket for a second, beside the way in which it is
-// leant.
+// has no friction, so it goes on swinging in its socket for a second, across the user's push.
 TEST(LabScenes, AreCalmUnderTheDefaultLawInContact) {
   for (const char* name : {"wall", "slot", "ball"}) {
     const LabScene scene = SceneOf(Case(name, "press", kDefaultLaw));
