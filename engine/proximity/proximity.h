@@ -46,8 +46,8 @@ std::array<float, 3> ProximityColour(double distance, double range) noexcept;
 /// Returns the unit direction in which the distance from the shape's surface grows fastest (inside:
 /// the depth shrinks), by voxels alone; zero beyond the field's range. It is the mean of the
 /// directions from the voxels that are nearly the nearest. Within 1.5 voxels it follows from the
-/// side of the surface that the voxels round p are on. Its errors are in
-/// docs/decisions/0012-proximity.md.
+/// side of the surface that the voxels round p are on. It errs most beside edges: its errors are in
+/// docs/results/0012-proximity.csv.
 Vec3 VoxelGradient(const ProximityShape& shape, const Vec3& p_B) noexcept;
 
 /// The nearness of two bodies. Their exact distance, 0 where they overlap, lies in [least, most].

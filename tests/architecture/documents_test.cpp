@@ -253,6 +253,68 @@ TEST(Documents, DecisionsInAnotherFormAreFound) {
               ::testing::ElementsAre(::testing::HasSubstr("line 20 ")));
 }
 
+/// Returns the names of all tests of this tree, as Suite.Name.
+std::set<std::string> TestNames() {
+  static const std::regex test(R"(\bTEST(?:_F|_P)?\(\s*(\w+),\s*(\w+)\s*\))");
+  std::set<std::string> names;
+  for (const std::filesystem::path& file : testing::TreeFiles()) {
+    if (file.extension() != ".cpp" || *file.begin() != "tests") continue;
+    const std::string& text = testing::TreeText(file);
+    for (std::sregex_iterator it(text.begin(), text.end(), test), end; it != end; ++it) {
+      names.insert((*it)[1].str() + "." + (*it)[2].str());
+    }
+  }
+  return names;
+}
+
+/// Returns the tests that a text names as `Suite.Name` and that are not among `tests`.
+std::vector<std::string> TestsNamedInVain(const std::string& text,
+                                          const std::set<std::string>& tests) {
+  static const std::regex name(R"(`([A-Z]\w+\.[A-Z]\w+)`)");
+  std::vector<std::string> vain;
+  for (std::sregex_iterator it(text.begin(), text.end(), name), end; it != end; ++it) {
+    if (!tests.contains((*it)[1])) vain.push_back((*it)[1]);
+  }
+  return vain;
+}
+
+/// Returns the names that a text gives as `file.h`: `Name`, `Name` and that the file does not have.
+std::vector<std::string> NamesMissingInFiles(const std::string& text) {
+  static const std::regex place(R"(`([\w./-]+\.(?:h|cpp))`: ((?:`\w+`(?:, )?)+))");
+  static const std::regex quoted(R"(`(\w+)`)");
+  std::vector<std::string> missing;
+  for (std::sregex_iterator it(text.begin(), text.end(), place), end; it != end; ++it) {
+    const std::string file = (*it)[1];
+    const std::string names = (*it)[2];
+    const std::string& source = testing::TreeText(file);
+    for (std::sregex_iterator name(names.begin(), names.end(), quoted); name != end; ++name) {
+      const std::string word = (*name)[1];
+      if (!std::regex_search(source, std::regex("\\b" + word + "\\b"))) {
+        missing.push_back(file + ": " + word);
+      }
+    }
+  }
+  return missing;
+}
+
+TEST(Documents, PaperMapNamesOnlyTestsAndFunctionsThatExist) {
+  const std::string map = testing::TreeText("docs/paper_map.md");
+  EXPECT_THAT(TestsNamedInVain(map, TestNames()), ::testing::IsEmpty());
+  EXPECT_THAT(NamesMissingInFiles(map), ::testing::IsEmpty());
+}
+
+TEST(Documents, TestsAndFunctionsNamedInVainAreFound) {
+  EXPECT_THAT(TestsNamedInVain("`Map.Is`, `Map.Was`, `README.md`, Map.Out", {"Map.Is"}),
+              ::testing::ElementsAre("Map.Was"));
+  EXPECT_THAT(NamesMissingInFiles("`engine/base/units.h`: `kMs`, `kGone`, and `kFar`"),
+              ::testing::ElementsAre("engine/base/units.h: kGone"));
+}
+
+TEST(TreeFiles, HaveFoldersThatAreCalledBuildBelowTheTop) {
+  EXPECT_THAT(testing::TreeFiles(),
+              ::testing::Contains(std::filesystem::path("engine/voxel/build/voxelize.h")));
+}
+
 TEST(Documents, PathsAreFoundInCodeAndInLinks) {
   EXPECT_THAT(PathsNamedIn("see `engine/base/a.h`, [notes](docs/b.md) and engine/plain"),
               ::testing::ElementsAre("engine/base/a.h", "docs/b.md"));

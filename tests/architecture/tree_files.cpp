@@ -14,7 +14,8 @@ std::vector<fs::path> TreeFiles() {
   for (auto it = fs::recursive_directory_iterator(top); it != fs::recursive_directory_iterator();
        ++it) {
     const std::string name = it->path().filename();
-    if (it->is_directory() && (name.starts_with("build") || name.starts_with('.'))) {
+    const bool is_built = it.depth() == 0 && name.starts_with("build");
+    if (it->is_directory() && (is_built || name.starts_with('.'))) {
       it.disable_recursion_pending();
     }
     if (it->is_regular_file()) files.push_back(fs::relative(it->path(), top));
