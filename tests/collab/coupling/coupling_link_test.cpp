@@ -216,7 +216,7 @@ TEST(CouplingLink, ALinkThatDoesNotFadeIsLeftAsItIsByRejoin) {
 
 TEST(CouplingLink, RefusesEchoesThatWereNotSentOrAreOlderThanTheLast) {
   OneLink one;
-  EXPECT_EQ(one.HearLinks(-5, 50), 1U);  // of the future
+  EXPECT_EQ(one.HearLinks(-5, 50), 1U);  // a stamp of the future
   EXPECT_EQ(one.HearLinks(20, 50), 0U);
   EXPECT_EQ(one.HearLinks(30, 50), 1U);
   EXPECT_EQ(one.HearLinks(20, 50), 0U);  // the same again is no error
