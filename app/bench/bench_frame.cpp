@@ -117,15 +117,15 @@ bool IsPlain(const WorldModel& model) {
 
 /// Leaves the savings out that the options name. Error: plain contact alone has one of them.
 std::optional<Error> LeaveOut(const std::vector<std::string>& savings, FrameSetup& setup) {
-  ScheduleOptions& schedule = setup.schedule;
+  ExperimentOptions& experiments = setup.schedule.experiments;
   for (const std::string& what : savings) {
     const bool of_points = what == "awareness" || what == "drift";
     if (of_points && !IsPlain(*setup.model)) {
       return Error{"--without " + what + ": only plain contact has it"};
     }
-    if (what == "coherence") schedule.coherence = schedule.chunks = schedule.drift = false;
-    if (what == "chunks") schedule.chunks = false;
-    if (what == "drift") schedule.drift = false;
+    if (what == "coherence") experiments.coherence = experiments.chunks = experiments.drift = false;
+    if (what == "chunks") experiments.chunks = false;
+    if (what == "drift") experiments.drift = false;
     if (what != "awareness") continue;
     auto blind = std::make_shared<WorldModel>(*setup.model);
     for (BodyModel& body : blind->bodies) ForgetLabels(body.points);
@@ -294,7 +294,7 @@ int RunFrame(const FrameArguments& arguments) {
   FrameSetup setup;
   setup.model = *loaded;
   if (!setup.model->has_fixture) return Fail(kExitFile, arguments.scene.scene + ": no fixed body");
-  if (arguments.schedule == "printed") setup.schedule.instead = MakePrintedSchedule;
+  if (arguments.schedule == "printed") setup.schedule.experiments.schedule = MakePrintedSchedule;
   if (const auto fault = LeaveOut(arguments.without, setup)) return Fail(kExitUsage, fault->what);
   const Scene& scene = setup.model->scene;
   if (scene.hands.empty()) return Fail(kExitFile, arguments.scene.scene + ": no hand");

@@ -121,8 +121,9 @@ NodeOptions NodeOptionsOf(const PeerArguments& arguments, const Joining& joining
   options.peer.wait_for = arguments.wait_for;
   options.peer.settle_ns =
       std::max(kLeastSettleNs, kSettleNs - (MonotonicNowNs() - joining.joined_ns));
-  options.peer.coupling.law = *MakeLaw(arguments.law, arguments.limits, arguments.lab);
-  options.peer.coupling.gate = arguments.gate;
+  options.peer.law = *MakeLaw(arguments.law, arguments.limits, arguments.lab);
+  options.peer.experiments.energy_gate = arguments.gate;
+  options.peer.experiments.contact = !arguments.no_contact;
   options.peer.trace_frames = TraceFrames(arguments);
   options.peer.capacity = joining.capacity.tests;
   options.peer.look_price = joining.capacity.look_price;
@@ -193,7 +194,6 @@ int MakeNode(const PeerArguments& arguments, Joining& joining) {
   }
   joining.node =
       std::make_unique<PeerNode>(joining.model, std::move(device), joining.hash.content, options);
-  if (arguments.no_contact) joining.node->world().SwitchContactOff();
   return kExitOk;
 }
 

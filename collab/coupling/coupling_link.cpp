@@ -194,7 +194,7 @@ LinkView CouplingLink::View(PeerId peer, std::int64_t now_ns, double gyration) c
 // Experiments of the lab.
 
 void CouplingLink::LetThrough(const Pose& next, const LinkFrame& frame) noexcept {
-  if (!frame.experiments.gate) {
+  if (!frame.experiments.energy_gate) {
     copy_.X_WB = next;
     copy_.stretch = EnergyGate::StretchOf(next, frame.own, frame.per_mass);
     return;
@@ -205,7 +205,7 @@ void CouplingLink::LetThrough(const Pose& next, const LinkFrame& frame) noexcept
 
 double CouplingLink::EnergyLeft(const LinkFrame& frame) const noexcept {
   constexpr double kNoBound = 1e30;
-  return frame.experiments.gate ? gate_.tank() : kNoBound;
+  return frame.experiments.energy_gate ? gate_.tank() : kNoBound;
 }
 
 void CouplingLink::ExchangeForces(const LinkFrame& frame, StepInputs::Link& link) noexcept {

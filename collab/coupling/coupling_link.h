@@ -10,22 +10,17 @@
 #include "collab/coupling/stiffness_slew.h"
 #include "collab/receive/sent_stamps.h"
 #include "collab/session/messages.h"
+#include "engine/base/experiment_options.h"
 #include "engine/world/step_inputs.h"
 
 namespace tandem {
-
-/// Experiments of the lab with all links of a body; the product leaves them as they are here.
-struct LinkExperiments {
-  bool gate = true;              // off: copies move without regard to energy
-  bool exchange_forces = false;  // each end applies the force that the other end has computed
-};
 
 /// The own instance of a shared body in a frame.
 struct LinkFrame {
   std::int64_t now_ns = 0;
   const RigidState& own;
   const Mat3& per_mass;  // rotational inertia in W over the mass, m^2
-  LinkExperiments experiments;
+  ExperimentOptions experiments;
 };
 
 /// The stiffness that the links of a body share in a frame.
@@ -177,7 +172,7 @@ class CouplingLink {
   Wrench applied_B_W_;      // on our instance in the last frame
   Wrench its_applied_B_W_;  // on its instance, as it says
 
-  // Experiments of the lab (LinkExperiments): this part of the class alone knows of them.
+  // ExperimentOptions: this part of the class alone knows of them.
 
   /// Moves the copy to `next`, or as far on the way there as the gate's energy allows.
   void LetThrough(const Pose& next, const LinkFrame& frame) noexcept;

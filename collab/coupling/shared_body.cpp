@@ -159,10 +159,8 @@ void SharedBody::SetDrag(LawInputs common, double stiffness_sum, const Mat3& per
 void SharedBody::Prepare(std::int64_t now_ns, const RigidState& own, StepInputs& inputs) noexcept {
   const Mat3 R = own.X_WB.q.toRotationMatrix();
   const Mat3 per_mass = R * inertia_.I_B * R.transpose() / inertia_.mass;
-  const LinkFrame frame{.now_ns = now_ns,
-                        .own = own,
-                        .per_mass = per_mass,
-                        .experiments = {options_.gate, options_.exchange_forces}};
+  const LinkFrame frame{
+      .now_ns = now_ns, .own = own, .per_mass = per_mass, .experiments = options_.experiments};
   LawInputs common = MeasureDelays(now_ns);
   if (Planted(Fault::kUsersInPlaceOfLinks)) ++common.users;
   if (Planted(Fault::kEveryLinkWhole)) common.users = 2;

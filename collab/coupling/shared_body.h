@@ -29,12 +29,7 @@ class SharedBody {
  public:
   struct Options {
     std::shared_ptr<const CouplingLaw> law = DefaultLaw();
-    // experiments of the lab: see LinkExperiments
-    bool gate = true;  // off: for comparison only
-    /// Exchanges forces in place of states, to show the effect, in the lab alone. Each end computes
-    /// the spring between its instance and the copy, sends that force, and applies the force that
-    /// it receives. Unstable from a quarter of k_crit on.
-    bool exchange_forces = false;
+    ExperimentOptions experiments{};
   };
 
   SharedBody(PeerId self, ObjectId object, const Inertia& inertia, const Options& options);

@@ -10,18 +10,12 @@
 #include "collab/mirror/contact_blend.h"
 #include "collab/session/membership.h"
 #include "collab/session/peer_map.h"
+#include "engine/base/experiment_options.h"
 #include "engine/world/step_inputs.h"
 #include "engine/world/world.h"
 #include "engine/world/world_model.h"
 
 namespace tandem {
-
-/// The behaviour of a mirror while we push it.
-enum class MirrorModel : std::uint8_t {
-  kBlend,         // firm at first, then it gives way as the delay requires: ContactBlend
-  kHeld,          // rigid at the last received pose; for the lab
-  kDeadReckoned,  // rigid at the pose extrapolated to the present; for the lab
-};
 
 /// Keeps the bodies that other peers move (paper §6.1, type-1), either in their hands or as they
 /// fall. Each has a mirror here that follows the newest received pose: the first instance of the

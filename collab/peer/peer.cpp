@@ -58,7 +58,7 @@ Peer::Peer(World& world, Device& device, PeerInbox& inbox, const PeerOptions& op
       options_(options),
       holdings_(options.id, world.model(), options.settle_ns, options.own_only, &inbox.drops()),
       parting_(options.id, world.model()),
-      remote_(world.model(), options.mirror),
+      remote_(world.model(), options.experiments.mirror),
       gate_(options.id, world.model().object, inbox.drops(), SharedOf(world.model())),
       device_can_(device.capabilities()),
       guard_(device_can_.peak),
@@ -248,7 +248,8 @@ void Peer::TakeAndLetGo() noexcept {
   if (!model.scene.bodies[object].shared) return;
   parting_.Begin(held_);
   uncoupled_.Clear();
-  shared_.emplace(options_.id, object, model.bodies[body].inertia, options_.coupling);
+  shared_.emplace(options_.id, object, model.bodies[body].inertia,
+                  SharedBody::Options{options_.law, options_.experiments});
   std::array<PeerId, kMaxPeers> holders{};
   const std::size_t count = holdings_.Holders(body, holders);
   for (std::size_t i = 0; i < count; ++i) Couple(holders[i]);

@@ -33,12 +33,12 @@ struct PeerOptions {
   std::int64_t settle_ns = 0;  // time to listen before taking bodies that no peer seems to hold
   bool own_only = false;       // takes no shared body: the other peers have other force parameters
   std::size_t wait_for = 0;    // other users whose loop must be closed before the hand starts
-  SharedBody::Options coupling;
-  MirrorModel mirror = MirrorModel::kBlend;  // other models are for the lab
-  double capacity = kDefaultCapacity;        // point tests that fit into a frame (paper §5)
-  double look_price = kDefaultLookPrice;     // price of an exact look, in point tests
-  std::size_t trace_frames = 0;              // frames to trace from the hand's start; 0: none
-  FrameTap* tap = nullptr;                   // receives every frame's inputs; must outlive the peer
+  std::shared_ptr<const CouplingLaw> law = DefaultLaw();  // of the links of shared bodies
+  ExperimentOptions experiments;                          // the lab's, for couplings and mirrors
+  double capacity = kDefaultCapacity;     // point tests that fit into a frame (paper §5)
+  double look_price = kDefaultLookPrice;  // price of an exact look, in point tests
+  std::size_t trace_frames = 0;           // frames to trace from the hand's start; 0: none
+  FrameTap* tap = nullptr;                // receives every frame's inputs; must outlive the peer
 };
 
 /// The haptic half of a peer: device, simulation and the couplings to other peers. A state machine

@@ -43,7 +43,7 @@ PeerNode::PeerNode(std::shared_ptr<const WorldModel> model, std::unique_ptr<Devi
                    std::uint64_t scene_hash, const NodeOptions& options)
     : model_(std::move(model)),
       options_(options),
-      world_(model_, {.helpers = options.helpers}),
+      world_(model_, {.helpers = options.helpers, .experiments = options.peer.experiments}),
       device_(std::move(device)),
       directory_(options.peer.id, scene_hash, options.name, TermsOf(*model_)),
       inbox_(options.conditions, directory_, options.waiting),

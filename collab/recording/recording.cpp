@@ -108,7 +108,7 @@ PeerOptions PeerIn(const JsonNode& root) {
   constexpr std::uint64_t kLongestSettlingNs = 1'000'000'000'000;
   PeerOptions peer;
   peer.own_only = root["own_only"].TrueOrFalse();
-  peer.coupling.gate = root["gate"].TrueOrFalse();
+  peer.experiments.energy_gate = root["gate"].TrueOrFalse();
   peer.id = root["peer"].Unsigned();
   peer.held_object = root["held_object"].WholeNumber(-1, kMostBodies);
   const std::vector<JsonNode> grasp = root["grasp"].Items();
@@ -166,26 +166,26 @@ std::string AsText(const RecordingHeader& header) {
   const Pose& X_BD = header.peer.X_BD;
   const auto& q = X_BD.q.coeffs();
   ordered_json json{{"program", header.program},
-                          {"protocol", kProtocol},
-                          {"name", header.name},
-                          {"scene", header.scene},
-                          {"scene_hash", header.scene_hash},
-                          {"voxel_size", header.parameters.voxel_size},
-                          {"contact_model", static_cast<int>(header.parameters.contact)},
-                          {"force_layer", header.parameters.force_layer},
-                          {"friction", header.parameters.friction},
-                          {"own_only", header.peer.own_only},
-                          {"contact", header.contact},
-                          {"law", header.law},
-                          {"law_limits", LimitsOf(header.limits)},
-                          {"gate", header.peer.coupling.gate},
-                          {"peer", header.peer.id},
-                          {"held_object", header.peer.held_object},
-                          {"grasp", {q[0], q[1], q[2], q[3], X_BD.p[0], X_BD.p[1], X_BD.p[2]}},
-                          {"settle_ns", header.peer.settle_ns},
-                          {"wait_for", header.peer.wait_for},
-                          {"capacity", header.peer.capacity},
-                          {"look_price", header.peer.look_price}};
+                    {"protocol", kProtocol},
+                    {"name", header.name},
+                    {"scene", header.scene},
+                    {"scene_hash", header.scene_hash},
+                    {"voxel_size", header.parameters.voxel_size},
+                    {"contact_model", static_cast<int>(header.parameters.contact)},
+                    {"force_layer", header.parameters.force_layer},
+                    {"friction", header.parameters.friction},
+                    {"own_only", header.peer.own_only},
+                    {"contact", header.contact},
+                    {"law", header.law},
+                    {"law_limits", LimitsOf(header.limits)},
+                    {"gate", header.peer.experiments.energy_gate},
+                    {"peer", header.peer.id},
+                    {"held_object", header.peer.held_object},
+                    {"grasp", {q[0], q[1], q[2], q[3], X_BD.p[0], X_BD.p[1], X_BD.p[2]}},
+                    {"settle_ns", header.peer.settle_ns},
+                    {"wait_for", header.peer.wait_for},
+                    {"capacity", header.peer.capacity},
+                    {"look_price", header.peer.look_price}};
   // a device that bears every gain has none of these
   for (const BorneGain& gain : kBorneGains) {
     const double most = header.device.*gain.value;

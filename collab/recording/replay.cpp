@@ -59,13 +59,13 @@ Result<std::unique_ptr<Replay>> Replay::Create(const RecordingHeader& header,
   device->scale = header.device_scale;
   NodeOptions options;
   options.peer = header.peer;
-  options.peer.coupling.law = *std::move(law);
+  options.peer.law = *std::move(law);
+  options.peer.experiments.contact = header.contact;
   options.peer.tap = replay->tap_.get();
   options.name = header.name;
   options.helpers = helpers;
   replay->node_ =
       std::make_unique<PeerNode>(std::move(model), std::move(device), header.scene_hash, options);
-  if (!header.contact) replay->node_->world().SwitchContactOff();
   return replay;
 }
 

@@ -135,8 +135,7 @@ class Run {
     options.peer.id = peer.id;
     options.peer.held_object = peer.object;
     options.peer.settle_ns = kSettleNs;
-    options.peer.coupling.law =
-        *MakeLaw(schedule_.law, {.constant_stiffness = kConstantStiffness}, true);
+    options.peer.law = *MakeLaw(schedule_.law, {.constant_stiffness = kConstantStiffness}, true);
     options.name = std::to_string(peer.id);
     options.publish_hz = peer.publish_hz;
     const double most_delay_s = 1e-3 * 0.5 * schedule_.LongestRoundTripMs() + 2.1;

@@ -38,6 +38,7 @@ World::World(std::shared_ptr<const WorldModel> model, const ScheduleOptions& sch
     : model_(std::move(model)),
       instances_(MakeInstances(*model_)),
       together_(instances_.size()),
+      contact_on_(schedule.experiments.contact),
       helpers_(schedule.helpers) {
   if (model_->fixture_pages != nullptr) {
     auto resident = ResidentVoxels::Make(model_->fixture_pages, model_->voxel_memory_bytes);

@@ -57,8 +57,6 @@ class World {
   std::string WhyVoxelsLack() const;
   /// Waits until the voxels that a frame waits for are in memory. For threads without deadlines.
   void WaitForVoxels();
-  /// Lets bodies pass through one another: for comparison only.
-  void SwitchContactOff() noexcept { contact_on_ = false; }
 
   /// Simulates one frame of kFrame seconds.
   const StepReport& Step(const StepInputs& in) noexcept TANDEM_RUNS_ON(kHapticThread);
@@ -144,8 +142,8 @@ class World {
   std::optional<InstanceIndex> held_;  // instance in the hand in this frame
   CoupledStep together_;
   HeldLoads held_loads_;
-  bool contact_on_ = true;
-  int waited_ = 0;  // consecutive frames that waited for voxels
+  bool contact_on_;  // experiments: off, bodies pass through one another
+  int waited_ = 0;   // consecutive frames that waited for voxels
   FrameHelpers* helpers_;
   StepReport report_;
 };

@@ -51,14 +51,14 @@ Result<SimulatedDemo> RunSimulatedDemo(const std::string& name,
     NodeOptions node;
     node.peer.wait_for = scene->hands.size() - 1;
     node.peer.trace_frames = frames;
-    node.peer.coupling.law = options.law;
+    node.peer.law = options.law;
+    node.peer.experiments.contact = options.contact;
     node.conditions = options.conditions;
     node.conditions.seed += h;
     const PeerId id = 1 + h;
     session.Add(MakeNode(*model, id, scene->BodyNamed(scene->hands[h].body),
                          BegunLater(*script, waits), node),
                 id);
-    if (!options.contact) session.node(h).world().SwitchContactOff();
   }
   const auto all_recorded = [&] {
     for (std::size_t h = 0; h < scene->hands.size(); ++h) {

@@ -23,7 +23,7 @@ PrintedSchedule::PrintedSchedule(const PointBlocks& blocks, const Voxmap& voxmap
       options_(options),
       points_in_(kLanes * blocks.size()),
       chunks_in_(blocks.chunks().size()),
-      open_(blocks.chunks().size(), options.chunks ? 0 : 1),
+      open_(blocks.chunks().size(), options.experiments.chunks ? 0 : 1),
       due_(std::max(kLanes * blocks.size(), blocks.chunks().size())),
       marks_(kLanes * blocks.size()),
       lanes_(blocks.size(), 0),
@@ -39,7 +39,7 @@ PrintedSchedule::PrintedSchedule(const PointBlocks& blocks, const Voxmap& voxmap
     }
   }
   // all places are still unknown: the first Test() finds them
-  if (options.chunks) {
+  if (options.experiments.chunks) {
     for (std::size_t c = 0; c < open_.size(); ++c) chunks_in_.Put(c, 0);
     return;
   }
@@ -53,7 +53,7 @@ void PrintedSchedule::TestAnew() noexcept {
     if (points_in_.queue_of(a) != DistanceQueues::kAsleep) points_in_.Put(a, 0);
     lookups_[a].queue = 0;
   }
-  if (!options_.chunks) return;
+  if (!options_.experiments.chunks) return;
   for (std::size_t c = 0; c < open_.size(); ++c) chunks_in_.Put(c, 0);
 }
 
@@ -106,7 +106,7 @@ void PrintedSchedule::TestChunk(std::size_t c, const Pose& X_VS) noexcept {
 }
 
 void PrintedSchedule::TestChunks(const Pose& X_VS, double most) noexcept {
-  if (!options_.chunks) return;
+  if (!options_.experiments.chunks) return;
   CollectDue(chunks_in_, true, most / kChunkSide);
   for (std::size_t k = 0; k < due_count_; ++k) TestChunk(due_[k], X_VS);
 }
@@ -150,13 +150,13 @@ void PrintedSchedule::Test(const Pose& X_VS, double travel) noexcept {
   const double most = std::max(limit_, travel) / s_;
   transform_ = VoxelTransform(X_VS, s_, displacement_);
   TestChunks(X_VS, most);
-  CollectDue(points_in_, options_.coherence, most);
+  CollectDue(points_in_, options_.experiments.coherence, most);
   for (List& list : lists_) list.count = 0;
   for (std::size_t k = 0; k < due_count_; ++k) {
     const std::uint32_t address = due_[k];
     const std::size_t b = address / kLanes;
     const std::array<float, 3> p_V = transform_(*blocks_, b, address % kLanes);
-    if (options_.drift && StillFar(address, p_V)) continue;
+    if (options_.experiments.drift && StillFar(address, p_V)) continue;
     List& list = lists_[static_cast<std::size_t>(blocks_->fields()[b])];
     list.addresses[list.count] = address;
     list.x[list.count] = p_V[0];
@@ -176,7 +176,7 @@ void PrintedSchedule::Test(const Pose& X_VS, double travel) noexcept {
 TestLoad PrintedSchedule::Load() const noexcept {
   TestLoad load;
   load.bound = 0.5 * s_;
-  if (!options_.coherence) {
+  if (!options_.experiments.coherence) {
     load.mandatory = static_cast<double>(points_in_.awake());
   } else {
     load.mandatory = static_cast<double>(points_in_.count(0));
@@ -184,7 +184,7 @@ TestLoad PrintedSchedule::Load() const noexcept {
       load.per_metre += static_cast<double>(points_in_.count(q)) / (kShare * q * s_);
     }
   }
-  if (!options_.chunks) return load;
+  if (!options_.experiments.chunks) return load;
   load.mandatory += static_cast<double>(chunks_in_.count(0));
   for (int q = 1; q <= kFarthestChunk; ++q) {
     load.per_metre += static_cast<double>(chunks_in_.count(q)) / (kShare * kChunkSide * q * s_);

@@ -41,9 +41,9 @@ std::unique_ptr<PeerNode> UserOf(const LabCase& test, const LabScene& scene,
   const HandScript script = ScriptOf(test, user);
   options.peer.X_BD = script.X_BD;
   options.peer.wait_for = test.users - 1;
-  options.peer.coupling.law = law;
-  options.peer.coupling.gate = test.law.gate;
-  options.peer.coupling.exchange_forces = test.law.exchange_forces;
+  options.peer.law = law;
+  options.peer.experiments.energy_gate = test.law.gate;
+  options.peer.experiments.exchange_forces = test.law.exchange_forces;
   options.name = std::to_string(IdOf(user));
   options.publish_hz = test.publish_hz;
   options.waiting = MostWaiting(test);

@@ -70,7 +70,7 @@ std::unique_ptr<PeerNode> NodeOf(const PressCase& test,
   options.peer.id = 1 + user;
   options.peer.held_object = static_cast<int>(model->object[user]);
   options.peer.wait_for = 1;
-  options.peer.mirror = test.mirror;
+  options.peer.experiments.mirror = test.mirror;
   options.publish_hz = test.publish_hz;
   options.name = std::to_string(1 + user);
   options.conditions = link;

@@ -70,7 +70,8 @@ void FieldSchedule::Test(const Pose& X_VF, const PairMotion& motion, double reac
   const double early = reach > fine && reach_ <= fine ? field_->most_early() : 0.0;
   const double wider = std::max(0.0, reach - reach_) + early;
   reach_ = reach;
-  const double more = options_.coherence ? wider : std::numeric_limits<double>::infinity();
+  const double more =
+      options_.experiments.coherence ? wider : std::numeric_limits<double>::infinity();
   // edges' gaps count by the odometer, which does not run over a jump
   if (!std::isfinite(motion.way + more))
     std::fill(edges_due_.begin(), edges_due_.end(), EdgesDue{});
@@ -101,7 +102,7 @@ void FieldSchedule::Test(const Pose& X_VF, const PairMotion& motion, double reac
 }
 
 bool FieldSchedule::PutIfFar(std::uint32_t number) noexcept {
-  if (!options_.chunks || !options_.coherence) return false;
+  if (!options_.experiments.chunks || !options_.experiments.coherence) return false;
   const BodyFeatures::Chunk& chunk = features_->chunks()[number];
   ++counts_.chunks;
   const Vec3 place = R_VF_ * chunk.middle + p_VF_;

@@ -32,13 +32,13 @@ PointSchedule::PointSchedule(const PointBlocks& blocks, const Voxmap& voxmap, in
   }
   // all places are still unknown: the first Test() finds them
   for (std::size_t c = 0; c < open_.size(); ++c) {
-    if (options_.chunks) {
+    if (options_.experiments.chunks) {
       chunks_in_.Put(c, 0);
       continue;
     }
     open_[c] = 1;
   }
-  if (!options_.chunks) {
+  if (!options_.experiments.chunks) {
     for (std::size_t b = 0; b < blocks.size(); ++b) blocks_in_.Put(b, 0);
   }
 }
@@ -131,7 +131,8 @@ bool PointSchedule::DueIsThere() noexcept {
   for (std::size_t k = 0; k < due_count_; ++k) {
     const std::uint32_t b = due_[k];
     if (there_[chunk_of_[b]] != 0) continue;
-    if (options_.drift && blocks_in_.queue_of(b) > 1 && QueueByDrift(b, 0) >= 0) continue;
+    if (options_.experiments.drift && blocks_in_.queue_of(b) > 1 && QueueByDrift(b, 0) >= 0)
+      continue;
     const PointBlocks::Ball& ball = blocks_->balls()[b];
     const auto& a = transform_.a;
     Vec3 p;
@@ -146,7 +147,7 @@ bool PointSchedule::DueIsThere() noexcept {
 }
 
 void PointSchedule::TestChunks(const Pose& X_VS, double travel_voxels) noexcept {
-  if (!options_.chunks) return;
+  if (!options_.experiments.chunks) return;
   due_count_ = 0;
   const auto note = [this](std::size_t c) {
     due_[due_count_++] = static_cast<std::uint32_t>(c);
@@ -171,7 +172,7 @@ void PointSchedule::CollectStrip(std::size_t strip) noexcept {
 }
 
 void PointSchedule::CollectDue(double travel_voxels) noexcept {
-  const int mandatory = options_.coherence ? 1 : DistanceQueues::kQueues - 1;
+  const int mandatory = options_.experiments.coherence ? 1 : DistanceQueues::kQueues - 1;
   for (int q = 0; q < DistanceQueues::kQueues; ++q) {
     passed_[static_cast<std::size_t>(q)] =
         q <= mandatory ? DistanceQueues::kAll : blocks_in_.Advance(q, travel_voxels / Allowance(q));
@@ -209,9 +210,9 @@ void PointSchedule::TestDue(std::size_t begin, std::size_t end, int thread) noex
     const std::size_t stop = std::min(begin + kPiece, end);
     std::size_t count = 0;
     for (; begin < stop; ++begin) {
-      if (options_.drift && begin + kAhead < end) drift_.Fetch(due_[begin + kAhead]);
+      if (options_.experiments.drift && begin + kAhead < end) drift_.Fetch(due_[begin + kAhead]);
       const std::uint32_t b = due_[begin];
-      if (options_.drift && blocks_in_.queue_of(b) > 1) {
+      if (options_.experiments.drift && blocks_in_.queue_of(b) > 1) {
         const int queue = QueueByDrift(b, thread);
         if (queue >= 0) {
           PutDue(b, queue, tally);
@@ -283,7 +284,7 @@ TestLoad PointSchedule::Load() const noexcept {
   TestLoad load;
   load.bound = 0.5 * s_;
   constexpr double kPerBlock = PointBlocks::kLanes;
-  if (!options_.coherence) {
+  if (!options_.experiments.coherence) {
     load.mandatory = kPerBlock * static_cast<double>(blocks_in_.awake());
   } else {
     load.mandatory = kPerBlock * static_cast<double>(blocks_in_.count(0) + blocks_in_.count(1));

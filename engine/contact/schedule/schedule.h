@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "engine/base/experiment_options.h"
 #include "engine/contact/schedule/max_travel.h"
 #include "engine/contact/schedule/point_blocks.h"
 #include "engine/contact/schedule/voxmap_lookup.h"
@@ -13,27 +14,16 @@
 
 namespace tandem {
 
-class Schedule;
 class VoxelReader;
-struct ScheduleOptions;
 
-/// Makes a schedule of another kind than ours.
-using ScheduleMaker = std::unique_ptr<Schedule> (*)(const PointBlocks& blocks, const Voxmap& voxmap,
-                                                    int force_layer,
-                                                    const ScheduleOptions& options);
-
-/// The paper's savings that are in use (all, except in comparisons), and the helpers.
+/// The threads that help with a frame, and the experiments.
 struct ScheduleOptions {
-  bool coherence = true;  // §5: distance queues; without, every awake point in every frame
-  bool chunks = true;     // §5.1: whole chunks by their centre while they are far
-  bool drift = true;      // §5.2: points that have not drifted near are not looked up
-  /// Makes the schedule that is used in place of ours, to compare with; null: ours.
-  ScheduleMaker instead = nullptr;
   /// Threads that share the work of large frames, with the same bits; null: the calling thread does
   /// all. They must outlive the schedule.
   FrameHelpers* helpers = nullptr;
   /// Blocks due in a frame from which on helpers are called: about 50 us of one thread.
   std::size_t shared_from = 1500;
+  ExperimentOptions experiments{};
 };
 
 /// The counts of a frame's tests.
@@ -123,9 +113,9 @@ class Schedule {
   TestCounts counts_;
 };
 
-/// Makes a PointSchedule, or what `options.instead` makes. `blocks`, `voxmap` and `reader` must
-/// outlive it. `reader` is for a voxmap of which a part is in memory, and null for a whole one,
-/// which a schedule of another kind needs.
+/// Makes a PointSchedule, or what `options.experiments.schedule` makes. `blocks`, `voxmap` and
+/// `reader` must outlive it. `reader` is for a voxmap of which a part is in memory, and null for a
+/// whole one, which a schedule of another kind needs.
 std::unique_ptr<Schedule> MakeSchedule(const PointBlocks& blocks, const Voxmap& voxmap,
                                        int force_layer, const ScheduleOptions& options,
                                        VoxelReader* reader = nullptr);

@@ -59,7 +59,7 @@ TEST(Capacity, IsNeverLessThanAThousandTests) {
 TEST(Capacity, SaysWhatFramesOfTestsTake) {
   kHapticThread.Enter();
   const auto model = BallOverPlate(ContactModel::kPlain);
-  World world(model, {.coherence = false, .chunks = false, .drift = false});
+  World world(model, {.experiments = {.coherence = false, .chunks = false, .drift = false}});
   StepInputs inputs = FreeInputs(*model);
   std::vector<double> ratios;  // time that frames took / time promised
   for (int round = 0; round < 9; ++round) {
@@ -84,7 +84,7 @@ TEST(Capacity, SaysWhatFramesOfTestsTake) {
 TEST(Capacity, SaysWhatFramesOfFeaturesTake) {
   kHapticThread.Enter();
   const auto model = BallOverPlate();
-  World world(model, {.coherence = false, .chunks = false});
+  World world(model, {.experiments = {.coherence = false, .chunks = false}});
   StepInputs inputs = FreeInputs(*model);
   std::vector<double> ratios;
   for (int round = 0; round < 9; ++round) {

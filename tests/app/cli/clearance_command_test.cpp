@@ -74,13 +74,13 @@ std::unique_ptr<PeerNode> NodeFor(const std::shared_ptr<const WorldModel>& model
   const auto body = static_cast<std::size_t>(std::max(0, model->BodyNamed(hand.body)));
   NodeOptions options;
   options.peer = header.peer;
-  options.peer.coupling.law = *MakeLaw(header.law, header.limits, true);
+  options.peer.law = *MakeLaw(header.law, header.limits, true);
+  options.peer.experiments.contact = hand.contact;
   options.peer.tap = tap;
   options.name = header.name;
   auto node = std::make_unique<PeerNode>(
       model, std::make_unique<ScriptedDevice>(script, model->bodies[body].X_WB0), header.scene_hash,
       options);
-  if (!hand.contact) node->world().SwitchContactOff();
   return node;
 }
 
@@ -157,7 +157,8 @@ TEST_F(ClearanceCommand, AKeyPassesWithItsPlayAndWithNoMore) {
   constexpr double kVoxelMm = 0.5;
   for (const double play_mm : {0.1, 0.2}) {
     const ScratchFolder key;
-    const std::string scene = testing::WriteKeyScene(key, play_mm * kMillimetre, kVoxelMm * kMillimetre);
+    const std::string scene =
+        testing::WriteKeyScene(key, play_mm * kMillimetre, kVoxelMm * kMillimetre);
     const json room = Measured(scene, {{.body = "key", .to_W = Vec3(0, 0, 60 * kMillimetre)}});
     std::filesystem::remove(File("run"));
     EXPECT_EQ(room.at("body"), "key");
@@ -184,10 +185,12 @@ TEST_F(ClearanceCommand, APartThatGoesByAnEdgeIsAsFarAsTheyStandAside) {
   constexpr double kApartMm = 3;
   const double half = 10 * kMillimetre;
   const double to_edge = half * std::sqrt(2.0);  // distance of the edge from the wall's middle
-  const TriangleMesh wall = Transformed(
-      BoxOfHalf({half, half, 30 * kMillimetre}),
-      {RotationBy(Vec3(0, 0, M_PI / 4)), Vec3(40 * kMillimetre, 10 * kMillimetre + kApartMm * kMillimetre + to_edge, 0)});
-  const json room = Measured(CubeBeside(wall), {{.body = "cube", .to_W = Vec3(80 * kMillimetre, 0, 0)}});
+  const TriangleMesh wall =
+      Transformed(BoxOfHalf({half, half, 30 * kMillimetre}),
+                  {RotationBy(Vec3(0, 0, M_PI / 4)),
+                   Vec3(40 * kMillimetre, 10 * kMillimetre + kApartMm * kMillimetre + to_edge, 0)});
+  const json room =
+      Measured(CubeBeside(wall), {{.body = "cube", .to_W = Vec3(80 * kMillimetre, 0, 0)}});
   EXPECT_NEAR(room.at("along_path_mm").get<double>(), kApartMm, 1e-4);
   EXPECT_NEAR(room.at("p_W")[0].get<double>(), 40 * kMillimetre, 1e-6);
   EXPECT_NEAR(room.at("p_W")[1].get<double>(), (10 + 0.5 * kApartMm) * kMillimetre, 1e-6);
@@ -201,7 +204,8 @@ TEST_F(ClearanceCommand, APartThatGoesByAnEdgeIsAsFarAsTheyStandAside) {
 
 // The hand uses 0.3 of the one voxel by which points can be displaced.
 TEST_F(ClearanceCommand, WhatTheHandHadOrderedIsEnlarged) {
-  const TriangleMesh wall = BoxBetween({13 * kMillimetre, -30 * kMillimetre, -30 * kMillimetre}, {20 * kMillimetre, 30 * kMillimetre, 0});
+  const TriangleMesh wall = BoxBetween({13 * kMillimetre, -30 * kMillimetre, -30 * kMillimetre},
+                                       {20 * kMillimetre, 30 * kMillimetre, 0});
   const json room = Measured(CubeBeside(wall), {{.body = "cube",
                                                  .to_W = Vec3(0, 0, 40 * kMillimetre),
                                                  .seconds = 1,
@@ -215,19 +219,21 @@ TEST_F(ClearanceCommand, WhatTheHandHadOrderedIsEnlarged) {
 // begins 0.45 voxel away, so the recorded path is straight. A hand with more clearance is pushed
 // aside.
 TEST_F(ClearanceCommand, AHandThatIsPushedAsidePassesWithMoreThanItsPathHad) {
-  const TriangleMesh wall =
-      BoxBetween({10.5 * kMillimetre, -30 * kMillimetre, 30 * kMillimetre}, {20 * kMillimetre, 30 * kMillimetre, 0.05});
-  const json room =
-      Measured(CubeBeside(wall), {{.body = "cube", .to_W = Vec3(0, 0, 100 * kMillimetre), .seconds = 3}});
+  const TriangleMesh wall = BoxBetween({10.5 * kMillimetre, -30 * kMillimetre, 30 * kMillimetre},
+                                       {20 * kMillimetre, 30 * kMillimetre, 0.05});
+  const json room = Measured(
+      CubeBeside(wall), {{.body = "cube", .to_W = Vec3(0, 0, 100 * kMillimetre), .seconds = 3}});
   EXPECT_NEAR(room.at("along_path_mm").get<double>(), 0.5, 1e-4);
   EXPECT_GT(room.at("passes_with_mm").get<double>(), 0.5 + 0.05);
   EXPECT_GE(room.at("kept_mm").get<double>(), room.at("passes_with_mm").get<double>() - 0.05);
 }
 
 TEST_F(ClearanceCommand, WhereNothingIsFixedThePartMustEndWhereItEnded) {
-  const TriangleMesh other = BoxBetween({13 * kMillimetre, -30 * kMillimetre, -30 * kMillimetre}, {20 * kMillimetre, 30 * kMillimetre, 0});
-  const json room = Measured(CubeBeside(other, false),
-                             {{.body = "cube", .to_W = Vec3(0, 0, 40 * kMillimetre), .seconds = 1}});
+  const TriangleMesh other = BoxBetween({13 * kMillimetre, -30 * kMillimetre, -30 * kMillimetre},
+                                        {20 * kMillimetre, 30 * kMillimetre, 0});
+  const json room =
+      Measured(CubeBeside(other, false),
+               {{.body = "cube", .to_W = Vec3(0, 0, 40 * kMillimetre), .seconds = 1}});
   EXPECT_EQ(room.at("other"), "other");
   EXPECT_NEAR(room.at("along_path_mm").get<double>(), 3, 1e-4);
   EXPECT_EQ(room.at("at_least"), true);
@@ -257,17 +263,18 @@ TEST_F(ClearanceCommand, AKeyThatTheRimKeepsOutDoesNotPassThoughItKeepsItsDistan
 // two are across x, so their gap is what the recording peer has between their origins, less the
 // halves: 10 mm of the cube, 3.5 mm of the other.
 TEST_F(ClearanceCommand, ABodyThatAnotherHandBringsNearerCounts) {
-  const TriangleMesh other =
-      BoxBetween({18 * kMillimetre, -30 * kMillimetre, -30 * kMillimetre}, {25 * kMillimetre, 30 * kMillimetre, 30 * kMillimetre});
+  const TriangleMesh other = BoxBetween({18 * kMillimetre, -30 * kMillimetre, -30 * kMillimetre},
+                                        {25 * kMillimetre, 30 * kMillimetre, 30 * kMillimetre});
   double gap = 1;
-  const json room = Measured(
-      CubeBeside(other, false), {{.body = "cube"}, {.body = "other", .to_W = Vec3(-5 * kMillimetre, 0, 0)}},
-      [&](const World& world) {
-        const auto cube = static_cast<std::size_t>(world.model().BodyNamed("cube"));
-        const auto beside = static_cast<std::size_t>(world.model().BodyNamed("other"));
-        gap = std::min(gap,
-                       world.state(beside).X_WB.p.x() - world.state(cube).X_WB.p.x() - 13.5 * kMillimetre);
-      });
+  const json room =
+      Measured(CubeBeside(other, false),
+               {{.body = "cube"}, {.body = "other", .to_W = Vec3(-5 * kMillimetre, 0, 0)}},
+               [&](const World& world) {
+                 const auto cube = static_cast<std::size_t>(world.model().BodyNamed("cube"));
+                 const auto beside = static_cast<std::size_t>(world.model().BodyNamed("other"));
+                 gap = std::min(gap, world.state(beside).X_WB.p.x() - world.state(cube).X_WB.p.x() -
+                                         13.5 * kMillimetre);
+               });
   ASSERT_LT(gap, 4 * kMillimetre) << "it came";
   EXPECT_EQ(room.at("body"), "cube");
   EXPECT_EQ(room.at("other"), "other");
@@ -277,26 +284,28 @@ TEST_F(ClearanceCommand, ABodyThatAnotherHandBringsNearerCounts) {
 // Without contact the hand brings a cube, whose lowest face is 10 mm below its origin, into a plate
 // whose top is at -30 mm.
 TEST_F(ClearanceCommand, APathThroughABodyIsBelowZeroAndPassesWithNothing) {
-  const TriangleMesh plate =
-      BoxBetween({-60 * kMillimetre, -60 * kMillimetre, -80 * kMillimetre}, {60 * kMillimetre, 60 * kMillimetre, -30 * kMillimetre});
+  const TriangleMesh plate = BoxBetween({-60 * kMillimetre, -60 * kMillimetre, -80 * kMillimetre},
+                                        {60 * kMillimetre, 60 * kMillimetre, -30 * kMillimetre});
   double lowest_z = 0;
-  const json room =
-      Measured(CubeBeside(plate),
-               {{.body = "cube", .to_W = Vec3(0, 0, -22 * kMillimetre), .seconds = 1, .contact = false}},
-               [&](const World& world) {
-                 lowest_z = std::min(lowest_z, world.state(0).X_WB.p.z());
-               });
+  const json room = Measured(
+      CubeBeside(plate),
+      {{.body = "cube", .to_W = Vec3(0, 0, -22 * kMillimetre), .seconds = 1, .contact = false}},
+      [&](const World& world) {
+        lowest_z = std::min(lowest_z, world.state(0).X_WB.p.z());
+      });
   ASSERT_LT(lowest_z, -21 * kMillimetre);
   EXPECT_EQ(room.at("crosses"), true);
-  EXPECT_NEAR(room.at("along_path_mm").get<double>(), (lowest_z + 20 * kMillimetre) / kMillimetre, 1e-6);
+  EXPECT_NEAR(room.at("along_path_mm").get<double>(), (lowest_z + 20 * kMillimetre) / kMillimetre,
+              1e-6);
   EXPECT_NEAR(room.at("p_W")[2].get<double>(), lowest_z - 10 * kMillimetre, 1e-9);
   EXPECT_TRUE(room.at("passes_with_mm").is_null());
 }
 
 TEST_F(ClearanceCommand, SaysBothFiguresToAPerson) {
-  const TriangleMesh wall = BoxBetween({13 * kMillimetre, -30 * kMillimetre, -30 * kMillimetre}, {20 * kMillimetre, 30 * kMillimetre, 0});
-  RecordHands(CubeBeside(wall), {{.body = "cube", .to_W = Vec3(0, 0, 40 * kMillimetre), .seconds = 1}},
-              File("run"));
+  const TriangleMesh wall = BoxBetween({13 * kMillimetre, -30 * kMillimetre, -30 * kMillimetre},
+                                       {20 * kMillimetre, 30 * kMillimetre, 0});
+  RecordHands(CubeBeside(wall),
+              {{.body = "cube", .to_W = Vec3(0, 0, 40 * kMillimetre), .seconds = 1}}, File("run"));
   const Said said = RunTandem("clearance " + File("run"), "timeout 60 ");
   EXPECT_EQ(said.exit_code, kExitOk) << said.err;
   EXPECT_THAT(said.out, HasSubstr("cube-other: 3 mm apart at the nearest, "));
@@ -304,7 +313,8 @@ TEST_F(ClearanceCommand, SaysBothFiguresToAPerson) {
 }
 
 TEST_F(ClearanceCommand, WhatIsNoWholeRecordingOfAHandIsRefusedInOneLine) {
-  const TriangleMesh wall = BoxBetween({13 * kMillimetre, -30 * kMillimetre, -30 * kMillimetre}, {20 * kMillimetre, 30 * kMillimetre, 0});
+  const TriangleMesh wall = BoxBetween({13 * kMillimetre, -30 * kMillimetre, -30 * kMillimetre},
+                                       {20 * kMillimetre, 30 * kMillimetre, 0});
   const std::string scene = CubeBeside(wall);
   ExpectRefused(RunTandem("clearance /nowhere"), kExitFile, "/nowhere: there is no such file");
   ExpectRefused(RunTandem("clearance " + scene), kExitFile, "is not a recording");
@@ -312,7 +322,8 @@ TEST_F(ClearanceCommand, WhatIsNoWholeRecordingOfAHandIsRefusedInOneLine) {
 
   RecordHands(scene, {{.body = "", .seconds = 0.1}}, File("idle"));
   ExpectRefused(RunTandem("clearance " + File("idle")), kExitFailed, "the hand held nothing");
-  RecordHands(scene, {{.body = "cube", .to_W = Vec3(0, 0, 1 * kMillimetre), .seconds = 0.1}}, File("run"));
+  RecordHands(scene, {{.body = "cube", .to_W = Vec3(0, 0, 1 * kMillimetre), .seconds = 0.1}},
+              File("run"));
   ExpectRefused(RunTandem("clearance --scene /nowhere.json " + File("run")), kExitFile,
                 "/nowhere.json");
   const auto middle = static_cast<std::streamoff>(std::filesystem::file_size(File("run")) / 2);
@@ -328,8 +339,8 @@ TEST_F(ClearanceCommand, WhatIsNoWholeRecordingOfAHandIsRefusedInOneLine) {
 // A cube over a plate with far edges is as far from it as its lowest corner is high.
 TEST(PathDistance, IsThatOfTheLowestCornerOfATurningCubeAtEveryPoseWithFewSearches) {
   const TriangleMesh plate = BoxBetween({-1, -1, -0.02}, {1, 1, 0});
-  const TriangleMesh cube =
-      Transformed(BoxOfHalf(Vec3::Constant(10 * kMillimetre)), {Quat::Identity(), Vec3(0, 0, 50 * kMillimetre)});
+  const TriangleMesh cube = Transformed(BoxOfHalf(Vec3::Constant(10 * kMillimetre)),
+                                        {Quat::Identity(), Vec3(0, 0, 50 * kMillimetre)});
   const auto model = testing::MakeWorldModel({{plate, true}, {cube}}, 5 * kMillimetre);
   const Quat& q_WB0 = model->bodies[0].X_WB0.q;
   PathDistance path(std::make_shared<const PathMeshes>(model));

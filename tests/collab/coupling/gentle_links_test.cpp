@@ -120,7 +120,7 @@ TEST(GentleLinks, LinksThatFallTogetherShareWhatAHandMayFeel) {
 // The peak of a loop of 600 ms is forgotten after two seconds of 40 ms. The drags then fall by 10 N
 // s/m in a tenth of a second, not in a frame.
 TEST(GentleLinks, DragsFallGentlyWhenALoopGrowsShorter) {
-  LinkBench bench({*MakeLaw("p+dd"), false});
+  LinkBench bench({*MakeLaw("p+dd"), {.energy_gate = false}});
   bench.body.Join(kOther);
   for (int i = 0; i < 4000; ++i) bench.Frame(0, 600, 1e3);
   double link = bench.inputs.links[0].gains.damping;
@@ -143,7 +143,7 @@ TEST(GentleLinks, DragsFallGentlyWhenALoopGrowsShorter) {
 // A sample that comes late shows another place and another speed. Both together change the force by
 // 0.8 N a frame, and in the end by all of it.
 TEST(GentleLinks, NoSampleChangesALinksForceByMoreThanSoMuchAFrame) {
-  LinkBench bench({*MakeLaw("p+dd"), false});
+  LinkBench bench({*MakeLaw("p+dd"), {.energy_gate = false}});
   bench.body.Join(kOther);
   for (int i = 0; i < 4000; ++i) bench.Frame(0, 100, 1e3);
   ASSERT_GT(bench.inputs.links[0].gains.damping, 5.0);
@@ -167,7 +167,7 @@ TEST(GentleLinks, NoSampleChangesALinksForceByMoreThanSoMuchAFrame) {
 // A link has 30 N on a held copy; then the partner answers, and wants next to nothing. The force
 // falls by 0.8 N a frame.
 TEST(GentleLinks, NoFallOfStiffnessTakesMoreThanSoMuchForceAFrame) {
-  LinkBench bench({*MakeLaw("p+d"), false});
+  LinkBench bench({*MakeLaw("p+d"), {.energy_gate = false}});
   bench.body.Join(kOther);
   for (int i = 0; i < 4000; ++i) bench.Frame(0, 4, 1e3);
   for (int i = 0; i < 200; ++i) bench.Frame(0.08, 4, 1e3);

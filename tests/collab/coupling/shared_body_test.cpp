@@ -229,7 +229,7 @@ TEST(SharedBody, WhatAPartnerSaysOfItsForceIsNeverApplied) {
 
 // A link that falls gently while its partner is silent has no more damping than the law gives.
 TEST(SharedBody, DampingBetweenInstancesIsNeverAboveTheLaws) {
-  LinkBench bench({*MakeLaw("p+dd"), false});
+  LinkBench bench({*MakeLaw("p+dd"), {.energy_gate = false}});
   bench.body.Join(kOther);
   for (int i = 0; i < 4000; ++i) bench.Frame(0, 20, 1e3);
   for (int i = 0; i < 200; ++i) bench.Frame(0.05, 20, 1e3);
@@ -286,7 +286,7 @@ TEST(SharedBody, AGatePaysForWhatADamperOfTurningGives) {
 // For the lab, the spring's force goes to the partner, and the force that the partner says is
 // applied.
 TEST(SharedBody, ExchangesForcesWhereItIsToldTo) {
-  LinkBench bench({*MakeLaw("p+d"), true, true});
+  LinkBench bench({*MakeLaw("p+d"), {.exchange_forces = true}});
   bench.body.Join(kOther);
   bench.its_force = 3;
   for (int i = 0; i < 3000; ++i) bench.Frame(0.01, 20, 100);

@@ -66,7 +66,7 @@ std::unique_ptr<PeerNode> NodeOf(const std::shared_ptr<const WorldModel>& model,
                                  const RecordingHeader& header, FrameTap* tap, double phase) {
   NodeOptions options;
   options.peer = header.peer;
-  options.peer.coupling.law = *MakeLaw(header.law, header.limits, true);
+  options.peer.law = *MakeLaw(header.law, header.limits, true);
   options.peer.tap = tap;
   options.name = header.name;
   options.conditions = {.delay_ms = 40, .jitter_ms = 20, .loss = 0.05};

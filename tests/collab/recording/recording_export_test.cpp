@@ -61,7 +61,7 @@ class RecordingExportTest : public ::testing::Test {
                                         FrameTap* tap) {
     NodeOptions options;
     options.peer = Header(id).peer;
-    options.peer.coupling.law = *MakeLaw("p+d");
+    options.peer.law = *MakeLaw("p+d");
     options.peer.tap = tap;
     HandScript script;
     for (int i = 0; i <= 8; ++i) {

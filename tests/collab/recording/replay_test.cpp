@@ -33,7 +33,7 @@ TEST(Replay, ALabsGainsAreRepeated) {
   header.law = "constant";
   header.limits.constant_stiffness = 70;
   header.limits.constant_damping = 1.0 / 3.0;
-  header.peer.coupling.gate = false;
+  header.peer.experiments.energy_gate = false;
   RecordingHeader other = header;
   other.peer.id = 2;
   const std::unique_ptr<Recorder> recorder = Record(scratch.path() / "r", header);
@@ -49,7 +49,7 @@ TEST(Replay, ALabsGainsAreRepeated) {
   Result<RecordingReader> reader = RecordingReader::Open(scratch.path() / "r");
   ASSERT_TRUE(reader.has_value());
   RecordingHeader defaults = reader->header();
-  EXPECT_FALSE(defaults.peer.coupling.gate);
+  EXPECT_FALSE(defaults.peer.experiments.energy_gate);
   defaults.limits = {};
   const Result<std::unique_ptr<Replay>> replay = Replay::Create(defaults, model);
   ASSERT_TRUE(replay.has_value());

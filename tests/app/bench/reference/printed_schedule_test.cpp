@@ -23,12 +23,11 @@ TEST(PrintedSchedule, IsLateWhereOursIsNot) {
   const int frames = static_cast<int>(0.5 * PointFrames() / trials / points);
   std::size_t printed_missed = 0;
   for (int trial = 0; trial < trials; ++trial) {
-    ScheduleOptions options{
-        .coherence = true, .chunks = (trial & 1) == 0, .drift = (trial & 2) == 0};
+    ScheduleOptions options{.experiments = {.chunks = (trial & 1) == 0, .drift = (trial & 2) == 0}};
     const double capacity = ((trial & 4) == 0 ? 0.1 : 0.2) * points;
     const auto seed = 177 + static_cast<std::uint64_t>(trial);
     const Outcome ours = Swim(bodies, options, capacity, frames, seed);
-    options.instead = MakePrintedSchedule;
+    options.experiments.schedule = MakePrintedSchedule;
     const Outcome printed = Swim(bodies, options, capacity, frames, seed);
     EXPECT_EQ(ours.missed, 0U) << "trial " << trial;
     // the printed schedule works, but for being late
@@ -36,7 +35,8 @@ TEST(PrintedSchedule, IsLateWhereOursIsNot) {
     EXPECT_LT(printed.tests, 0.5 * points) << "trial " << trial;
     printed_missed += printed.missed;
     std::printf("  chunks %d drift %d capacity %.0f of %.0f, %.3g point-frames each\n",
-                options.chunks, options.drift, capacity, points, ours.point_frames);
+                options.experiments.chunks, options.experiments.drift, capacity, points,
+                ours.point_frames);
     for (const auto& [name, out] : {std::pair{"ours   ", &ours}, std::pair{"printed", &printed}}) {
       std::printf(
           "    %s %6zu untested in contact; %.0f tests, %.0f drifted, %.1f blocks in contact a "

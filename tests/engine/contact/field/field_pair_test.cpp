@@ -75,7 +75,8 @@ TEST(FieldPair, FindsInEveryFrameWhatALookAtAllPointsFinds) {
   const TriangleMesh wall = Box(kS * Vec3(60, 60, 20));
   const Quat made_at = RandomRotation(random);
   Refined coherent(wall, body, made_at);
-  Refined all(wall, body, made_at, 1, {.schedule = {.coherence = false, .chunks = false}});
+  Refined all(wall, body, made_at, 1,
+              {.schedule = {.experiments = {.coherence = false, .chunks = false}}});
   Pose X_WB{RandomRotation(random), kS * Vec3(0, 0, 24)};
   Vec3 way = kS * Vec3(0.2, 0.1, -0.3);
   std::size_t touching = 0;
@@ -118,7 +119,8 @@ TEST(FieldPair, MeetsInEveryFrameTheEdgesThatALookAtAllOfThemMeets) {
   const TriangleMesh block = Box(kS * Vec3(30, 24, 20));
   const Quat made_at = RandomRotation(random);
   Refined coherent(block, body, made_at);
-  Refined all(block, body, made_at, 1, {.schedule = {.coherence = false, .chunks = false}});
+  Refined all(block, body, made_at, 1,
+              {.schedule = {.experiments = {.coherence = false, .chunks = false}}});
   const auto near_the_block = [&] {
     const Vec3 way(Uniform(random, -1, 1), Uniform(random, -1, 1), Uniform(random, -1, 1));
     return Vec3(Uniform(random, 16, 24) * kS * way.normalized());

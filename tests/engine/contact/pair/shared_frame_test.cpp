@@ -110,7 +110,7 @@ TEST(SharedFrame, HasTheSameBitsOnOneTwoAndFourThreads) {
   for (const bool drift : {true, false}) {
     for (const bool chunks : {true, false}) {
       SCOPED_TRACE(::testing::Message() << "drift " << drift << " chunks " << chunks);
-      SwimTogether(bodies, {.chunks = chunks, .drift = drift}, 11);
+      SwimTogether(bodies, {.experiments = {.chunks = chunks, .drift = drift}}, 11);
     }
   }
 }
@@ -189,7 +189,7 @@ TEST(SharedFrame, PushesWithTheSameBitsOnOneTwoAndFourThreads) {
 
 TEST(SharedFrame, AllocatesNothing) {
   const Bodies bodies = FineRods();
-  Shared four(bodies, 4, {.coherence = false, .chunks = false});
+  Shared four(bodies, 4, {.experiments = {.coherence = false, .chunks = false}});
   Pose X_VS = bodies.X_MV().Inverse();
   four.schedule->Test(X_VS, 0);
   const testing::AllocationCounter allocations;

@@ -23,7 +23,7 @@ TEST(PointSchedule, TestsEveryPointInContactInThatFrame) {
   double point_frames = 0;
   for (int trial = 0; trial < trials; ++trial) {
     const ScheduleOptions options{
-        .coherence = true, .chunks = (trial & 1) == 0, .drift = (trial & 2) == 0};
+        .experiments = {.chunks = (trial & 1) == 0, .drift = (trial & 2) == 0}};
     const double points = static_cast<double>(bodies.shell.size());
     const double capacity = ((trial & 4) == 0 ? 0.15 : 0.3) * points;
     const Outcome outcome =
@@ -38,8 +38,8 @@ TEST(PointSchedule, TestsEveryPointInContactInThatFrame) {
     std::printf(
         "  chunks %d drift %d capacity %.0f of %.0f: %.0f tests and %.1f blocks in contact a "
         "frame, squeezed in %.0f %%, over capacity in %.1f %%\n",
-        options.chunks, options.drift, capacity, points, outcome.tests, outcome.contacts,
-        100 * outcome.squeezed, 100 * outcome.over);
+        options.experiments.chunks, options.experiments.drift, capacity, points, outcome.tests,
+        outcome.contacts, 100 * outcome.squeezed, 100 * outcome.over);
   }
   std::printf("  %.3g point-frames, MaxTravel below its bound in %.0f %% of the frames\n",
               point_frames, 100 * squeezed);
@@ -67,7 +67,7 @@ TEST(PointSchedule, TestsEveryPointInContactWithPointsFinerThanVoxels) {
     EXPECT_GT(points, 0.8 * static_cast<double>(Rods().shell.size()) / (spacing * spacing));
     for (const bool chunks : {true, false}) {
       ScheduleOptions options;
-      options.chunks = chunks;
+      options.experiments.chunks = chunks;
       const Outcome outcome = Swim(bodies, options, 0.2 * points, static_cast<int>(1e7 / points),
                                    910 + static_cast<std::uint64_t>(100 * spacing));
       EXPECT_EQ(outcome.missed, 0U) << "spacing " << spacing << ", chunks " << chunks;
