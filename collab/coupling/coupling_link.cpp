@@ -6,7 +6,6 @@
 
 #include "collab/coupling/copy_geometry.h"
 #include "collab/receive/newer.h"
-#include "collab/session/planted_faults.h"
 #include "engine/world/world.h"
 
 namespace tandem {
@@ -51,7 +50,7 @@ std::size_t CouplingLink::OnLinks(const CouplingLinks& links, PeerId self,
   std::size_t refused = 0;
   for (std::size_t i = 0; i < std::min<std::size_t>(links.count, kMaxLinks); ++i) {
     const LinkEntry& entry = links.entries[i];
-    if ((entry.to != self && !Planted(Fault::kEchoForAnother)) || entry.echo_ns == 0) continue;
+    if (entry.to != self || entry.echo_ns == 0) continue;
     if (!sent.Has(entry.echo_ns) || (loop_.echo_ns && entry.echo_ns < *loop_.echo_ns)) {
       ++refused;
       continue;
@@ -149,27 +148,18 @@ void CouplingLink::Couple(const LinkFrame& frame, StepInputs::Link& link) noexce
   link.copy = {
       {ClampedTurn(X_WB.q, copy_.X_WB.q, copy_.stretch.turn, copy_.turn_axis), copy_.X_WB.p},
       copy_.V_WB};
-  if (Planted(Fault::kLinkSign)) link.copy.X_WA.p = 2.0 * X_WB.p - link.copy.X_WA.p;
-  if (Planted(Fault::kLinkTurn)) {
-    link.copy.X_WA.q = X_WB.q * link.copy.X_WA.q.conjugate() * X_WB.q;
-  }
   const double k = stiffness_.in_use;
   const double b = stiffness_.damping;
   link.gains = {k, b, k * frame.per_mass, b * frame.per_mass};
   ExchangeForces(frame, link);
 }
 
-LinkEntry CouplingLink::Describe(PeerId to, std::uint32_t seq) const noexcept {
-  LinkEntry entry{.to = to,
-                  .echo_ns = instance_.state->sample_ns,
-                  .stiffness = stiffness_.offered,
-                  .gate_overflow = gate_.overflow(),
-                  .applied_B_W = told_B_W()};
-  if (Planted(Fault::kEchoOfArrival)) entry.echo_ns = instance_.arrived_ns;
-  if (Planted(Fault::kOwnStampForTheirs)) entry.echo_ns = loop_.echo_ns.value_or(0);
-  if (Planted(Fault::kNotFinite) && seq % 1000 == 999) entry.stiffness = std::nan("");
-  if (Planted(Fault::kNegativeStiffness) && seq % 1000 == 999) entry.stiffness = -1.0;
-  return entry;
+LinkEntry CouplingLink::Describe(PeerId to) const noexcept {
+  return {.to = to,
+          .echo_ns = instance_.state->sample_ns,
+          .stiffness = stiffness_.offered,
+          .gate_overflow = gate_.overflow(),
+          .applied_B_W = told_B_W()};
 }
 
 LinkView CouplingLink::View(PeerId peer, std::int64_t now_ns, double gyration) const noexcept {

@@ -85,8 +85,8 @@ class CouplingLink {
   void Couple(const LinkFrame& frame, StepInputs::Link& link) noexcept;
   /// Notes the wrench on our instance, as the step applied it.
   void NoteApplied(const Wrench& F_B_W) noexcept { applied_B_W_ = F_B_W; }
-  /// Returns the entry for the peer `to`, under the message's number. The peer is heard.
-  LinkEntry Describe(PeerId to, std::uint32_t seq) const noexcept;
+  /// Returns the entry for the peer `to`. The peer is heard.
+  LinkEntry Describe(PeerId to) const noexcept;
 
   State state() const noexcept { return state_; }
   /// Returns whether the loop is closed: the peer is heard, and has heard us.

@@ -3,7 +3,6 @@
 
 #include "collab/coupling/copy_geometry.h"
 #include "collab/coupling/coupling_link.h"
-#include "collab/session/planted_faults.h"
 #include "engine/world/world.h"
 
 namespace tandem {
@@ -86,9 +85,7 @@ void CouplingLink::Slew(const LinkFrame& frame, SharedStiffness& shared) noexcep
   } else {
     slew.ceiling = stiffness_.in_use;
     if (state_ == State::kListening) stiffness_.offered = 0;
-    if (state_ == State::kFading) {
-      slew.gentlest = Planted(Fault::kFadeNever) ? 0.0 : force_limit_.part_rate;
-    }
+    if (state_ == State::kFading) slew.gentlest = force_limit_.part_rate;
   }
   stiffness_.last = stiffness_.in_use;
   stiffness_.in_use = slew.Next(stiffness_.last);

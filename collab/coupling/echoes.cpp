@@ -4,7 +4,6 @@
 #include <utility>
 
 #include "collab/receive/newer.h"
-#include "collab/session/planted_faults.h"
 
 namespace tandem {
 
@@ -40,9 +39,7 @@ void Echoes::OnLinks(const CouplingLinks& links) noexcept {
   if (other->echo_ns != 0 && !IsAfter(links.seq, other->seq)) return;
   for (std::size_t i = 0; i < std::min<std::size_t>(links.count, kMaxLinks); ++i) {
     const LinkEntry& entry = links.entries[i];
-    if ((entry.to != self_ && !Planted(Fault::kEchoForAnother)) || entry.echo_ns < other->echo_ns ||
-        !sent_.Has(entry.echo_ns))
-      continue;
+    if (entry.to != self_ || entry.echo_ns < other->echo_ns || !sent_.Has(entry.echo_ns)) continue;
     other->echo_ns = entry.echo_ns;
     other->seq = links.seq;
   }

@@ -2,8 +2,6 @@
 
 #include <algorithm>
 
-#include "collab/session/planted_faults.h"
-
 namespace tandem {
 
 EnergyGate::Stretch EnergyGate::StretchOf(const Pose& y_WB, const RigidState& own,
@@ -46,7 +44,6 @@ Pose EnergyGate::Admit(const Pose& y_WB, const RigidState& own, double stiffness
 }
 
 void EnergyGate::Add(double energy) noexcept {
-  if (Planted(Fault::kGateForgets)) energy = std::max(0.0, energy);
   const double full = std::max(kCredit, tank_);
   tank_ += energy;
   if (tank_ <= full) return;

@@ -6,7 +6,6 @@
 
 #include "collab/coupling/coupling_law.h"
 #include "collab/coupling/coupling_limits.h"
-#include "collab/session/planted_faults.h"
 
 namespace tandem {
 
@@ -189,7 +188,6 @@ std::string OpenLaws() {
 }  // namespace
 
 double DesignDelay(double peak_loop_age_s) noexcept {
-  if (Planted(Fault::kHalfTheDelay)) return 0.25 * (1.1 * peak_loop_age_s + 0.005);
   return 0.5 * (1.1 * peak_loop_age_s + 0.005);
 }
 

@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "collab/coupling/stiffness_slew.h"
-#include "collab/session/planted_faults.h"
 #include "engine/world/world.h"
 
 namespace tandem {
@@ -161,9 +160,7 @@ void SharedBody::Prepare(std::int64_t now_ns, const RigidState& own, StepInputs&
   const Mat3 per_mass = R * inertia_.I_B * R.transpose() / inertia_.mass;
   const LinkFrame frame{
       .now_ns = now_ns, .own = own, .per_mass = per_mass, .experiments = options_.experiments};
-  LawInputs common = MeasureDelays(now_ns);
-  if (Planted(Fault::kUsersInPlaceOfLinks)) ++common.users;
-  if (Planted(Fault::kEveryLinkWhole)) common.users = 2;
+  const LawInputs common = MeasureDelays(now_ns);
   MoveCopies(frame);
   Slew(frame, common);
   const double stiffness_sum = Couple(frame, inputs);
@@ -182,10 +179,7 @@ void SharedBody::Describe(std::int64_t now_ns, std::uint32_t seq, const StepRepo
     auto& [peer, link] = *links_.InSlot(slots_[i]);
     link.NoteApplied(report.links_B_W[i]);
     if (link.state() == CouplingLink::State::kFading) continue;
-    LinkEntry& entry = out.entries[out.count++];
-    entry = link.Describe(peer, seq);
-    if (Planted(Fault::kOthersName)) out.from = peer;
-    if (Planted(Fault::kLinkToItself)) entry.to = self_;
+    out.entries[out.count++] = link.Describe(peer);
   }
 }
 

@@ -6,7 +6,6 @@
 #include "collab/coupling/coupling_law.h"
 #include "collab/coupling/energy_gate.h"
 #include "collab/receive/newer.h"
-#include "collab/session/planted_faults.h"
 
 namespace tandem {
 
@@ -67,7 +66,6 @@ void RemoteBodies::OnState(const ObjectState& state) noexcept {
       return note();
     }
     if (instance == nullptr || !instance->holds) return;
-    if (Planted(Fault::kMirrorFrozen) && instance->heard) return;
     if (!instance->heard || IsNewer(state, instance->state)) {
       instance->state = state;
       instance->X_WB = state.X_WB;
@@ -188,7 +186,6 @@ void RemoteBodies::Prepare(int held, StepInputs& inputs) noexcept {
     } else if (followed) {
       input.mirror_WB = bodies_[b].loose.X_WB;
     }
-    if (followed && Planted(Fault::kMirrorNotTurned)) input.mirror_WB.q = Quat::Identity();
   }
 }
 

@@ -6,7 +6,6 @@
 #include <span>
 
 #include "collab/coupling/energy_gate.h"
-#include "collab/session/planted_faults.h"
 #include "engine/base/check.h"
 #include "engine/base/hash.h"
 
@@ -22,22 +21,6 @@ constexpr double kNearAngle = 0.01;    // rad
 constexpr double kNearingStep = 1e-3;  // m a frame; step of a body that comes to the hand
 constexpr double kNearingTurn = 0.02;  // rad a frame; likewise
 constexpr std::int64_t kNearingFrames = 2000;  // longest approach of a body that does not arrive
-
-/// Does nothing in the product. The simulator's tests do not build the engine again, so they plant
-/// the engine's faults here.
-void PlantInWorld(std::uint32_t seq, int held, const StepInputs& inputs, World& world) noexcept {
-  const auto shift = [&world](std::size_t body, double metres) {
-    const Pose& X_WB = world.state(body).X_WB;
-    world.Place(body, {X_WB.q, X_WB.p + Vec3(metres, 0, 0)});
-  };
-  if (Planted(Fault::kHeldSlips) && held >= 0 && seq % 1000 == 999) {
-    shift(static_cast<std::size_t>(held), 3e-3);
-  }
-  const std::size_t bodies = world.model().bodies.size();
-  for (std::size_t b = 0; Planted(Fault::kMirrorTrembles) && b < bodies; ++b) {
-    if (inputs.instances[b].drive == BodyDrive::kMirrored) shift(b, seq % 2 == 0 ? 2e-3 : -2e-3);
-  }
-}
 
 bool AllFinite(const Wrench& F) {
   return F.f.allFinite() && F.tau.allFinite();
@@ -151,7 +134,6 @@ void Peer::PrepareOthers(std::int64_t now_ns) noexcept {
   PrepareLoose();
   PrepareParked();
   remote_.GiveWay(*world_, echoes_.loops(), inputs_);
-  PlantInWorld(seq_, held_, inputs_, *world_);
 }
 
 void Peer::PrepareHand(std::int64_t now_ns, const Anchor& goal) noexcept {
@@ -313,9 +295,7 @@ void Peer::Render() noexcept {
     wanted = {-(report_.hand_B_W.tau - r.cross(report_.hand_B_W.f)), -report_.hand_B_W.f};
   }
   const bool broken = guard_.broken();
-  Wrench given = Planted(Fault::kNoGuard) ? wanted : guard_.Pass(wanted);
-  if (Planted(Fault::kNoNumberFelt)) given.f.x() = std::nan("");
-  if (Planted(Fault::kFeltTenfold)) given = {10 * given.tau, 10 * given.f};
+  const Wrench given = guard_.Pass(wanted);
   telemetry_.CountForce(given);
   device_->Render(given);
   if (guard_.broken() == broken) return;

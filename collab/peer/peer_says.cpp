@@ -1,5 +1,4 @@
 #include "collab/peer/peer.h"
-#include "collab/session/planted_faults.h"
 
 // Output of a peer after a frame: to the other peers, to viewers and to its own program.
 
@@ -28,9 +27,6 @@ void Peer::FillOutbox(std::int64_t now_ns, Outbox& out) noexcept {
                .X_WB = state.X_WB,
                .V_WB = report_.waited > 0 ? Twist{} : state.V_WB,  // the body stands
                .contact_B_W = report_.contact_B_W};
-  if (Planted(Fault::kTurnTooLong)) out.state.X_WB.q.coeffs() *= 1.01;
-  if (Planted(Fault::kStampOfBefore) && seq_ % 100 == 0) out.state.sample_ns -= 50'000'000;
-  if (Planted(Fault::kBodyForObject)) out.state.object = static_cast<ObjectId>(body);
   out.links.from = options_.id;
   out.links.object = kNoObject;
   out.links.seq = seq_;
@@ -42,7 +38,6 @@ void Peer::FillOutbox(std::int64_t now_ns, Outbox& out) noexcept {
 }
 
 void Peer::SayParked(std::int64_t now_ns) noexcept {
-  if (Planted(Fault::kNoParkedPose)) return;
   for (std::size_t b = 0; b < body_count(); ++b) {
     if (!holdings_.Parks(b) || IsLoose(b, now_ns)) {
       next_parked_ns_[b] = 0;
@@ -54,7 +49,7 @@ void Peer::SayParked(std::int64_t now_ns) noexcept {
     const Pose* told = holdings_.ParkedAt(b);
     parked_.TryPush({.peer = options_.id,
                      .object = world_->model().object[b],
-                     .epoch = holdings_.epoch(b) - (Planted(Fault::kEpochOfBefore) ? 1U : 0U),
+                     .epoch = holdings_.epoch(b),
                      .seq = seq_,
                      .flags = kStateParked,
                      .sample_ns = now_ns,

@@ -27,25 +27,17 @@ bool IsProduct(const std::filesystem::path& file) {
 
 /// Returns whether a source of the product names the injected faults of tests.
 bool NamesFaults(const std::string& source) {
-  constexpr std::array<std::string_view, 6> kWords{
-      "Planted(",  "planted_faults",  "planted_hand_faults",
-      "Injected(", "injected_faults", "injected_hand_faults"};
+  constexpr std::array<std::string_view, 3> kWords{"Injected(", "injected_faults",
+                                                   "injected_hand_faults"};
   return std::ranges::any_of(kWords, [&](std::string_view word) {
     return source.find(word) != std::string::npos;
   });
 }
 
-/// Returns whether a file of the product still has injected faults of its own.
-bool StillHasFaults(const std::filesystem::path& file) {
-  const std::string folder = file.parent_path();
-  return folder == "collab/coupling" || folder == "collab/mirror" || folder == "collab/peer" ||
-         file == "collab/session/planted_faults.h";
-}
-
 TEST(FaultPatches, TheProductHasNoInjectedFaults) {
   std::size_t read = 0;
   for (const std::filesystem::path& file : testing::TreeFiles()) {
-    if (!IsProduct(file) || StillHasFaults(file)) continue;
+    if (!IsProduct(file)) continue;
     ++read;
     EXPECT_FALSE(NamesFaults(testing::TreeText(file))) << file;
   }
@@ -54,9 +46,8 @@ TEST(FaultPatches, TheProductHasNoInjectedFaults) {
 
 TEST(FaultPatches, NamesOfFaultsAreFound) {
   EXPECT_TRUE(NamesFaults("  if (Injected(Fault::kNone)) return;"));
-  EXPECT_TRUE(NamesFaults("  if (Planted(Fault::kNone)) return;"));
   EXPECT_TRUE(NamesFaults("#include \"tests/simulator/injected_faults.h\""));
-  EXPECT_TRUE(NamesFaults("#include \"collab/session/planted_faults.h\""));
+  EXPECT_TRUE(NamesFaults("#include \"tests/simulator/injected_hand_faults.h\""));
   EXPECT_FALSE(NamesFaults("double planted_slower = 1;  // injected"));
 }
 

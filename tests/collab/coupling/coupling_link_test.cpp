@@ -115,7 +115,7 @@ TEST(CouplingLink, HasNoStiffnessWhileItListens) {
   }
   EXPECT_EQ(one.link.state(), LinkState::kListening);
   EXPECT_EQ(one.link.stiffness(), 0);
-  EXPECT_EQ(one.link.Describe(kFarEnd, 1).stiffness, 0);
+  EXPECT_EQ(one.link.Describe(kFarEnd).stiffness, 0);
 }
 
 TEST(CouplingLink, IsEstablishedFromWhenItsStiffnessIsTheSmallerOffer) {
@@ -243,7 +243,7 @@ TEST(CouplingLink, AForceCapBoundsTheSpringAndItsOffer) {
   one.link.CapForce(0.5);
   one.Frames(3000);
   EXPECT_NEAR(one.link.stiffness() * one.place_m, 0.5, 1e-6);
-  EXPECT_NEAR(one.link.Describe(kFarEnd, 1).stiffness, one.link.stiffness(), 1e-9);
+  EXPECT_NEAR(one.link.Describe(kFarEnd).stiffness, one.link.stiffness(), 1e-9);
 }
 
 TEST(CouplingLink, FollowsAFadeOfForceAtOnceUntilTheNextCap) {
@@ -254,10 +254,10 @@ TEST(CouplingLink, FollowsAFadeOfForceAtOnceUntilTheNextCap) {
   one.link.FadeForce(0.25);
   one.Frames(1);
   EXPECT_NEAR(one.link.stiffness(), 0.25 * 50, 1e-3);
-  EXPECT_NEAR(one.link.Describe(kFarEnd, 1).stiffness, 0.25 * 50, 1e-3);
+  EXPECT_NEAR(one.link.Describe(kFarEnd).stiffness, 0.25 * 50, 1e-3);
   one.link.CapForce(1e30);
   one.Frames(100);
-  EXPECT_NEAR(one.link.Describe(kFarEnd, 1).stiffness, one.allowed, 1e-9);
+  EXPECT_NEAR(one.link.Describe(kFarEnd).stiffness, one.allowed, 1e-9);
   EXPECT_GT(one.link.stiffness(), 0.25 * 50);  // slowly: the parts are at rest
 }
 
