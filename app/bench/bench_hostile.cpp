@@ -225,8 +225,8 @@ Result<HostileRun> RunKind(Attack attack, const HostileArguments& arguments) {
   run.sent = std::stoull(TextOf(folder.path() / "sent"));
   run.sent_per_s = static_cast<double>(run.sent) / arguments.seconds;
   run.refused = SumOfCounts(report.at("drops")) + SumOfCounts(report.at("packets_refused"));
-  run.told = LinesWith(TextOf(folder.path() / "said"), "refused") +
-             LinesWith(TextOf(folder.path() / "said"), "not heard for a second");
+  run.told = LinesWith(TextOf(folder.path() / "said"), "refuse") +
+             LinesWith(TextOf(folder.path() / "said"), "ignored for a second");
   run.memory_bytes = most - before;
   run.frames = report.at("judged_frames").get<std::int64_t>();
   run.missed = report.at("judged_missed").get<std::int64_t>();

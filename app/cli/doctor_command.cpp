@@ -87,14 +87,14 @@ void CheckInterfaces(const DoctorArguments& arguments, Findings& findings) {
       findings.Add(Finding::kGood, what, found);
     } else if (!interface.multicast || !MulticastWorks(interface)) {
       findings.Add(Finding::kWarning, what, found + ", no multicast",
-                   "name the others: --peers HOST[:PORT],…");
+                   "name the other machines: --peers HOST[:PORT],…");
     } else {
       findings.Add(Finding::kGood, what, found + ", multicast");
     }
   }
   if (!beyond && arguments.reach.interface != "lo") {
-    findings.Add(Finding::kWarning, "interfaces", "none but this machine's own",
-                 "connect to a network; on this machine alone, --interface lo");
+    findings.Add(Finding::kWarning, "interfaces", "only this machine's own",
+                 "connect to a network; to stay on this machine, give --interface lo");
   }
 }
 
@@ -115,7 +115,8 @@ void CheckPorts(const DoctorArguments& arguments, Findings& findings) {
   for (const std::uint16_t port : taken) list += (list.empty() ? "" : ", ") + std::to_string(port);
   findings.Add(taken.front() == first ? Finding::kWarning : Finding::kGood, "ports",
                "UDP " + list + " are in use",
-               "fine if that is Tandem; others reach us at the next free pair, or fix one: --port");
+               "fine if that is Tandem: others then reach this machine at the next free pair; "
+               "--port fixes one");
 }
 
 void CheckSocketBuffers(Findings& findings) {
@@ -124,8 +125,8 @@ void CheckSocketBuffers(Findings& findings) {
   findings.Add(enough ? Finding::kGood : Finding::kWarning, "socket buffers",
                "up to " + std::to_string(largest) + " bytes",
                enough ? ""
-                      : "a session of many loses packets when this machine is busy; as root: "
-                        "sysctl -w net.core.rmem_max=" +
+                      : "a large session loses packets when this machine is busy; as root: sysctl "
+                        "-w net.core.rmem_max=" +
                             std::to_string(kSocketBuffer));
 }
 
@@ -138,8 +139,8 @@ void CheckPath(const std::string& text, Findings& findings) {
   const std::string what = "path to " + peer->host;
   const PathFacts path = ProbePath(peer->host, kAnswerPort);
   const std::string mend =
-      "on the other machine: tandem doctor --answer; if still nothing comes, let UDP through its "
-      "firewall, " +
+      "run tandem doctor --answer on the other machine; if it still does not answer, let UDP "
+      "through its firewall, " +
       std::to_string(kAnswerPort) + " for this and the session's ports above, or use a VPN";
   if (!path.error.empty()) {
     findings.Add(Finding::kBad, what, path.error, "check the name and the network");
@@ -156,7 +157,7 @@ void CheckPath(const std::string& text, Findings& findings) {
                   path.largest_answered);
     const bool enough = path.largest_answered >= kLeastPayload;
     findings.Add(enough ? Finding::kGood : Finding::kWarning, what, found.data(),
-                 enough ? "" : "a session's packets have up to 1400 bytes: raise the path's MTU");
+                 enough ? "" : "packets of a session have up to 1400 bytes: raise the path's MTU");
   }
 }
 
@@ -168,7 +169,8 @@ void CheckDiscovery(const DoctorArguments& arguments, Findings& findings) {
   std::string name = "doctor";
   const Result<PeerId> id = Identify(arguments.reach, Role::kViewer, name);
   if (!id) {
-    findings.Add(Finding::kBad, "keys", id.error().what, "the doctor looks on: viewer's keys");
+    findings.Add(Finding::kBad, "keys", id.error().what,
+                 "the doctor looks on, so give it keys of a viewer");
     return;
   }
   dds.peer = *id;
@@ -186,9 +188,9 @@ void CheckDiscovery(const DoctorArguments& arguments, Findings& findings) {
   const std::string names = listener.Names();
   (*joined)->Leave();
   findings.Add(names.empty() ? Finding::kWarning : Finding::kGood, "session " + arguments.session,
-               names.empty() ? "nobody was heard" : names,
-               names.empty() ? "same --session, --domain and --secure on both sides? beyond one "
-                               "network: --peers"
+               names.empty() ? "no peer answered" : names,
+               names.empty() ? "give the same --session, --domain and --secure on both sides; "
+                               "beyond one network, give --peers"
                              : "");
 }
 
@@ -200,18 +202,19 @@ void CheckAnnounced(const DoctorArguments& arguments, Findings& findings) {
     heard = std::ranges::find(all, AnnouncedSession{arguments.session, true}) != all.end();
     return heard;
   });
-  findings.Add(Finding::kGood, "session " + CleanText(arguments.session),
-               heard ? "announced on this network"
-                     : "not announced on this network; only 'tandem peer' can tell more, with keys "
-                       "of one who takes part");
+  findings.Add(
+      Finding::kGood, "session " + CleanText(arguments.session),
+      heard
+          ? "announced on this network"
+          : "not announced on this network; only 'tandem peer' can tell more, with a peer's keys");
 }
 
 int AnswerOthers() {
   Result<ProbeAnswerer> answerer = ProbeAnswerer::Open(kAnswerPort);
   if (!answerer) return Fail(kExitNetwork, answerer.error().what);
   const std::atomic<bool>& stop_asked = StopOnSignals();
-  Say("answering at UDP " + std::to_string(kAnswerPort) +
-      "; now 'tandem doctor --peers' on the other machine; Ctrl-C ends");
+  Say("answering at UDP port " + std::to_string(kAnswerPort) +
+      "; now run 'tandem doctor --peers THIS_MACHINE' on the other machine; Ctrl-C ends this");
   while (!stop_asked.load()) answerer->Answer(100);
   return kExitOk;
 }
@@ -268,18 +271,19 @@ int RunDoctor(DoctorArguments arguments) {
 void AddDoctorCommand(CLI::App& app, int& exit_code) {
   auto arguments = std::make_shared<DoctorArguments>();
   CLI::App* command = app.add_subcommand(
-      "doctor", "Check what a session needs of this machine and network, and say what mends it");
-  AddSessionOption(*command, arguments->session, "look whom this session has");
+      "doctor", "Check what a session needs of this machine and network, and print remedies");
+  AddSessionOption(*command, arguments->session, "name of a session: list its participants");
   AddReachOptions(*command, arguments->reach);
-  command->add_option("--invitation", arguments->invitation,
-                      "line of 'tandem invite': look whether it is good and leads there");
+  command->add_option(
+      "--invitation", arguments->invitation,
+      "line of 'tandem invite': check that it is valid and that its inviter answers");
   command->add_option("--scene", arguments->scene,
-                      "look whether this scene is here, by name or file");
+                      "scene to look for on this machine, by name or file");
   command
       ->add_option("--enrol-port", arguments->enrol_port,
-                   "TCP port of 'tandem invite' on this machine")
+                   "TCP port of 'tandem invite' to check on this machine")
       ->check(WholeNumberFrom(1024, 65535));
-  command->add_flag("--answer", arguments->answer, "answer another machine's doctor, until Ctrl-C");
+  command->add_flag("--answer", arguments->answer, "answer another machine's doctor until Ctrl-C");
   AddLineOptions(*command, arguments->line);
   command->add_flag("--json", arguments->json, "print the findings as JSON");
   command->callback([arguments, &exit_code] {

@@ -122,7 +122,7 @@ int PrepareLine(const InviteArguments& arguments, Invitation& invitation) {
   invitation.others = arguments.reach.peers;
   if (invitation.hosts.empty()) {
     invitation.hosts = {"127.0.0.1"};
-    Say("this machine is in no network: the line serves this machine alone");
+    Say("this machine is in no network, so the line works on this machine alone");
   }
   if (!arguments.scene.empty()) {
     const Result<Scene> scene = LoadNamedScene(arguments.scene);
@@ -172,19 +172,18 @@ int InvitePlainly(const InviteArguments& arguments) {
     if (!heard) return Fail(kExitNetwork, heard.error().what);
     if (heard->as_secured) {
       return Fail(kExitSecurity, "session " + CleanText(arguments.session) +
-                                     " is secured: name the folder of its keys with --keys, and "
-                                     "whom you invite with --name");
+                                     " is secured: give the folder of its keys with --keys, and "
+                                     "the invited person's name with --name");
     }
     if (heard->scene) {
       Tell(*heard->scene, invitation);
     } else {
       Say("nobody is in session " + CleanText(arguments.session) +
-          " yet, so that the line does not say which scene it has: go in first, or name it with "
-          "--scene");
+          " yet, so the line does not name its scene: join first, or name the scene with --scene");
     }
   }
   PrintInvitation(arguments, invitation);
-  Say("whoever has this line can join; there they say: tandem join LINE");
+  Say("everybody who has this line can join with: tandem join LINE");
   return kExitOk;
 }
 
@@ -195,7 +194,7 @@ std::string WhyNoSession(const std::string& folder) {
     for (const std::filesystem::path& file : {authority.certificate, authority.key}) {
       if (!std::filesystem::exists(file, failed)) {
         return folder + ": has no " + file.filename().string() +
-               ", so that it makes no members: name the folder that 'tandem keys session' made";
+               ", so it cannot make members: name the folder that 'tandem keys session' made";
       }
     }
   }
@@ -204,11 +203,11 @@ std::string WhyNoSession(const std::string& folder) {
 
 int InviteWithKeys(const InviteArguments& arguments) {
   if (arguments.name.empty()) {
-    return Fail(kExitUsage, "--name: whom do you invite? Others see them by that name");
+    return Fail(kExitUsage, "--name: give the name by which others will see the invited person");
   }
   if (!IsMemberName(arguments.name)) {
     return Fail(kExitUsage, "--name: '" + CleanText(arguments.name) +
-                                "' is no name for a member: letters, digits, '.', '_', '-'");
+                                "' is not a member's name: use letters, digits, '.', '_' and '-'");
   }
   if (const std::string fault = WhyNoSession(arguments.keys); !fault.empty()) {
     return Fail(kExitFile, fault);
@@ -232,9 +231,9 @@ int InviteWithKeys(const InviteArguments& arguments) {
   const std::atomic<bool>& stop = StopOnSignals();
   PrintInvitation(arguments, invitation);
   Say("give this line to " + arguments.name +
-      " and to nobody else: the first who uses it becomes a member. It is good once, until " +
+      " and to nobody else: the first person who uses it becomes a member. It works once, until " +
       TimeForAPerson(invitation.enrolment.until, now) + ", while this program runs (TCP port " +
-      std::to_string(listener->port()) + "); Ctrl-C takes it back");
+      std::to_string(listener->port()) + "); Ctrl-C withdraws it");
   const SignFunction sign = [&arguments, &invitation](const std::string& request) {
     return SignMember(arguments.keys, arguments.name, invitation.role, request, arguments.days);
   };
@@ -247,15 +246,15 @@ int InviteWithKeys(const InviteArguments& arguments) {
       Say(arguments.name + " is a member now");
       return kExitOk;
     case End::kExpired:
-      return Fail(kExitNetwork, "nobody has used the line in time: it is worth nothing any more");
+      return Fail(kExitNetwork, "nobody used the line in time, and it is void: make a new one");
     case End::kGuessed:
       return Fail(kExitSecurity,
-                  "too many came without the secret: the line is worth nothing any "
-                  "more; make another, and change its port with --enrol-port");
+                  "too many connections came without the line's secret, and the line is void: make "
+                  "another, with another --enrol-port");
     case End::kStopped:
       break;
   }
-  Say("the line is taken back");
+  Say("the line is withdrawn");
   return kExitOk;
 }
 
@@ -264,7 +263,7 @@ int InviteWithKeys(const InviteArguments& arguments) {
 void AddInviteCommand(CLI::App& app, int& exit_code) {
   auto arguments = std::make_shared<InviteArguments>();
   CLI::App* command = app.add_subcommand(
-      "invite", "Print a line by which somebody joins a session, in any network");
+      "invite", "Print a line with which a person joins a session, in any network");
   command->add_option("SESSION", arguments->session, "name of the session")
       ->required()
       ->check(CLI::Validator(
@@ -272,35 +271,35 @@ void AddInviteCommand(CLI::App& app, int& exit_code) {
             return name.size() <= kMaxSessionName ? "" : "the session's name is too long";
           },
           ""));
-  CLI::Option* keys = command->add_option(
-      "--keys", arguments->keys,
-      "folder of 'tandem keys session', of a secured session: the invited gets a certificate over "
-      "TLS, once; runs until then");
-  command->add_option("--name", arguments->name, "whom you invite, as others see them")
+  CLI::Option* keys =
+      command->add_option("--keys", arguments->keys,
+                          "folder of 'tandem keys session', for a secured session: the invited "
+                          "person gets a certificate over TLS, once; the command runs until then");
+  command->add_option("--name", arguments->name, "name of the invited person, as others see it")
       ->needs(keys);
-  command->add_option("--role", arguments->role, "active: takes part; viewer: looks on")
+  command->add_option("--role", arguments->role, "active: take part; viewer: look on")
       ->check(OneOf({"active", "viewer"}))
       ->capture_default_str();
-  command->add_option("--days", arguments->days, "how long their keys are valid")
+  command->add_option("--days", arguments->days, "validity of the invited person's keys, days")
       ->needs(keys)
       ->check(WholeNumberFrom(1, 36'500))
       ->capture_default_str();
-  command->add_option("--minutes", arguments->minutes, "how long the line is good")
+  command->add_option("--minutes", arguments->minutes, "validity of the line, minutes")
       ->needs(keys)
       ->check(WholeNumberFrom(1, kMostMinutes))
       ->capture_default_str();
   command
-      ->add_option(
-          "--enrol-port", arguments->enrol_port,
-          "TCP port that the invited reaches; default: the number of --port, or 7410 + 250 "
-          "x domain, or the next that is free")
+      ->add_option("--enrol-port", arguments->enrol_port,
+                   "TCP port for the invited person's certificate; default: the number of --port, "
+                   "or 7410 + 250 x domain, or the next free one")
       ->needs(keys)
       ->check(WholeNumberFrom(1024, 65535));
   command->add_option("--scene", arguments->scene,
-                      "the session's scene, by name or file; default: what a plain session says");
+                      "scene of the session, by name or file; default: the scene that the peers of "
+                      "a plain session offer");
   AddReachOptions(*command, arguments->reach);
   command->remove_option(command->get_option("--secure"));
-  command->add_flag("--json", arguments->json, "print one JSON object, which has the line");
+  command->add_flag("--json", arguments->json, "print one JSON object, which contains the line");
   command->callback([arguments, &exit_code] {
     exit_code = arguments->keys.empty() ? InvitePlainly(*arguments) : InviteWithKeys(*arguments);
   });

@@ -36,7 +36,7 @@ Authority AuthorityOf(const std::vector<std::string>& files) {
 std::string WhyNoFolder(const std::filesystem::path& folder) {
   std::error_code failed;
   if (std::filesystem::exists(folder, failed) && !std::filesystem::is_empty(folder, failed)) {
-    return folder.string() + " exists already: keys are never overwritten";
+    return folder.string() + " exists already: keys are never overwritten; name a new folder";
   }
   std::filesystem::path first_new = std::filesystem::absolute(folder);
   while (!std::filesystem::exists(first_new.parent_path(), failed)) {
@@ -69,8 +69,8 @@ int Revoke(const KeysArguments& arguments) {
   if (!done) return Fail(kExitSecurity, done.error().what);
   Say(done->name + " (" + Hex(done->peer) + ") is revoked: copy " + arguments.folder +
       "/revoked.p7s and " + arguments.folder +
-      "/identity.crl into the folder of every member that stays, who then start anew; members made "
-      "from now on have them");
+      "/identity.crl into the folder of every remaining member, then restart their programs; new "
+      "members get both files");
   return kExitOk;
 }
 
@@ -79,8 +79,8 @@ void TellRights() {
   for (const char* line :
        {"                                     peer     viewer   relay's audience side",
         "made in the folder of                session  either   audience",
-        "be seen, under the name of its keys  yes      yes      as each peer it shows",
-        "hold bodies, answer for them         yes      no       no",
+        "appear under the name of its keys    yes      yes      as each peer it shows",
+        "hold bodies, as their authority      yes      no       no",
         "offer a scene                        yes      no       as each peer it shows",
         "see bodies move                      yes      yes      no",
         "review notes, cameras (to come)      yes      yes      as each peer it shows",
@@ -125,37 +125,39 @@ void AddKeysCommand(CLI::App& app, int& exit_code) {
   keys->require_subcommand(1);
 
   auto arguments = std::make_shared<KeysArguments>();
-  CLI::App* session = keys->add_subcommand("session", "Two new authorities, in a new folder");
-  session->add_option("FOLDER", arguments->folder, "new folder")->required();
+  CLI::App* session =
+      keys->add_subcommand("session", "Make a session's two authorities, in a new folder");
+  session->add_option("FOLDER", arguments->folder, "new folder for the session's keys")->required();
   session
       ->add_option("--identity-authority", arguments->identity_authority,
-                   "certificate and key (PEM) to use instead of a new one")
+                   "certificate and key (PEM) to use as identity authority; default: a new one")
       ->expected(2);
   session
       ->add_option("--permissions-authority", arguments->permissions_authority,
-                   "the same; must be another authority")
+                   "certificate and key (PEM) to use as permissions authority, another one; "
+                   "default: a new one")
       ->expected(2);
-  session->add_option("--days", arguments->days, "how long they are valid")
+  session->add_option("--days", arguments->days, "validity of the authorities, days")
       ->check(WholeNumberFrom(1, 36'500));
   session->add_flag("--audience", arguments->audience,
-                    "the session of those who look on behind a relay, with authorities that are "
-                    "not the session's own");
+                    "make the session of the viewers behind a relay, whose authorities must not be "
+                    "the session's own");
   session->callback([arguments, &exit_code] {
     exit_code = MakeSession(*arguments);
   });
 
   auto revoked = std::make_shared<KeysArguments>();
-  CLI::App* revoke = keys->add_subcommand("revoke", "Keep a member out from now on");
-  revoke->add_option("FOLDER", revoked->folder, "the session's folder")->required();
+  CLI::App* revoke = keys->add_subcommand("revoke", "Exclude a member from now on");
+  revoke->add_option("FOLDER", revoked->folder, "folder of the session")->required();
   revoke
       ->add_option("MEMBER", revoked->out,
-                   "the member's folder, or the name or id in FOLDER/members.txt")
+                   "member's folder, or the member's name or id in FOLDER/members.txt")
       ->required();
   revoke->callback([revoked, &exit_code] {
     exit_code = Revoke(*revoked);
   });
   AddMemberFileCommands(*keys, exit_code);
-  keys->add_subcommand("rights", "What keys of each sort let their owner do")->callback([] {
+  keys->add_subcommand("rights", "Show what each kind of keys allows")->callback([] {
     TellRights();
   });
 
@@ -165,30 +167,31 @@ void AddKeysCommand(CLI::App& app, int& exit_code) {
     const char* what;
   };
   for (const Member member :
-       {Member{Part::kPeer, "peer", "Keys of someone who takes part"},
-        Member{Part::kViewer, "viewer", "Keys of someone who looks on"},
+       {Member{Part::kPeer, "peer", "Make the keys of a participant"},
+        Member{Part::kViewer, "viewer", "Make the keys of a viewer"},
         Member{Part::kRelay, "relay",
-               "Keys of a relay, for the session of those who look on behind it"}}) {
+               "Make the keys of a relay, for the session of the viewers behind it"}}) {
     auto asked = std::make_shared<KeysArguments>();
     CLI::App* command = keys->add_subcommand(member.name, member.what);
     command
         ->add_option("FOLDER", asked->folder,
                      member.part == Part::kRelay ? "folder made by 'tandem keys session --audience'"
-                                                 : "the session's folder")
+                                                 : "folder of the session")
         ->required();
-    command->add_option("NAME", asked->name, "how others see them")
+    command->add_option("NAME", asked->name, "name that others see")
         ->required()
         ->check(CLI::Validator(
             [](std::string& name) -> std::string {
               return IsMemberName(name)
                          ? ""
-                         : "'" + name + "' is no name for a member: letters, digits, '.', '_', '-'";
+                         : "'" + name +
+                               "' is not a member's name: use letters, digits, '.', '_' and '-'";
             },
             ""));
-    command->add_option("--out", asked->out, "new folder; default: FOLDER/NAME");
+    command->add_option("--out", asked->out, "new folder for the keys; default: FOLDER/NAME");
     command
         ->add_option("--days", asked->days,
-                     "how long they are valid, at most as long as the session's authorities")
+                     "validity of the keys, days; at most that of the session's authorities")
         ->check(WholeNumberFrom(1, 36'500));
     command->callback([asked, part = member.part, &exit_code] {
       exit_code = MakeMember(*asked, part);

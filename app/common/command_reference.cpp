@@ -20,8 +20,8 @@ namespace {
 constexpr std::array<std::pair<ExitCode, const char*>, 10> kExitMeanings{{
     {kExitOk, "ok"},
     {kExitFailed, "failed"},
-    {kExitUsage, "usage: the command line cannot be"},
-    {kExitFile, "file: it cannot be read or written, or holds what cannot be"},
+    {kExitUsage, "usage: the command line is invalid"},
+    {kExitFile, "file: a file cannot be read or written, or its content is invalid"},
     {kExitDisplay, "no display or no OpenGL"},
     {kExitNetwork, "network"},
     {kExitDevice, "device"},

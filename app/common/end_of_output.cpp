@@ -21,7 +21,7 @@ int EndOfOutput(int exit_code) {
   pollfd reader{STDOUT_FILENO, POLLOUT, 0};
   // a reader that closed the pipe has had enough and need not hear of it
   if (poll(&reader, 1, 0) == 1 && (reader.revents & (POLLERR | POLLHUP)) != 0) return kExitFile;
-  return Fail(kExitFile, "stdout: not all could be written" + reason);
+  return Fail(kExitFile, "stdout: the output could not be written completely" + reason);
 }
 
 }  // namespace tandem

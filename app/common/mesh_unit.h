@@ -19,8 +19,10 @@ inline std::string UnitHint(const std::filesystem::path& file, const TriangleMes
   const double longest = BoundsOf(mesh).size().maxCoeff();
   if (scale || KindDeclaresUnit(file) || !(longest > kOddlyLong)) return {};
   char text[120];
-  std::snprintf(text, sizeof text,
-                "read in metres it is %.4g m long: in millimetres? --scale 0.001", longest);
+  std::snprintf(
+      text, sizeof text,
+      "read in metres, it is %.4g m long: if the file is in millimetres, give --scale 0.001",
+      longest);
   return text;
 }
 

@@ -34,7 +34,7 @@ std::string Cut(std::string text, std::size_t longest) {
 }
 
 std::string Wanted(const std::string& what, const std::string& got) {
-  return what + " is wanted, not '" + Cut(got, kLongestValue) + "'";
+  return "expected " + what + ", got '" + Cut(got, kLongestValue) + "'";
 }
 
 template <typename T>
@@ -67,7 +67,7 @@ std::string ExplainUnknown(const CLI::App& command, const std::vector<std::strin
   });
   const std::string name = CalledAs(command);
   if (option != words.end()) {
-    return "'" + Cut(*option, kLongestValue) + "' is no option of '" + name + "'";
+    return "unknown option '" + Cut(*option, kLongestValue) + "' of '" + name + "'";
   }
   std::string known;
   for (const CLI::App* sub : command.get_subcommands([](const CLI::App*) {
@@ -75,8 +75,9 @@ std::string ExplainUnknown(const CLI::App& command, const std::vector<std::strin
        })) {
     known += (known.empty() ? "" : ", ") + sub->get_name();
   }
-  const std::string word = "'" + Cut(words.front(), kLongestValue) + "' is ";
-  return known.empty() ? word + "one word too many" : word + "none of: " + known;
+  const std::string word = "'" + Cut(words.front(), kLongestValue) + "'";
+  return known.empty() ? "unexpected word " + word
+                       : "unknown command " + word + ", expected one of: " + known;
 }
 
 }  // namespace
@@ -125,7 +126,7 @@ CLI::Validator SizeInBytes() {
       if (sound && unit != "B") size = std::ldexp(size, 10 * (static_cast<int>(power) + 1));
     }
     if (!sound || !(size >= 1) || !(size <= std::ldexp(1.0, 50))) {
-      return Wanted("a size up to 1024TiB, as 500MB or 8GiB,", text);
+      return Wanted("a size up to 1024TiB, such as 500MB or 8GiB", text);
     }
     text = std::to_string(static_cast<std::uint64_t>(size));
     return "";
@@ -164,7 +165,7 @@ void RefuseEmptyTexts(CLI::App& app) {
     if (option->get_items_expected_max() == 0) continue;  // a flag
     option->check(CLI::Validator(
         [](std::string& text) -> std::string {
-          return text.empty() ? "it is empty" : "";
+          return text.empty() ? "the value is empty" : "";
         },
         ""));
   }

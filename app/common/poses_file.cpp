@@ -45,7 +45,7 @@ Result<std::vector<FilePose>> ReadPosesFile(const std::filesystem::path& file, P
   if (!opened) return opened.error();
   LineReader lines(*std::move(opened), kLongestLine);
   const Error too_long{file.string() + ": has a line of more than " + std::to_string(kLongestLine) +
-                       " bytes: it is no poses file"};
+                       " bytes, so it is not a poses file"};
   std::string line;
   if (!lines.Next(line)) return lines.too_long() ? too_long : Error{file.string() + ": is empty"};
   std::map<std::string, std::size_t> place;
@@ -70,7 +70,7 @@ Result<std::vector<FilePose>> ReadPosesFile(const std::filesystem::path& file, P
   for (std::size_t number = 2; lines.Next(line); ++number) {
     if (poses.size() == kMostPoses) {
       return Error{file.string() + ": more than " + std::to_string(kMostPoses) +
-                   " poses: divide it among several files"};
+                   " poses: split it into several files"};
     }
     if (line.empty() || line == "\r") continue;
     const std::vector<std::string> cells = CellsOf(line);
@@ -106,7 +106,7 @@ Result<std::vector<FilePose>> ReadPosesFile(const std::filesystem::path& file, P
     const double angle = values[6] * M_PI / 180.0;
     const double length = axis.stableNorm();
     if (angle != 0 && !(length >= kLeastAxis && length <= kMostAxis)) {
-      return Error{at + "the axis of a turn must have a length from 1e-9 to 1e9"};
+      return Error{at + "the rotation axis must have a length from 1e-9 to 1e9"};
     }
     const Vec3 turn = angle == 0 ? Vec3(Vec3::Zero()) : Vec3(angle * axis.normalized());
     poses.push_back({.row = poses.size(),

@@ -21,7 +21,7 @@ std::uint64_t LimitOfCache() {
   const char* text = std::getenv("TANDEM_CACHE_LIMIT");  // NOLINT(concurrency-mt-unsafe)
   if (text == nullptr) return VoxelCache::kMostBytes;
   Say("TANDEM_CACHE_LIMIT: '" + std::string(text) +
-      "' is no number of bytes such as 512M or 20G; 10G counts");
+      "' is not a size such as 512M or 20G; 10G is used");
   return VoxelCache::kMostBytes;
 }
 

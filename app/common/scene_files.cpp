@@ -21,7 +21,7 @@ Result<Scene> LoadNamedScene(const std::string& name_or_path) {
   if (file == name_or_path || std::filesystem::exists(file, unknown)) return LoadScene(file);
   for (const char* large : {"clutter", "landing_gear"}) {
     if (name_or_path != large) continue;
-    return Error{file.string() + ": not there; `cmake --build --preset release --target " +
+    return Error{file.string() + ": does not exist; `cmake --build --preset release --target " +
                  name_or_path + "` makes it"};
   }
   std::vector<std::string> names;

@@ -65,18 +65,19 @@ void CheckOwnAddress(const ReachOptions& reach, bool beyond, Findings& findings)
                       : std::to_string(reach.port) + " and " + std::to_string(reach.port + 1);
   if (!reach.external_address.empty()) {
     if (IsPrivateAddress(reach.external_address)) {
-      findings.Add(Finding::kWarning, what, reach.external_address + " is of a private network",
-                   "good within that network or a VPN; on the Internet give the router's public "
+      findings.Add(Finding::kWarning, what,
+                   reach.external_address + " is an address of a private network",
+                   "fine within that network or a VPN; over the Internet, give the router's public "
                    "address, which the router's own pages show");
     } else if (reach.port == 0 && !has_external) {
       findings.Add(Finding::kWarning, what, reach.external_address + ", but no --port",
-                   "a router maps fixed ports: give --port N, and map UDP N and N + 1 to this "
-                   "machine, for 'tandem invite' TCP N too");
+                   "a router forwards fixed ports: give --port N, and forward UDP N and N + 1 to "
+                   "this machine, and TCP N for 'tandem invite'");
     } else {
       findings.Add(Finding::kGood, what,
-                   reach.external_address + (has_external ? " is this machine's own"
-                                                          : ", to be mapped by the router: UDP " +
-                                                                ports + " to " + own));
+                   reach.external_address +
+                       (has_external ? " is this machine's own"
+                                     : "; the router must forward UDP " + ports + " to " + own));
     }
     return;
   }
@@ -85,9 +86,9 @@ void CheckOwnAddress(const ReachOptions& reach, bool beyond, Findings& findings)
     findings.Add(Finding::kGood, what, own);
     return;
   }
-  findings.Add(Finding::kWarning, what, own + ": of private networks alone",
-               "fine within one network or a VPN; over the Internet map UDP N and N + 1 to this "
-               "machine at the router, and give --external-address A --port N");
+  findings.Add(Finding::kWarning, what, own + ": private networks only",
+               "fine within one network or a VPN; over the Internet, forward UDP N and N + 1 at "
+               "the router to this machine, and give --external-address A --port N");
 }
 
 void CheckEnrolPort(std::uint16_t port, Findings& findings) {
@@ -107,7 +108,7 @@ void CheckEnrolPort(std::uint16_t port, Findings& findings) {
   } else {
     findings.Add(Finding::kWarning, what,
                  "TCP " + std::to_string(port) + ": " + std::strerror(fault),
-                 "fine if that is 'tandem invite'; else name a free one with --enrol-port");
+                 "fine if 'tandem invite' uses it; otherwise give another port with --enrol-port");
   }
 }
 
@@ -126,7 +127,7 @@ bool CheckKeys(const ReachOptions& reach, Findings& findings) {
                                          : "takes part") +
                             "; good until " + Until(keys->not_after);
   findings.Add(ending.empty() ? Finding::kGood : Finding::kWarning, "keys", whose,
-               ending.empty() ? "" : "they end soon: make new ones with 'tandem keys'");
+               ending.empty() ? "" : "they end soon: make new keys with 'tandem keys'");
   return viewer;
 }
 
@@ -149,13 +150,12 @@ bool CheckInvitation(const std::string& line, Invitation& invitation, Findings& 
     return true;
   }
   const bool over = std::time(nullptr) >= invitation.enrolment.until;
-  findings.Add(Finding::kBad, "inviter", facts.what,
-               over
-                   ? "ask for a new line"
-                   : "at the inviter: does 'tandem invite' still run there? Do router and firewall "
-                     "let TCP " +
-                         std::to_string(invitation.enrolment.port) +
-                         " through to it? Else go by files: tandem keys request --help");
+  findings.Add(
+      Finding::kBad, "inviter", facts.what,
+      over ? "ask the inviter for a new line"
+           : "ask the inviter: does 'tandem invite' still run? Do router and firewall let TCP " +
+                 std::to_string(invitation.enrolment.port) +
+                 " through to it? Otherwise exchange files: tandem keys request --help");
   return true;
 }
 
@@ -170,8 +170,8 @@ void CheckScene(const std::string& named, const InvitedScene& invited, Findings&
     const bool other = invited.digest != 0 && invited.digest != hash->content;
     findings.Add(other ? Finding::kBad : Finding::kGood, "scene",
                  scene->file.string() + ", digest " + Hex(hash->content),
-                 other ? "the invitation is to another one, " + Hex(invited.digest) +
-                             ": leave --scene away, or ask for the files"
+                 other ? "the invitation is to another scene, " + Hex(invited.digest) +
+                             ": leave --scene out, or ask for the invitation's files"
                        : "");
     return;
   }
@@ -182,12 +182,11 @@ void CheckScene(const std::string& named, const InvitedScene& invited, Findings&
                                .open_told = false},
                               FoldersWithScenes());
   if (file) {
-    findings.Add(Finding::kGood, "scene", file->string() + ", as the invitation wants it");
+    findings.Add(Finding::kGood, "scene", file->string() + ", the invitation's scene");
   } else {
-    findings.Add(
-        Finding::kWarning, "scene", CleanText(invited.file) + " is not on this machine",
-        "'tandem join' fetches it from the session, and asks before; or get its files, and "
-        "name them with --scene");
+    findings.Add(Finding::kWarning, "scene", CleanText(invited.file) + " is not on this machine",
+                 "'tandem join' asks you, and then fetches it from the session; or get its files, "
+                 "and name them with --scene");
   }
 }
 

@@ -23,19 +23,20 @@ std::string FirstLine(const char* file) {
 
 void CheckRights(const RealtimeStatus& realtime, Findings& findings) {
   findings.Add(realtime.fifo ? Finding::kGood : Finding::kWarning, "priority",
-               realtime.fifo ? "SCHED_FIFO: other programs wait for a frame"
+               realtime.fifo ? "SCHED_FIFO: other programs wait for the frames of a hand"
                              : "SCHED_OTHER: a frame waits for other programs, and a hand feels it",
                realtime.fifo ? "" : realtime.warning);
   findings.Add(realtime.memory_locked ? Finding::kGood : Finding::kWarning, "locked memory",
-               realtime.memory_locked ? "all of it: no frame waits for the disk"
-                                      : "none: a frame may wait for a page, milliseconds",
+               realtime.memory_locked
+                   ? "all memory is locked: no frame waits for the disk"
+                   : "no memory is locked: a frame may wait milliseconds for the disk",
                realtime.memory_locked || !realtime.fifo ? ""  // the advice on priority grants both
                                                         : realtime.warning);
   const std::string share = FirstLine("/proc/sys/kernel/sched_rt_runtime_us");
   if (!share.empty() && share != "-1" && realtime.fifo) {
     findings.Add(Finding::kGood, "real-time share",
                  share + " of " + FirstLine("/proc/sys/kernel/sched_rt_period_us") +
-                     " us for SCHED_FIFO: enough, for a frame takes 800 of 1000");
+                     " us for SCHED_FIFO: enough, because a frame takes up to 800 of 1000 us");
   }
 }
 
@@ -46,16 +47,17 @@ void CheckCores(Findings& findings) {
   const int count = CPU_COUNT(&ours);
   findings.Add(count >= 2 ? Finding::kGood : Finding::kWarning, "cores",
                std::to_string(count) + " for this program",
-               count >= 2 ? "" : "a device, its frames and the network want two");
+               count >= 2 ? "" : "a device, its frames and the network need two cores");
   const std::string isolated = FirstLine("/sys/devices/system/cpu/isolated");
   findings.Add(Finding::kGood, "core of its own",
                isolated.empty() ? "none is set aside" : "set aside: " + isolated,
                isolated.empty()
-                   ? "if frames are still late: boot with isolcpus=N nohz_full=N, then --core N"
-                   : "tandem peer --core N uses one of them; --device-core another");
+                   ? "if frames are late: boot with isolcpus=N nohz_full=N, then give --core N"
+                   : "tandem peer --core N runs its frames on one of them; --device-core N uses "
+                     "another for the device");
   const std::string governor = FirstLine("/sys/devices/system/cpu/cpu0/cpufreq/scaling_governor");
   if (governor.empty() || governor == "performance") return;
-  findings.Add(Finding::kWarning, "clock", "governor '" + governor + "' slows idle cores down",
+  findings.Add(Finding::kWarning, "clock", "governor '" + governor + "' lets idle cores slow down",
                "as root: cpupower frequency-set -g performance");
 }
 
@@ -75,10 +77,9 @@ void CheckRealtime(Findings& findings) {
                 late_us, missed, static_cast<long long>(kTimerFrames));
   findings.Add(late_us > kLateEnoughToFeelUs ? Finding::kWarning : Finding::kGood, "timer",
                found.data(),
-               late_us > kLateEnoughToFeelUs
-                   ? "end other programs, or give this one real-time rights; a virtual machine may "
-                     "never do better"
-                   : "");
+               late_us > kLateEnoughToFeelUs ? "end other programs, or give this one real-time "
+                                               "rights; a virtual machine may not get better"
+                                             : "");
   CheckCores(findings);
 }
 

@@ -77,10 +77,9 @@ int Tell(const RecordedLine& line, const NetworkTrace& trace, const ClockEstimat
   PrintSpread("round trip", trip);
   std::printf("%s", FactsAsText(trace).c_str());
   std::printf(
-      "one way: the clocks are known within %.3f ms, half the least round trip; delays there and "
-      "back may be\n  that much more and less than told. Round trips and loop ages do not depend "
-      "on "
-      "it.\n",
+      "one-way delays: the two clocks are known within %.3f ms (half the least round trip), so "
+      "delays there and back may be\n  that much more or less than shown. Round trips and loop "
+      "ages do not depend on the clocks.\n",
       clocks.bound_ms);
   std::printf("%s: %zu samples each way at %g Hz\n", file.c_str(), trace.there_ms.size(),
               trace.rate_hz);
@@ -90,15 +89,15 @@ int Tell(const RecordedLine& line, const NetworkTrace& trace, const ClockEstimat
 }  // namespace
 
 void AddLineOptions(CLI::App& doctor, LineArguments& arguments) {
-  CLI::Option* const trace = doctor.add_option(
-      "--trace", arguments.file,
-      "record the line to the one of --peers, where 'tandem doctor --answer' runs, and write it "
-      "there as a trace (docs/network-plans.md)");
-  doctor.add_option("--seconds", arguments.seconds, "with --trace: how long")
+  CLI::Option* const trace =
+      doctor.add_option("--trace", arguments.file,
+                        "trace file to write: record the line to the machine of --peers, where "
+                        "'tandem doctor --answer' runs (docs/network-plans.md)");
+  doctor.add_option("--seconds", arguments.seconds, "with --trace: length of the recording, s")
       ->needs(trace)
       ->capture_default_str()
       ->check(NumberFrom(0.1, 600));
-  doctor.add_option("--hz", arguments.rate_hz, "with --trace: samples a second each way")
+  doctor.add_option("--hz", arguments.rate_hz, "with --trace: samples each way, Hz")
       ->needs(trace)
       ->capture_default_str()
       ->check(WholeNumberFrom(1, kMostLineHz));
@@ -106,7 +105,7 @@ void AddLineOptions(CLI::App& doctor, LineArguments& arguments) {
 
 int RunDoctorTrace(const LineArguments& arguments, const std::vector<std::string>& peers,
                    std::uint16_t port, bool json) {
-  if (peers.size() != 1) return Fail(kExitUsage, "--trace needs --peers with one machine");
+  if (peers.size() != 1) return Fail(kExitUsage, "--trace needs --peers with exactly one machine");
   const Result<PeerAddress> peer = ParsePeerAddress(peers.front());
   if (!peer) return Fail(kExitUsage, "--peers: " + peer.error().what);
   if (const std::string fault = WhyNotWritable(arguments.file); !fault.empty()) {
@@ -120,7 +119,8 @@ int RunDoctorTrace(const LineArguments& arguments, const std::vector<std::string
   if (!line) return Fail(kExitNetwork, line.error().what);
   const ClockEstimate clocks = EstimateClocks(line->record);
   if (clocks.bound_ms < 0) {
-    return Fail(kExitNetwork, peer->host + ": nothing arrived in one direction: no trace");
+    return Fail(kExitNetwork,
+                peer->host + ": no samples arrived in one direction, so there is no trace");
   }
   NetworkTrace trace = TraceOf(line->record, clocks);
   trace.source = "tandem doctor --trace, to " + line->address;

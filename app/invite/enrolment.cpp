@@ -91,7 +91,7 @@ Result<EnrolmentRequest> ReadEnrolmentRequest(const std::string& text) {
 }
 
 Result<EnrolmentAnswer> ReadEnrolmentAnswer(const std::string& text) {
-  const Error bad{"the inviter's answer is none of this version: bring both to one version"};
+  const Error bad{"the inviter has another version of Tandem: update both to one version"};
   const nlohmann::json object = ObjectIn(text, EnrolmentAnswer::kLongest);
   if (!object.is_object()) return bad;
   EnrolmentAnswer answer;

@@ -193,12 +193,11 @@ std::string WhyNobody(const Invitation& invitation) {
   const std::time_t now = std::time(nullptr);
   const std::string end = TimeForAPerson(invitation.enrolment.until, now);
   if (now >= invitation.enrolment.until) {
-    return "the invitation ended at " + end + ": ask for a new one";
+    return "the invitation expired at " + end + ": ask for a new one";
   }
   return "the invitation (until " + end +
-         ") was used or taken back, or the port is closed: 'tandem doctor --invitation LINE' "
-         "looks, "
-         "or ask for a new one";
+         ") was used or withdrawn, or its port is closed: check with 'tandem doctor --invitation "
+         "LINE', or ask for a new one";
 }
 
 EnrolmentOutcome Faulty(Kind kind, const std::string& what) {
@@ -211,11 +210,11 @@ std::optional<std::string> WhyNotTheInviter(const Invitation& invitation, const 
   const bool open = talk.Until([&talk] {
     return talk.tls().open();
   });
-  if (!open) return way.at() + " is no listener of an invitation";
+  if (!open) return way.at() + " does not listen for invitations";
   if (AreSame(talk.tls().others_digest(), invitation.enrolment.certificate)) return std::nullopt;
   return way.at() +
-         " is not the program that this line leads to: another invitation is open there, or the "
-         "line was altered: ask for a new one";
+         " is not the program of this line: another invitation is open there, or somebody changed "
+         "the line: ask for a new one";
 }
 
 EnrolmentOutcome Ask(const Invitation& invitation, const std::string& certificate_request,
@@ -227,7 +226,7 @@ EnrolmentOutcome Ask(const Invitation& invitation, const std::string& certificat
   const std::optional<std::string> line = talk.Line(EnrolmentAnswer::kLongest);
   if (!line) {
     return Faulty(Kind::kUnreachable,
-                  "the inviter's program broke off: ask whether it still runs, and for a new line");
+                  "the inviter's program ended: ask whether it still runs, and for a new line");
   }
   Result<EnrolmentAnswer> answer = ReadEnrolmentAnswer(*line);
   if (!answer) return Faulty(Kind::kStranger, answer.error().what);
@@ -236,8 +235,8 @@ EnrolmentOutcome Ask(const Invitation& invitation, const std::string& certificat
   }
   if (answer->session != invitation.session || answer->role != invitation.role) {
     return Faulty(Kind::kStranger,
-                  "the inviter gives keys of another session or role than the "
-                  "line's, which are not taken: ask for a new one");
+                  "the inviter sent keys of another session or role than the line's, and this "
+                  "program discards them: ask for a new line");
   }
   return {.answer = *std::move(answer), .fault = std::nullopt};
 }
@@ -257,7 +256,7 @@ EnrolmentOutcome Enrol(const Invitation& invitation, const std::string& certific
   if (stopped()) return Faulty(Kind::kUnreachable, "ended before the inviter answered");
   if (stranger) return Faulty(Kind::kStranger, *stranger);
   return Faulty(Kind::kUnreachable,
-                "nobody answers at " + ways.Faults() + ": " + WhyNobody(invitation));
+                "no program answers at " + ways.Faults() + ": " + WhyNobody(invitation));
 }
 
 InviterFacts ProbeInviter(const Invitation& invitation) {
@@ -275,7 +274,7 @@ InviterFacts ProbeInviter(const Invitation& invitation) {
     if (facts.is_the_inviter) return facts;
   }
   if (facts.host.empty()) {
-    facts.what = "nobody answers at " + ways.Faults() + ": " + WhyNobody(invitation);
+    facts.what = "no program answers at " + ways.Faults() + ": " + WhyNobody(invitation);
   }
   return facts;
 }

@@ -153,18 +153,18 @@ class Desk {
     const Result<EnrolmentRequest> request = ReadEnrolmentRequest(text);
     if (!request || !AreSame(request->proof, ProofOf(invitation_, binding))) {
       if (wrong_++ == 0) {
-        tell_("somebody came without the secret of this invitation, and was refused");
+        tell_("somebody came without the secret of this invitation: refused");
       }
       return Refused(kNotInvited);
     }
     if (used_) {
-      tell_("the line was used a second time, which was refused");
-      return Refused("the invitation is used already: ask for one of your own");
+      tell_("somebody used the line a second time: refused");
+      return Refused("somebody has used the invitation already: ask for one of your own");
     }
     Result<MemberFiles> files = sign_(request->certificate_request);
     if (!files) {
-      tell_("the request is refused: " + files.error().what);
-      return Refused("the request is refused: " + files.error().what);
+      tell_("the request is invalid and refused: " + files.error().what);
+      return Refused("the request is invalid and refused: " + files.error().what);
     }
     used_ = true;
     EnrolmentAnswer answer;
@@ -203,7 +203,7 @@ Result<EnrolmentListener> EnrolmentListener::Open(std::uint16_t port, bool or_ne
   }
   if (listener < 0) {
     return Error{"TCP port " + std::to_string(port) + ": " + std::strerror(fault) +
-                 ": name a free one with --enrol-port"};
+                 ": give a free one with --enrol-port"};
   }
   sockaddr_in bound{};
   socklen_t size = sizeof bound;

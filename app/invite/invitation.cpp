@@ -244,12 +244,13 @@ Result<Invitation> ReadInvitation(std::string_view text) {
   if (!IsInvitationLine(line)) {
     return Error{"an invitation begins with tandem://: copy the whole line of 'tandem invite'"};
   }
-  if (line.size() > Invitation::kLongest) return Error{"the invitation is longer than any is"};
+  if (line.size() > Invitation::kLongest)
+    return Error{
+        "the line is too long for an invitation: copy exactly the line of 'tandem invite'"};
   // checked before the fields: a damaged line cannot tell which version wrote it
   const Error damaged{
-      "the invitation is not as 'tandem invite' wrote it: copy the whole line, from tandem:// to "
-      "the "
-      "last letter, or ask for a new one"};
+      "the line is incomplete or changed: copy the whole line of 'tandem invite', from tandem:// "
+      "to the last letter, or ask for a new one"};
   if (line.size() <= kCheckSize ||
       CheckOf(line.substr(0, line.size() - kCheckSize)) != line.substr(line.size() - kCheckSize)) {
     return damaged;
@@ -269,8 +270,8 @@ Result<Invitation> ReadInvitation(std::string_view text) {
   for (std::size_t i = 2; i < parts.size(); ++i) {
     if (!TakeField(parts[i], invitation)) {
       return Error{
-          "the invitation has something that this version does not know: bring all to one "
-          "version of Tandem"};
+          "the invitation is from a newer version of Tandem: update all participants to one "
+          "version"};
     }
   }
   const std::vector<std::string> secrets = Parts(line.substr(hash + 1), '.');

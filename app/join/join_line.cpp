@@ -69,12 +69,12 @@ int GetKeys(const Invitation& invitation, const fs::path& folder) {
   if (fs::exists(folder, failed)) {
     const Result<std::string> line = ReadWholeFile(folder / kLineFile, kLongestLineFile);
     if (line && *line == NameOfLine(invitation)) {
-      Say("the keys that this line gave are in " + folder.string() + ": they are taken");
+      Say("the keys that this line gave are in " + folder.string() + ": using them");
       return kExitOk;
     }
     return Fail(kExitFile, folder.string() +
-                               " exists already and has no keys of this line: name another folder "
-                               "with --keys-to");
+                               " exists already and does not hold keys of this line: name another "
+                               "folder with --keys-to");
   }
   fs::create_directories(fs::absolute(folder).parent_path(), failed);
   // checks that there is place for the keys before it uses the line up
@@ -95,7 +95,7 @@ int GetKeys(const Invitation& invitation, const fs::path& folder) {
       TakeMember(key, outcome.answer.files, folder, {{kLineFile, NameOfLine(invitation)}});
   if (!keys) return Fail(kExitSecurity, keys.error().what);
   Say("you are a member of session " + CleanText(invitation.session) + " by the name of " +
-      CleanText(keys->name) + ": your keys are in " + folder.string());
+      CleanText(keys->name) + "; your keys are in " + folder.string());
   return kExitOk;
 }
 
@@ -181,11 +181,12 @@ int JoinByLine(const JoinLineArguments& asked) {
   const bool viewer = invitation->role == Role::kViewer || asked.role == "viewer";
   if (invitation->secured && !asked.role.empty() && viewer != (invitation->role == Role::kViewer)) {
     return Fail(kExitUsage,
-                "--role: this invitation is for somebody who takes part, and its keys "
-                "are for nothing else: ask for one of a viewer");
+                "--role: this invitation is for an active participant, and so are its keys: ask "
+                "for one for a viewer");
   }
   if (invitation->role == Role::kViewer && asked.role == "active") {
-    return Fail(kExitUsage, "--role: this invitation is for a viewer: ask for one to take part");
+    return Fail(kExitUsage,
+                "--role: this invitation is for a viewer: ask for one for an active participant");
   }
   arguments.session = invitation->session;
   arguments.role = viewer ? "viewer" : "active";
@@ -204,7 +205,7 @@ int JoinByLine(const JoinLineArguments& asked) {
     const fs::path folder =
         asked.keys_to.empty() ? FolderForKeys(*invitation) : fs::path(asked.keys_to);
     if (folder.empty()) {
-      return Fail(kExitFile, "there is no home folder for the keys: name one with --keys-to");
+      return Fail(kExitFile, "there is no home folder for the keys: name a folder with --keys-to");
     }
     if (const int failed = GetKeys(*invitation, folder); failed != kExitOk) return failed;
     arguments.reach.secure = folder.string();
@@ -219,9 +220,9 @@ int JoinByLine(const JoinLineArguments& asked) {
     if (asked.json) PrintWay(*invitation, arguments);
     return kExitOk;
   }
-  arguments.alone = "nobody is heard in session " + CleanText(invitation->session) +
-                    ": is the inviter in it? UDP must come through at both sites: 'tandem doctor "
-                    "--invitation LINE' looks";
+  arguments.alone = "no peer answers in session " + CleanText(invitation->session) +
+                    ": is the inviter in it? UDP must get through at both sites; check with "
+                    "'tandem doctor --invitation LINE'";
   if (asked.json) {
     arguments.on_entered = [&invitation, &arguments](const EnteredSession& entered) {
       nlohmann::ordered_json json = AsJson(*invitation);

@@ -51,8 +51,8 @@ int AskByFile(const std::string& folder) {
   if (const Result<bool> done = made->Commit(); !done) return Fail(kExitFile, done.error().what);
   const std::string file = (Waiting(folder) / kRequestFile).string();
   Say("send " + file + " to the owner of the session's keys; the rest of that folder stays here");
-  Say("its digest, to be compared on the telephone: " + *digest);
-  Say("then, with what comes back: tandem keys take " + folder + " ANSWER");
+  Say("its digest, to compare on the telephone: " + *digest);
+  Say("then, with the answer file: tandem keys take " + folder + " ANSWER");
   return kExitOk;
 }
 
@@ -90,8 +90,8 @@ int AnswerRequest(const AnswerArguments& arguments) {
   if (const auto fault = WriteWholeFile(out, TextOf(answer))) return Fail(kExitFile, fault->what);
   const Result<std::string> given = DigestToCompare(out);
   if (!given) return Fail(kExitSecurity, given.error().what);
-  Say("the request's digest: " + *digest + "; is it what " + arguments.name +
-      " reads out on the telephone? If not, tandem keys revoke " + arguments.session + " " +
+  Say("digest of the request: " + *digest + "; is it what " + arguments.name +
+      " reads out on the telephone? If it is not, tandem keys revoke " + arguments.session + " " +
       arguments.name);
   Say("send " + out + " back; nothing in it is secret. Its digest: " + *given);
   return kExitOk;
@@ -101,21 +101,21 @@ int TakeAnswer(const std::string& folder, const std::string& file) {
   const fs::path waiting = Waiting(folder);
   std::error_code failed;
   if (!fs::exists(waiting / kKeyFile, failed)) {
-    return Fail(kExitFile, waiting.string() + ": no request waits there: 'tandem keys request " +
+    return Fail(kExitFile, waiting.string() + ": holds no waiting request: 'tandem keys request " +
                                folder + "' makes one");
   }
   const Result<std::string> text = ReadWholeFile(file, kLargestAnswer);
   if (!text) return Fail(kExitFile, text.error().what);
   const Result<EnrolmentAnswer> answer = ReadEnrolmentAnswer(*text);
   if (!answer || !answer->refused.empty()) {
-    return Fail(kExitFile, file + ": is no answer of 'tandem keys answer'");
+    return Fail(kExitFile, file + ": is not an answer file of 'tandem keys answer'");
   }
   const Result<std::string> digest = DigestToCompare(file);
   if (!digest) return Fail(kExitSecurity, digest.error().what);
   const Result<MemberKeys> keys = TakeMember(waiting / kKeyFile, answer->files, folder);
   if (!keys) return Fail(kExitSecurity, file + ": " + keys.error().what);
   fs::remove_all(waiting, failed);
-  Say("the answer's digest, to be compared on the telephone: " + *digest);
+  Say("digest of the answer, to compare on the telephone: " + *digest);
   Say(folder + " is all that " + keys->name + " needs: give the folder to nobody else, then " +
       (keys->role == Role::kViewer ? "tandem watch" : "tandem peer") + " --secure " + folder);
   return kExitOk;
@@ -126,7 +126,7 @@ CLI::Validator MemberName() {
       [](std::string& name) -> std::string {
         return IsMemberName(name)
                    ? ""
-                   : "'" + name + "' is no name for a member: letters, digits, '.', '_', '-'";
+                   : "'" + name + "' is not a member's name: use letters, digits, '.', '_' and '-'";
       },
       "");
 }
@@ -136,22 +136,24 @@ CLI::Validator MemberName() {
 void AddMemberFileCommands(CLI::App& keys, int& exit_code) {
   auto folder = std::make_shared<std::string>();
   CLI::App* request = keys.add_subcommand(
-      "request", "Ask for a certificate by a file: the private key stays on this machine");
-  request->add_option("FOLDER", *folder, "new folder, once the answer is there")->required();
+      "request", "Ask for a certificate through a file; the private key stays on this machine");
+  request->add_option("FOLDER", *folder, "new folder for the keys, once the answer is there")
+      ->required();
   request->callback([folder, &exit_code] {
     exit_code = AskByFile(*folder);
   });
 
   auto asked = std::make_shared<AnswerArguments>();
-  CLI::App* answer = keys.add_subcommand("answer", "Make a member by its request, as a file");
-  answer->add_option("FOLDER", asked->session, "the session's folder")->required();
-  answer->add_option("NAME", asked->name, "how others see them")->required()->check(MemberName());
-  answer->add_option("REQUEST", asked->request, "file of 'tandem keys request'")->required();
-  answer->add_option("--role", asked->role, "active: takes part; viewer: looks on")
+  CLI::App* answer = keys.add_subcommand("answer", "Make a member from a request file");
+  answer->add_option("FOLDER", asked->session, "folder of the session")->required();
+  answer->add_option("NAME", asked->name, "name that others see")->required()->check(MemberName());
+  answer->add_option("REQUEST", asked->request, "request file of 'tandem keys request'")
+      ->required();
+  answer->add_option("--role", asked->role, "active: take part; viewer: look on")
       ->check(OneOf({"active", "viewer"}))
       ->capture_default_str();
-  answer->add_option("--out", asked->out, "new file; default: NAME.answer");
-  answer->add_option("--days", asked->days, "how long they are valid")
+  answer->add_option("--out", asked->out, "new answer file; default: NAME.answer");
+  answer->add_option("--days", asked->days, "validity of the member's keys, days")
       ->check(WholeNumberFrom(1, 36'500))
       ->capture_default_str();
   answer->callback([asked, &exit_code] {
@@ -160,9 +162,9 @@ void AddMemberFileCommands(CLI::App& keys, int& exit_code) {
 
   auto into = std::make_shared<std::string>();
   auto file = std::make_shared<std::string>();
-  CLI::App* take = keys.add_subcommand("take", "Make the folder of a member of its answer");
-  take->add_option("FOLDER", *into, "as in 'tandem keys request'")->required();
-  take->add_option("ANSWER", *file, "file of 'tandem keys answer'")->required();
+  CLI::App* take = keys.add_subcommand("take", "Complete a member's folder with the answer file");
+  take->add_option("FOLDER", *into, "folder of 'tandem keys request'")->required();
+  take->add_option("ANSWER", *file, "answer file of 'tandem keys answer'")->required();
   take->callback([into, file, &exit_code] {
     exit_code = TakeAnswer(*into, *file);
   });

@@ -63,10 +63,9 @@ int StartDevice(const PeerArguments& arguments, const Pose& X_WB0, Joining& join
     std::snprintf(most, sizeof most, "at most %g N and %g N m", limits.force, limits.moment);
   }
   char text[280];
-  std::snprintf(
-      text, sizeof text, "device %.60s: %s, %g times a second%s", arguments.device.c_str(), most,
-      1e9 / static_cast<double>(process.period_ns()),
-      can.asks_us ? "; its own thread asks for the force, which comes a period later" : "");
+  std::snprintf(text, sizeof text, "device %.60s: %s, %g times a second%s",
+                arguments.device.c_str(), most, 1e9 / static_cast<double>(process.period_ns()),
+                can.asks_us ? "; its own thread fetches the force, one period later" : "");
   Say(text);
   return kExitOk;
 }
@@ -181,7 +180,7 @@ int MakeNode(const PeerArguments& arguments, Joining& joining) {
     options.peer.X_BD = script.X_BD;
     if (arguments.hold.empty()) {
       Say("hand file " + file +
-          ": the hand is empty, so that its script moves nothing: give --hold BODY too");
+          ": the hand holds no body, so its script moves nothing: give --hold BODY too");
     }
   }
   if (const int failed = StartDevice(arguments, X_WB0, joining); failed != kExitOk) return failed;

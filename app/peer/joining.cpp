@@ -67,7 +67,8 @@ std::string WhyNotHeld(const std::string& body, const Scene& scene) {
     if (!other.fixed) moving += (moving.empty() ? "" : ", ") + other.name;
   }
   return "--hold " + body + ": " + (fixed ? "this body is fixed; " : "") + scene.file.string() +
-         " has no moving body of that name, but " + (moving.empty() ? "none at all" : moving);
+         " has no moving body of that name; its moving bodies: " +
+         (moving.empty() ? "none at all" : moving);
 }
 
 int Connect(const PeerArguments& arguments, Joining& joining) {
@@ -108,8 +109,8 @@ int Insist(const PeerArguments& arguments, const ForceParameters& session, Joini
   if (held >= 0 &&
       joining.scene.bodies[joining.scene.WholeOf(static_cast<std::size_t>(held))].shared) {
     return Fail(kExitIncompatiblePeer,
-                "--insist: " + arguments.hold + " is shared, and is held together by equal force " +
-                    "parameters only; the session goes by " + Describe(session) +
+                "--insist: " + arguments.hold + " is shared, and only peers with equal force " +
+                    "parameters can hold it together; the session uses " + Describe(session) +
                     ": leave out --insist, or hold another body");
   }
   joining.unequal = session;
@@ -134,7 +135,8 @@ bool MayAdopt(const ForceParameters& theirs, const Joining& joining) {
 int Agree(const PeerArguments& arguments, const SceneManifest& session, Joining& joining) {
   const std::string difference = ContentDifference(joining.scene, joining.hash, session);
   if (!difference.empty()) {
-    return Fail(kExitIncompatiblePeer, difference + ": get the same, or name another session");
+    return Fail(kExitIncompatiblePeer,
+                difference + ": get the same scene, or join another session");
   }
   const ForceParameters theirs = ParametersOf(session);
   const ForceParameters ours = ParametersOf(joining.scene);
@@ -145,22 +147,21 @@ int Agree(const PeerArguments& arguments, const SceneManifest& session, Joining&
   if (arguments.insist) return Insist(arguments, theirs, joining);
   if (!MayAdopt(theirs, joining)) {
     return Fail(kExitIncompatiblePeer,
-                "the session goes by " + Describe(theirs) + ", this scene by " +
-                    Describe(joining.own) +
-                    ": more than a factor of 4 apart, which takes much more memory or is much "
-                    "coarser: --adopt-any takes it all the same, --insist keeps yours");
+                "the session uses " + Describe(theirs) + ", this scene " + Describe(joining.own) +
+                    ": they differ by more than a factor of 4, which needs much more memory or is "
+                    "much coarser; --adopt-any takes the session's voxels, --insist keeps yours");
   }
   if (const std::string fault = LayerFault(theirs.contact, theirs.force_layer); !fault.empty()) {
-    return Fail(kExitIncompatiblePeer, "the session goes by " + Describe(theirs) + ", but " +
-                                           fault + ": bring its scene to that layer, or --insist");
+    return Fail(kExitIncompatiblePeer, "the session uses " + Describe(theirs) + ", but " + fault +
+                                           ": change the scene's force_layer, or give --insist");
   }
   Adopt(theirs, joining.scene);
   if (!(ParametersOf(joining.scene) == theirs)) {
     return Fail(kExitIncompatiblePeer,
-                "the session's contacts are made by another version of this program: bring all to "
-                "one version, or --insist");
+                "another version of this program computes the session's contacts: update all to "
+                "one version, or give --insist");
   }
-  Say("the session goes by " + Describe(theirs) + ", which is adopted (--insist keeps " +
+  Say("the session uses " + Describe(theirs) + "; this peer adopts them (--insist keeps " +
       Describe(ours) + ")");
   joining.hash.parameters = HashOf(theirs);
   OfferOn(session, joining);
@@ -244,8 +245,8 @@ int Join(PeerArguments& arguments, Joining& joining) {
   if (arguments.stop.stop_requested()) return kEndedWhileLoading;
   if (joining.inbox.has_twin()) {
     return Fail(kExitSecurity, arguments.reach.secure +
-                                   ": these keys are in use in this session already: end the other "
-                                   "program, or take keys of your own");
+                                   ": another program in this session already uses these keys: end "
+                                   "that program, or use keys of your own");
   }
   do {
     if (session) {
@@ -270,7 +271,7 @@ int Join(PeerArguments& arguments, Joining& joining) {
       heaviest_kg = std::max(heaviest_kg, body.inertia.mass);
     }
     Say(PushWarning(ParametersOf(joining.scene), *joining.unequal, heaviest_kg, "the session") +
-        "; shared bodies are not held");
+        "; this peer cannot hold shared bodies");
   }
   joining.inbox.HandOver(joining.node->inbox());
   return kExitOk;

@@ -23,8 +23,8 @@ constexpr std::uint64_t kFloodFrom = 200;            // refused samples; fewer a
 
 Result<std::unique_ptr<PeerControl>> PeerControl::Open(PeerArguments& arguments) {
   if (arguments.control_domain == arguments.reach.domain) {
-    return Error{"--control-domain: the session is on DDS domain " +
-                 std::to_string(arguments.reach.domain) + " already, take another"};
+    return Error{"--control-domain: the session already uses DDS domain " +
+                 std::to_string(arguments.reach.domain) + ": choose another"};
   }
   Result<std::unique_ptr<ControlPort>> port =
       ControlPort::Open({.name = arguments.control,
@@ -196,7 +196,7 @@ PeerControl::Wish PeerControl::Turn(PeerTable& table) {
   for (const std::string& line : lines) tandem::Say(line);
   if (!flood_told_ && port_->refused() >= kFloodFrom) {
     flood_told_ = true;
-    tandem::Say("a program of this machine floods the controller: what is too much is refused");
+    tandem::Say("a program on this machine floods the controller, which refuses the excess");
   }
   TellStop();
   if (turns_++ % kTurnsPerLook == 0) {

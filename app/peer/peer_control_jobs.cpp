@@ -115,7 +115,7 @@ Answer PeerControl::MeasureDistances(bool on) {
 std::optional<Answer> PeerControl::AddMesh(std::uint64_t job, const LoadMeshRequest& mesh) {
   const std::filesystem::path file = mesh.file;
   std::error_code unknown;
-  if (!file.is_absolute()) return Answer{false, "'" + mesh.file + "': expected an absolute name"};
+  if (!file.is_absolute()) return Answer{false, "'" + mesh.file + "': expected an absolute path"};
   if (!std::filesystem::is_regular_file(file, unknown)) {
     return Answer{false, mesh.file + ": there is no such file"};
   }
@@ -153,7 +153,7 @@ std::optional<Answer> PeerControl::AskForScene(std::uint64_t job, const std::str
       if (entry.presence == PeerDirectory::Presence::kHere && entry.refused.empty() &&
           entry.info.role == Role::kActive) {
         return Answer{false, "others take part in session " + session_ +
-                                 " with this scene: take another one to a session of its own"};
+                                 " with this scene: open another scene in a session of its own"};
       }
     }
   }
@@ -182,7 +182,7 @@ bool PeerControl::RevertLoad(PeerArguments& arguments, const std::string& why) {
 
 Answer PeerControl::Write(const std::filesystem::path& file, const std::optional<AddedBody>& added,
                           bool overwrite) {
-  if (!file.is_absolute()) return {false, "'" + file.string() + "': expected an absolute name"};
+  if (!file.is_absolute()) return {false, "'" + file.string() + "': expected an absolute path"};
   const std::shared_ptr<const WorldModel> kept = Model();
   if (!kept) return {false, "the scene is being loaded"};
   const WorldModel& model = *kept;

@@ -50,7 +50,7 @@ std::size_t RoomFor(NetworkPlan plan, const LinkConditions& conditions) {
 
 /// Returns a line for a user whose hand is empty at the start.
 std::string WhatThereIsToHold(const WorldModel& model) {
-  std::string line = "your hand is empty: --hold BODY, or 'grab BODY' as a line here, of: ";
+  std::string line = "your hand is empty: start with --hold BODY, or type 'grab BODY'; bodies: ";
   for (std::size_t b = 0; b < model.object.size(); ++b) {
     if (b == 8) return line + ", and " + std::to_string(model.object.size() - b) + " more";
     line += (b == 0 ? "" : ", ") + model.scene.bodies[model.object[b]].name;
@@ -71,7 +71,7 @@ int LeaveForLackOfRealTime(Joining& joining, PeerLoops& loops, PeerControl* cont
   loops.EndHaptic();
   if (control != nullptr) control->End();
   joining.transport->Leave();
-  return Fail(kExitNotRealTime, "not real-time, and --require-rt was given");
+  return Fail(kExitNotRealTime, "the system did not grant SCHED_FIFO, which --require-rt demands");
 }
 
 /// Ends the threads and leaves the session. Returns how many packets were dropped at the sockets.

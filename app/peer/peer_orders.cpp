@@ -20,7 +20,7 @@ namespace tandem {
 namespace {
 
 const Error kTooLong{"a line of more than " + std::to_string(OrderReader::kLongest) +
-                     " bytes is no order, and is left out"};
+                     " bytes is not a command and is ignored"};
 
 /// Returns the number that a whole word is; nothing: it is none.
 template <typename Number>
@@ -54,7 +54,7 @@ Result<Command> ParseClearance(bool layer, const std::string& word, const Scene&
     return command;
   }
   std::snprintf(text, sizeof text,
-                "displace: expected mm, inwards, from %g to %g (a voxel), got '%.40s'",
+                "displace: expected millimetres inwards, from %g to %g (one voxel), got '%.40s'",
                 -1e3 * bounds.most_outward, 1e3 * bounds.most_inward, word.c_str());
   return Error{text};
 }
@@ -63,25 +63,25 @@ Result<Command> ParseClearance(bool layer, const std::string& word, const Scene&
 
 std::vector<std::string> HelpOnOrders() {
   return {
-      "orders, a line each:",
-      "  grab BODY       take this body in hand; what another holds, that one is asked for",
-      "  release         let go of what your hand holds; it stays where it is",
+      "commands, one per line:",
+      "  grab BODY       take this body in hand; if another peer holds it, ask that peer for it",
+      "  release         let go of the body that your hand holds; it stays where it is",
       "  give BODY PEER  hand your body to the peer of that name",
-      "  heal            bring your instance and the others' together again, when something",
-      "                  fixed is between them",
-      "  layer N         force layer of what your hand holds: each one more lets force begin a",
-      "                  voxel farther from surfaces",
-      "  displace MM     move the points of what your hand holds so far inwards: less clearance;",
-      "                  below 0 outwards: more, as far as the scene's clearance_range_voxels",
-      "  peers           a row on each of the others: delay; coupling, its stiffness; force, that",
-      "                  it pulls you with; theirs, what that peer says its end pulls with;",
-      "                  differ, by how much the two are unlike; mirror, how far its body is",
-      "                  shown from where it was last heard to be; age of what was heard; samples",
+      "  heal            bring your instance and the others' together again when something",
+      "                  fixed stands between them",
+      "  layer N         set the force layer of the body you hold: with each layer more, force",
+      "                  begins a voxel farther from surfaces",
+      "  displace MM     move the points of the body you hold this far inwards: less clearance;",
+      "                  below 0 outwards: more, up to the scene's clearance_range_voxels",
+      "  peers           show a row for each other peer: delay; coupling: stiffness; force: its",
+      "                  pull on you; theirs: the pull that it reports at its own end; differ:",
+      "                  how unlike these two are; mirror: distance from its body as shown here to",
+      "                  the newest pose received; age: time since that pose; dropped: samples",
       "                  dropped, and why",
-      "  network FILE    go by another network plan from now on; network off: by none",
-      "  clutch          move your handle alone: what you hold stays; clutch off: go on from there",
+      "  network FILE    follow another network plan; network off: follow none",
+      "  clutch          move your handle alone; your body stays; clutch off: move the body again",
       "  stop            emergency stop: your device gives no force until you resume",
-      "  resume          end it: the force comes back within a second",
+      "  resume          end the emergency stop; the force comes back within a second",
       "  quit            leave the session, as Ctrl-C does"};
 }
 
@@ -89,10 +89,10 @@ std::string AnswerTo(const Command& order, const WorldModel& model) {
   char text[240];
   if (order.kind == Command::Kind::kLayer) {
     const bool plain = model.scene.contact == ContactModel::kPlain;
-    std::snprintf(text, sizeof text,
-                  "force layer %d of what your hand holds, here alone: others have it as the "
-                  "scene says",
-                  order.layer);
+    std::snprintf(
+        text, sizeof text,
+        "force layer %d for the body you hold, at this peer alone; others keep the scene's layer",
+        order.layer);
     if (!plain) {
       const std::size_t length = std::strlen(text);
       std::snprintf(text + length, sizeof text - length,
@@ -108,8 +108,8 @@ std::string AnswerTo(const Command& order, const WorldModel& model) {
     return "you may take bodies again; a device's force comes back slowly";
   if (order.kind == Command::Kind::kDisplace) {
     std::snprintf(text, sizeof text,
-                  "points of what your hand holds go %g mm %s, here alone: others have it "
-                  "undisplaced",
+                  "the points of the body you hold move %g mm %s, at this peer alone; others keep "
+                  "theirs in place",
                   1e3 * std::abs(order.metres), order.metres < 0 ? "outwards" : "inwards");
     // in a pair of moving bodies either may be the one with the points
     std::string answer = text;
@@ -143,18 +143,19 @@ Result<Command> ParseOrder(const std::string& line, const WorldModel& model,
   if (!grab && !give) {
     return Error{
         "'" + line +
-        "' is no order: grab BODY, release, give BODY PEER, heal, layer N, displace MM, clutch, "
-        "stop, resume, peers, network FILE, quit; 'help' says what each does"};
+        "' is not a command; commands: grab BODY, release, give BODY PEER, heal, layer N, displace "
+        "MM, clutch, stop, resume, peers, network FILE, quit; 'help' explains them"};
   }
   const int found = model.BodyNamed(body);
   if (found < 0) return Error{"the scene has no moving body '" + body + "'"};
   const ObjectId object = model.object[static_cast<std::size_t>(found)];
   if (grab && own_only && model.scene.bodies[object].shared) {
-    return Error{"'" + body + "' is shared: it is not held by other force parameters (--insist)"};
+    return Error{"'" + body +
+                 "' is shared: a peer with other force parameters (--insist) cannot hold it"};
   }
   if (grab) return Command{Command::Kind::kGrab, object, 0};
   const PeerId to = directory.PeerNamed(peer);
-  if (to == 0) return Error{"nobody here who takes part is called '" + peer + "'"};
+  if (to == 0) return Error{"no active peer here is called '" + peer + "'"};
   return Command{Command::Kind::kGive, object, to};
 }
 

@@ -33,8 +33,9 @@ std::vector<std::string> TermsOf(const PeerDirectory& directory) {
     const bool counts = entry.presence == PeerDirectory::Presence::kHere &&
                         entry.info.role == Role::kActive && entry.refused.empty();
     if (!counts || entry.info.terms.law.empty()) continue;
-    lines.push_back(entry.info.name + ": " + Describe(entry.info.terms) +
-                    (entry.terms_told.empty() ? "" : "; not as yours: " + entry.terms_told));
+    lines.push_back(
+        entry.info.name + ": " + Describe(entry.info.terms) +
+        (entry.terms_told.empty() ? "" : "; different from yours: " + entry.terms_told));
   }
   return lines;
 }
@@ -65,9 +66,10 @@ std::vector<std::string> NamesOfPeers(const PeerDirectory& directory) {
 /// Lets the handle go from what it leads, or takes it up again. Returns what to say of that.
 std::string Clutch(const PeerArguments& arguments, bool pressed) {
   if (!arguments.space->Change({.clutch = pressed})) {
-    return "clutch: only a device in a process of its own has one";
+    return "clutch: this peer has no device process, and only a device in one has a clutch";
   }
-  return pressed ? "the handle moves alone, until 'clutch off'" : "the handle leads again";
+  return pressed ? "the handle moves alone until 'clutch off'; your body stays"
+                 : "the handle moves your body again";
 }
 
 }  // namespace
@@ -193,7 +195,7 @@ void PeerStay::ObeyOrder(const std::string& line) {
   if (!order) {
     Say(order.error().what);
   } else if (!Give(*order)) {
-    Say("too many orders at once: '" + line + "' is not obeyed");
+    Say("too many commands at once: '" + line + "' is ignored: type it again");
   } else if (const std::string answer = AnswerTo(*order, *joining_.model); !answer.empty()) {
     Say(answer);
   }
@@ -207,13 +209,12 @@ std::optional<int> PeerStay::WhyEnd(std::int64_t now_ns) {
   if (now_ns - opened_ns_ < kNewcomerNs && node_.OneTooMany()) {
     return Fail(kExitNetwork, "session " + arguments_.session + " has " +
                                   std::to_string(kMaxPeers) +
-                                  " active peers, the most there can be: look on with "
-                                  "'tandem watch'");
+                                  " active peers, the maximum: look on with 'tandem watch'");
   }
   if (now_ns - opened_ns_ < kNewcomerNs && node_.IsTwin()) {
     return Fail(kExitSecurity, arguments_.reach.secure +
-                                   ": these keys are in use in this session already: end "
-                                   "the other program, or take keys of your own");
+                                   ": another program in this session already uses these keys: end "
+                                   "that program, or use keys of your own");
   }
   if (node_.peer().telemetry().voxels_lack()) return Fail(kExitFile, node_.world().WhyVoxelsLack());
   if (const std::string ended = joining_.transport->KeysEnd(); !ended.empty()) {
@@ -224,14 +225,14 @@ std::optional<int> PeerStay::WhyEnd(std::int64_t now_ns) {
 
 std::optional<int> PeerStay::WhyNotBegun(std::int64_t now_ns) {
   if (!loops_.begun() && may_join_again_ && Superseded(joining_)) {
-    Say("other force parameters were offered to the session at the same time: joining anew by "
+    Say("another peer offered other force parameters at the same time: this peer joins again with "
         "those");
     return kJoinAgain;
   }
   if (!loops_.begun() && static_cast<double>(now_ns - opened_ns_) > 1e9 * arguments_.wait_seconds) {
     int exit_code =
-        Fail(kExitNetwork, "nobody to begin with came within " + Seconds(arguments_.wait_seconds) +
-                               ": --wait-for counts others who hold a body");
+        Fail(kExitNetwork, "too few others took a body within " + Seconds(arguments_.wait_seconds) +
+                               ": --wait-for counts others that hold one");
     for (const PeerDirectory::Entry& entry : node_.directory().Entries()) {
       if (!entry.refused.empty()) exit_code = kExitIncompatiblePeer;
     }
@@ -248,9 +249,8 @@ void PeerStay::TellWaiting(std::int64_t now_ns) {
   if (!waiting_told_ && !loops_.begun() && arguments_.wait_for > 0 &&
       now_ns - opened_ns_ > kWaitingNs) {
     waiting_told_ = true;
-    Say("your hand waits for others who hold a body, of a shared one the same: --wait-for " +
-        std::to_string(arguments_.wait_for) + ", given up after " +
-        Seconds(arguments_.wait_seconds));
+    Say("your hand waits until others hold a body (of a shared body, the same one): --wait-for " +
+        std::to_string(arguments_.wait_for) + ", for at most " + Seconds(arguments_.wait_seconds));
   }
 }
 

@@ -53,8 +53,8 @@ int RunPeer(PeerArguments& arguments) {
   if (arguments.as_part) Speaker() = arguments.name;
   if (!arguments.record.empty() && arguments.voxel_memory > 0) {
     return Fail(kExitUsage,
-                "--record: what is recorded is played again with all voxels in memory, which waits "
-                "for none: leave --voxel-memory away");
+                "--record: a replay has all voxels in memory, so it cannot repeat waits for them: "
+                "leave --voxel-memory out");
   }
   if (HoldsBytes(arguments.record)) {
     return Fail(kExitFile, arguments.record + " exists already: recordings are never overwritten");

@@ -136,7 +136,7 @@ class Reporter {
       news_.Add(name, name + what + (peer.info.role == Role::kViewer ? " (viewer)" : ""));
       const std::string other = OtherProtocol(peer.info);
       if (!other.empty() && peer.presence == Presence::kHere) {
-        news_.Add("", name + " " + other + "; what is told here may be wrong");
+        news_.Add("", name + " " + other + "; what this program shows of it may be wrong");
       }
     }
   }
@@ -173,7 +173,7 @@ class Reporter {
         line += ", and " + std::to_string(peer.bodies.size() - kBodiesTold) + " more";
       }
     }
-    Say(active > 0 ? line : "nobody who takes part is here");
+    Say(active > 0 ? line : "no active peer is here");
   }
 
  private:
@@ -192,7 +192,7 @@ class Reporter {
   void TellScene(const SceneManifest& scene) {
     Note("scene " + scene.name + ", " + std::to_string(scene.bodies.size()) + " bodies, from " +
          scene.file);
-    Note("its force parameters: " + Describe(ParametersOf(scene)));
+    Note("the session's force parameters: " + Describe(ParametersOf(scene)));
     if (!own_) return searches_.Add(scene);
     const std::string difference = ContentDifference(own_->scene, own_->hash, scene);
     Note(difference.empty() ? "it is the scene given with --scene"

@@ -24,8 +24,8 @@ std::string NameOf(const fs::path& file, std::optional<Error>& unnamed) {
   const fs::path absolute = fs::absolute(file, not_there);
   if (!unnamed && !IsPlainText(absolute.native())) {
     unnamed = Error{PlainLine(absolute.native()) +
-                    ": a scene cannot name this file, whose path is no plain text in UTF-8: "
-                    "rename the folder or the file"};
+                    ": a scene cannot name this file, because its path is not UTF-8: rename the "
+                    "folder or the file"};
   }
   return absolute.string();
 }
@@ -37,7 +37,7 @@ Result<bool> WriteSceneAsItStands(const Scene& scene, const std::vector<Pose>& d
                                   bool overwrite) {
   std::error_code not_there;
   if (!overwrite && fs::exists(file, not_there)) {
-    return Error{file.string() + " exists already: it is not overwritten"};
+    return Error{file.string() + " exists already and is not overwritten: choose another name"};
   }
   constexpr std::uintmax_t kLargest = 64U << 20U;
   const Result<std::string> text = ReadWholeFile(scene.file, kLargest);
@@ -45,7 +45,7 @@ Result<bool> WriteSceneAsItStands(const Scene& scene, const std::vector<Pose>& d
   SceneJson json = SceneJson::parse(*text, nullptr, false, true);
   if (json.is_discarded() || !json.contains("bodies") ||
       json["bodies"].size() != scene.bodies.size()) {
-    return Error{scene.file.string() + " is not any more what was loaded"};
+    return Error{scene.file.string() + " has changed since it was loaded"};
   }
   std::optional<Error> unnamed;
   for (std::size_t i = 0; i < scene.bodies.size(); ++i) {

@@ -19,7 +19,7 @@ namespace {
 std::string AskPerson(const SceneOffered& offered) {
   if (isatty(STDIN_FILENO) == 0 || isatty(STDERR_FILENO) == 0) {
     return "it can be fetched (" + offered.Words() +
-           "), and nobody is here to be asked: --accept-scene says yes";
+           "), but there is no terminal to ask at: give --accept-scene to fetch it";
   }
   std::fprintf(stderr, "Fetch %s? [y/N] ", offered.Words().c_str());
   std::string answer;
@@ -27,7 +27,7 @@ std::string AskPerson(const SceneOffered& offered) {
     if (answer.size() < 16) answer += static_cast<char>(c);
   }
   const bool yes = answer == "y" || answer == "Y" || answer == "yes";
-  return yes ? "" : "it is not fetched, as you said";
+  return yes ? "" : "the scene is not fetched, as you chose";
 }
 
 /// Shows a bar, or says a line every few seconds where nobody sees a bar.

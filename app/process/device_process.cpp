@@ -27,17 +27,17 @@ std::string Exactly(double number) {
 const char* Told(SafetyState state) {
   switch (state) {
     case SafetyState::kTooFast:
-      return "device: the handle is too fast; force again when it is slow";
+      return "device: no force, because the handle moved too fast; force returns when it is slow";
     case SafetyState::kExpired:
-      return "device: no force, for the simulation was late; it comes back by itself";
+      return "device: no force, because the simulation was late; force returns by itself";
     case SafetyState::kOverrun:
-      return "device: no force, for its own loop was late; it comes back by itself";
+      return "device: no force, because its own loop was late; force returns by itself";
     case SafetyState::kSuspended:
-      return "device: no force, for this machine slept; it comes back by itself";
+      return "device: no force, because this machine slept; force returns by itself";
     case SafetyState::kFault:
-      return "device: no force after a fault; 'resume' brings it back";
+      return "device: no force after a fault; type 'resume' to get it back";
     case SafetyState::kStopped:
-      return "device: emergency stop; 'resume' ends it";
+      return "device: emergency stop; type 'resume' to end it";
     default:
       return "";
   }
@@ -107,14 +107,14 @@ std::string DeviceProcess::News() {
   if (const std::optional<int> code = process_.Poll()) {
     if (std::exchange(end_told_, true)) return {};
     return "the device process ended (exit code " + std::to_string(*code) +
-           "): your hand rests where it was";
+           "): your hand stays where it was";
   }
   std::array<char, 320> trouble{};
   if (memory_->trouble.Read(trouble) && trouble_told_ != trouble.data()) {
     trouble_told_ = trouble.data();
     if (!trouble_told_.empty()) return "device " + trouble_told_;
     const bool has_motors = AsCapabilities(memory_->capabilities).freedoms_out > 0;
-    return has_motors ? "device is back: 'resume' gives force again" : "device is back";
+    return has_motors ? "device is back: type 'resume' to get force again" : "device is back";
   }
   const std::optional<DeviceTick> tick = Newest();
   if (!tick) return {};

@@ -119,7 +119,8 @@ int ShowHeadless(const HandRequest& request, bool json) {
     // loading a large scene can take minutes
     while (controller->snapshot().frame == 0) {
       if (const std::optional<int> ended = peer->Poll()) return *ended;
-      if (!controller->attached()) return Fail(kExitFailed, "the controller is not heard any more");
+      if (!controller->attached())
+        return Fail(kExitFailed, "the controller does not answer any more");
       controller->Wait(std::chrono::milliseconds(20));
     }
     const ControllerSnapshot now = controller->snapshot();
@@ -130,10 +131,10 @@ int ShowHeadless(const HandRequest& request, bool json) {
     }
     controller->Ask(QuitRequest{}, 2);
     const std::optional<int> ended = peer->Wait(kEndPatience);
-    if (!ended) Say("the controller does not end by itself: it is ended");
+    if (!ended) Say("the controller does not end by itself: this program ends it");
     return ended.value_or(kExitFailed);
   }
-  return Fail(kExitFailed, "the controller was not heard within a minute: " + why);
+  return Fail(kExitFailed, "the controller did not answer within a minute: " + why);
 }
 
 }  // namespace tandem

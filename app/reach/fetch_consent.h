@@ -20,7 +20,7 @@ class FetchConsent {
     if (content_hash == told_hash_ && offered.bytes <= told_bytes_) return {};
     told_hash_ = content_hash;
     told_bytes_ = offered.bytes;
-    return "nothing of it was fetched yet, for it is large (" + offered.Words() +
+    return "the window has not fetched the files, because they are large (" + offered.Words() +
            "): press the button again to fetch it";
   }
 

@@ -22,12 +22,14 @@ CLI::Option* AddSessionOption(CLI::App& command, std::string& session, const std
 }
 
 void AddReachOptions(CLI::App& command, ReachOptions& options) {
-  command.add_option("--interface", options.interface, "network interface by name");
-  command.add_option("--domain", options.domain, "DDS domain")
+  command.add_option("--interface", options.interface,
+                     "name of the network interface; default: all");
+  command.add_option("--domain", options.domain, "DDS domain, a number")
       ->check(WholeNumberFrom(0, kMaxDomain));
   command
       .add_option("--peers", options.peers,
-                  "where the others are, beyond the local network: HOST[:PORT],…; no multicast")
+                  "addresses of the other peers beyond the local network, HOST[:PORT],…; switches "
+                  "multicast off")
       ->delimiter(',')
       ->check(CLI::Validator(
           [](std::string& text) -> std::string {
@@ -36,7 +38,7 @@ void AddReachOptions(CLI::App& command, ReachOptions& options) {
           "HOST[:PORT]"));
   command
       .add_option("--external-address", options.external_address,
-                  "the IPv4 address that others reach this machine by, behind a router")
+                  "IPv4 address by which others reach this machine, behind a router")
       ->check(CLI::Validator(
           [](std::string& text) -> std::string {
             in_addr address{};
@@ -47,11 +49,12 @@ void AddReachOptions(CLI::App& command, ReachOptions& options) {
           "IPv4"));
   command
       .add_option("--port", options.port,
-                  "UDP port to be reached at, and the next one; default: 7410 + 250 x domain, or "
-                  "the next that is free")
+                  "UDP port at which others reach this program; it uses the next one too; default: "
+                  "7410 + 250 x domain, or the next free pair")
       ->check(WholeNumberFrom(1024, 65534));
-  command.add_option("--secure", options.secure,
-                     "folder of keys, made by 'tandem keys': nobody without such takes part");
+  command.add_option(
+      "--secure", options.secure,
+      "folder of keys, made by 'tandem keys'; the session then accepts members with keys alone");
 }
 
 void ApplyReach(const ReachOptions& options, DdsOptions& dds) {
@@ -75,12 +78,13 @@ Result<PeerId> Identify(const ReachOptions& options, Role role, std::string& nam
   const Result<MemberKeys> keys = LoadMemberKeys(options.secure);
   if (!keys) return keys.error();
   if (keys->relay) {
-    return Error{options.secure + ": these are keys of a relay's other side (--audience-secure)"};
+    return Error{options.secure +
+                 ": these are keys for the other side of a relay (--audience-secure)"};
   }
   if (keys->role != role) {
-    return Error{options.secure + ": these are keys of a " +
-                 (role == Role::kViewer ? "peer; looking on needs a viewer's"
-                                        : "viewer; taking part needs a peer's")};
+    return Error{options.secure + ": these are the keys of a " +
+                 (role == Role::kViewer ? "peer; to look on, use keys of a viewer"
+                                        : "viewer; to take part, use keys of a peer")};
   }
   name = CleanText(keys->name);
   return keys->peer;
@@ -94,7 +98,8 @@ std::string SecurityOf(const ReachOptions& options, const std::string& session) 
            (ending.empty() ? "" : "; " + ending);
   }
   return "session " + session +
-         " is plain: whoever reaches this network can listen and take part (--secure)";
+         " is plain: everybody who reaches this network can listen and take part (--secure "
+         "prevents that)";
 }
 
 }  // namespace tandem

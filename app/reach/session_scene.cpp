@@ -49,7 +49,8 @@ std::optional<SceneManifest> HearScene(const EarlyInbox& inbox,
     const bool over = first_ns ? now_ns - *first_ns >= kSettleNs : now_ns - joined_ns >= kListenNs;
     if (over || options.stop.stop_requested()) return scene;
     if (!first_ns && now_ns - joined_ns >= kSayQuietNs && !std::exchange(said_quiet, true)) {
-      options.say("nobody in session " + options.session + " was heard yet: listening on for " +
+      options.say("no peer of session " + options.session +
+                  " answered yet: listening for another " +
                   std::to_string((kListenNs - kSayQuietNs) / (1000 * kMs)) + " s");
     }
     MachineClock().SleepUntil(now_ns + 10 * kMs);
@@ -194,7 +195,8 @@ class Arrival {
         break;
       }
       if (!busy) return Fault(scene_, opened.error().what);
-      if (!std::exchange(told, true)) options_.say(opened.error().what + ": waiting for it");
+      if (!std::exchange(told, true))
+        options_.say(opened.error().what + ": waiting until it is free");
       MachineClock().SleepUntil(MonotonicNowNs() + 4 * kLookNs);
       if (Stopped()) return SessionScene{};
       // another process may have fetched it meanwhile
@@ -241,11 +243,11 @@ class Arrival {
     const Result<fs::path> file = files_->WriteScene();
     if (!file) return file.error().what;
     const Result<Scene> scene = LoadScene(*file);
-    if (!scene) return "what was sent is no sound scene: " + scene.error().what;
+    if (!scene) return "the fetched scene is invalid: " + scene.error().what;
     const Result<SceneHash> hash = HashScene(*scene);
     if (!hash) return hash.error().what;
     if (hash->content == scene_.content_hash) return {};
-    return "what was sent is not the session's scene: " + ContentDifference(*scene, *hash, scene_);
+    return "the fetched scene is not the session's: " + ContentDifference(*scene, *hash, scene_);
   }
 
   Party& party_;
@@ -271,8 +273,7 @@ SessionScene SceneFetcher::Fetch(const SceneManifest& scene, const SessionSceneO
   const std::optional<SceneStore> store = FetchedScenes();
   if (!store) {
     return Fault(scene,
-                 "it could be fetched, but there is no cache to put it: set TANDEM_CACHE to a "
-                 "folder");
+                 "it cannot be fetched, because there is no cache: set TANDEM_CACHE to a folder");
   }
   return Arrival<Party>(*party_, scene, options, *store).Run();
 }
@@ -310,13 +311,15 @@ SessionScene FindSessionScene(const SessionSceneOptions& asked) {
   if (!scene) {
     return {.file = {},
             .exit_code = kExitNetwork,
-            .fault = "nobody in session " + options.session +
-                     " tells of a scene: start a peer with --scene there first, or give --scene"};
+            .fault = "no peer of session " + options.session +
+                     " offers a scene: start a peer with --scene first, or give --scene"};
   }
   if (const auto found = Find(*scene, options)) return Found(*found);
   if (options.stop.stop_requested()) return {};
   if (options.from_relay) {
-    return Fault(*scene, "a relay hands out no files: get them, and name them with --scene");
+    return Fault(
+        *scene,
+        "a relay sends no scene files: get them another way, and name the scene with --scene");
   }
   return fetcher.Fetch(*scene, options);
 }

@@ -35,7 +35,8 @@ void ReadTrace(const JsonNode& node, const std::filesystem::path& folder, LinkCo
     const std::string way = node["way"].Text("there or back");
     back = way == "back";
     if (!back && way != "there") node["way"].Expected("there or back");
-    if (choice.there == nullptr) node["way"].Fault("there is no trace that it is of");
+    if (choice.there == nullptr)
+      node["way"].Fault("give \"trace\" or \"model\" too: this key needs one of them");
   }
   c.trace = back ? choice.back : choice.there;
   c.trace_start_s = choice.StartFor(c.seed);
@@ -83,7 +84,7 @@ std::string InWords(const LinkConditions& c) {
   if (c.loss > 0) words << ", " << 100 * c.loss << " % lost";
   if (c.burst_enter > 0) words << ", lost in bursts";
   if (c.reorder > 0) words << ", " << 100 * c.reorder << " % overtaken";
-  if (c.duplicate > 0) words << ", " << 100 * c.duplicate << " % twice";
+  if (c.duplicate > 0) words << ", " << 100 * c.duplicate << " % duplicated";
   return words.str();
 }
 
@@ -180,7 +181,7 @@ std::optional<Error> PlannedNetwork::Obey(const std::string& order, std::int64_t
   std::istringstream words(order.substr(std::string_view(kOrder).size()));
   std::string file;
   std::getline(words >> std::ws, file);
-  if (file.empty()) return Error{"'network' needs a plan file, or off"};
+  if (file.empty()) return Error{"network: give a plan file, or off"};
   if (file == "off") {
     Start({}, now_ns);
     return std::nullopt;
@@ -188,9 +189,9 @@ std::optional<Error> PlannedNetwork::Obey(const std::string& order, std::int64_t
   Result<NetworkPlan> plan = LoadNetworkPlan(file);
   if (!plan) return plan.error();
   if (const std::size_t most = MostWaiting(*plan, senders); most > room_) {
-    return Error{file + ": holds back up to " + std::to_string(most) + " samples of " +
-                 std::to_string(senders) + " senders, and there is room for " +
-                 std::to_string(room_) + ": begin with it, as --network"};
+    return Error{file + ": delays up to " + std::to_string(most) + " samples of " +
+                 std::to_string(senders) + " senders, but there is room for " +
+                 std::to_string(room_) + ": start the peer with it, by --network"};
   }
   Start(*std::move(plan), now_ns);
   return std::nullopt;
@@ -220,8 +221,8 @@ std::vector<std::string> PlannedNetwork::Apply(std::int64_t now_ns, const PeerDi
     running.peer = peer;
     running.stale = false;
     if (!news) continue;
-    std::string line("network: what ");
-    line.append(everybody ? "is heard" : running.link.from + " says").append(" comes ");
+    std::string line("network: samples of ");
+    line.append(everybody ? "all peers" : running.link.from).append(" come ");
     lines.push_back(line.append(InWords(conditions)));
   }
   return lines;

@@ -26,10 +26,10 @@ Result<std::shared_ptr<const WorldModel>> LoadRecorded(const RecordingHeader& he
     for (const std::filesystem::path& folder : folders) {
       searched += (searched.empty() ? "" : ", ") + folder.string();
     }
-    what_to_do = " (no file with its content is in " + searched + "; --scene says where it is now)";
+    what_to_do = " (no file with its content is in " + searched + "; give its place with --scene)";
     // a stranger's recording may name any path
     if (!found && !MayBeSceneFile(file)) {
-      return Error{file + ": is no scene file of 4 MB at most that ends in .json" + what_to_do};
+      return Error{file + ": is not a scene file (.json, at most 4 MB)" + what_to_do};
     }
   }
   Result<Scene> scene = LoadScene(file);
@@ -39,13 +39,13 @@ Result<std::shared_ptr<const WorldModel>> LoadRecorded(const RecordingHeader& he
   const Result<SceneHash> hash = HashScene(*scene);
   if (!hash) return hash.error();
   if (hash->content != header.scene_hash) {
-    return Error{file + ": is not the scene that was recorded; it has changed since" + what_to_do};
+    return Error{file + ": is not the recorded scene, or has changed since" + what_to_do};
   }
   if (!options.adopt_any && !MayBeAdopted(header.parameters, own)) {
     return Error{options.recording + ": was recorded by " + Describe(header.parameters) +
-                 ", its scene goes by " + Describe(own) +
-                 ": more than a factor of 4 apart, which takes much more memory or is much "
-                 "coarser: --adopt-any takes it all the same"};
+                 ", its scene has " + Describe(own) +
+                 ": they differ by more than a factor of 4, which needs much more memory or is "
+                 "much coarser; --adopt-any takes the recorded voxel size"};
   }
   if (!options.scene.empty()) RememberSceneFolder(file);
   return LoadCached(*scene);

@@ -58,10 +58,11 @@ Result<PeerId> Choose(const HeardOf& heard, const std::string& from) {
     if (!from.empty() && heard.NameOf(peer) == from) return peer;
     names += (names.empty() ? "" : ", ") + heard.NameOf(peer);
   }
-  if (heard.lines.empty()) return Error{"nobody was heard who held something"};
+  if (heard.lines.empty()) return Error{"the recording has no messages of a peer that held a body"};
   if (from.empty() && heard.lines.size() == 1) return heard.lines.begin()->first;
-  if (from.empty()) return Error{"several were heard: --from one of " + names};
-  return Error{"nobody of the name " + from + " was heard: there are " + names};
+  if (from.empty())
+    return Error{"the recording has several peers: give --from with one of " + names};
+  return Error{"the recording has no peer called " + from + "; its peers: " + names};
 }
 
 /// Makes a trace without echoes. Nothing is known then of the way there, nor of the clocks. So the
@@ -83,7 +84,7 @@ int RunAsNetwork(const std::string& recording, const std::string& file, const st
                  bool json) {
   std::error_code not_there;  // set if there is no such file: then it differs
   if (std::filesystem::equivalent(recording, file, not_there)) {
-    return Fail(kExitUsage, file + ": is the recording itself, write to another");
+    return Fail(kExitUsage, file + ": is the recording itself: name another file");
   }
   const Result<HeardOf> heard = ReadHeard(recording);
   if (!heard) return Fail(kExitFile, heard.error().what);
@@ -91,10 +92,11 @@ int RunAsNetwork(const std::string& recording, const std::string& file, const st
   if (!peer) return Fail(kExitFailed, recording + ": " + peer.error().what);
   const std::string name = heard->NameOf(*peer);
   const std::optional<HeardLine::Found> found = heard->lines.at(*peer).Find();
-  if (!found) return Fail(kExitFailed, recording + ": too little was heard of " + name);
+  if (!found)
+    return Fail(kExitFailed, recording + ": the recording has too few messages of " + name);
   NetworkTrace trace = found->has_echoes ? TraceOf(found->record, EstimateClocks(found->record))
                                          : OneWay(found->record);
-  trace.source = "tandem replay --as-network, heard of " + name;
+  trace.source = "tandem replay --as-network, received from " + name;
   if (const auto failed = WriteNetworkTrace(file, trace)) return Fail(kExitFile, failed->what);
   if (json) {
     nlohmann::ordered_json out = FactsAsJson(trace);
@@ -106,15 +108,15 @@ int RunAsNetwork(const std::string& recording, const std::string& file, const st
   std::printf("%s", FactsAsText(trace).c_str());
   if (found->has_echoes) {
     std::printf(
-        "one way: known within %.2f ms, half the least loop age, by the echoes; arrivals are known "
-        "to a frame of 1 ms\n",
+        "one-way delay: known within %.2f ms (half the least loop age, from echoes); arrivals are "
+        "known to a frame of 1 ms\n",
         trace.clock_bound_ms);
   } else {
     std::printf(
-        "one way: no echoes came, so the smallest age stands for no delay, and both ways are "
+        "one-way delay: no echoes came, so the smallest age counts as no delay, and both ways are "
         "alike\n");
   }
-  std::printf("%s: %.1f s of what was heard of %s\n", file.c_str(), found->seconds, name.c_str());
+  std::printf("%s: %.1f s of messages from %s\n", file.c_str(), found->seconds, name.c_str());
   return kExitOk;
 }
 

@@ -57,7 +57,7 @@ TraceSample FromRow(const TraceRow& row) {
 std::string WhyNoTrace(const std::filesystem::path& file) {
   std::error_code not_there;
   if (std::filesystem::is_fifo(file, not_there)) {
-    return file.string() + ": is a pipe: a trace is written into a file";
+    return file.string() + ": is a pipe: name a file for the trace";
   }
   return WhyNotWritable(file);
 }

@@ -25,7 +25,7 @@ void ControlServer::Reply(HostId host, std::uint64_t number, const Answer& answe
 }
 
 void ControlServer::OnScene(std::optional<ControlScene> scene, std::int64_t now_ns) {
-  task_.End({false, "another scene has taken the place of the one in hand"});
+  task_.End({false, "another scene has replaced the one whose body was in hand"});
   AnswerTasks();
   if (scene_) old_scene_ = *scene_;
   scene_ = std::move(scene);
@@ -87,7 +87,7 @@ void ControlServer::Stop() {
   task_.End({false, "emergency stop"});
   AnswerTasks();
   if (!std::exchange(stopped_, true)) {
-    OnLine("emergency stop: the hand lets go, and takes nothing until it is resumed");
+    OnLine("emergency stop: the hand lets go and takes no body until a host or the user resumes");
   }
   peer_->StopDevice(true);
   LetGo();
@@ -99,7 +99,7 @@ void ControlServer::LetGo() {
 }
 
 void ControlServer::Resume() {
-  if (std::exchange(stopped_, false)) OnLine("the hand may take parts again");
+  if (std::exchange(stopped_, false)) OnLine("the hand may take bodies again");
   peer_->StopDevice(false);
 }
 

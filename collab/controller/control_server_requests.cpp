@@ -67,7 +67,8 @@ std::optional<Answer> ControlServer::Do(HostId host, std::uint64_t number,
   }
   if (!scene_) return Answer{false, "the scene is being loaded"};
   if (IsSlow(request)) {
-    if (jobs_.size() >= kMostWaiting) return Answer{false, "too many requests wait already"};
+    if (jobs_.size() >= kMostWaiting)
+      return Answer{false, "too many requests are waiting: wait for their answers"};
     if (Replaces(request)) {
       const std::string why = WhyNotHand(host, false);
       if (!why.empty()) return Answer{false, why};
@@ -121,7 +122,8 @@ Result<int> ControlServer::MovingNamed(const std::string& name) const {
   const ControlScene::Body& found = scene_->bodies[static_cast<std::size_t>(body)];
   if (found.fixed) return Error{"'" + name + "' is fixed: nobody can take it"};
   if (found.shared && scene_->own_only) {
-    return Error{"'" + name + "' is shared: it is not held by other force parameters (--insist)"};
+    return Error{"'" + name +
+                 "' is shared: a peer with other force parameters (--insist) cannot hold it"};
   }
   return found.moving;
 }
@@ -133,7 +135,7 @@ std::optional<Answer> ControlServer::Do(HostId host, const GrabRequest& request,
   const Result<int> moving = MovingNamed(request.body);
   if (!moving) return Answer{false, moving.error().what};
   if (request.grasp_W && !AllSound(*request.grasp_W)) {
-    return Answer{false, "the grasped point is no place"};
+    return Answer{false, "the grasped point is not a place in space"};
   }
   if (device_hand_ && request.grasp_W && facts_.held < 0) {
     // the device leads the part from the point that the host pointed at
@@ -175,14 +177,15 @@ std::optional<Answer> ControlServer::Do(HostId host, const GiveRequest& request,
     task_.Give(peer.id, now_ns);
     return std::nullopt;
   }
-  return Answer{false, "nobody here who takes part is called '" + request.peer + "'"};
+  return Answer{false, "no active peer here is called '" + request.peer + "'"};
 }
 
 std::optional<Answer> ControlServer::Do(HostId host, const RetraceRequest& request,
                                         std::int64_t now_ns) {
   const std::string why = WhyNotHand(host, true);
   if (!why.empty()) return Answer{false, why};
-  if (device_hand_) return Answer{false, "a device moves the hand: bring the part back with it"};
+  if (device_hand_)
+    return Answer{false, "a device moves the hand: move the body back with the device"};
   task_.GoBack(request.to, now_ns);
   TakeHand(host);
   return std::nullopt;
@@ -242,7 +245,8 @@ Answer ControlServer::Do(const SetParameterRequest& request) {
 Answer ControlServer::Do(const SetViewRequest& request) {
   const auto& q = request.q_WV;
   const Quat q_WV(q[3], q[0], q[1], q[2]);
-  if (!(std::abs(q_WV.norm() - 1) < 1e-3)) return {false, "the view is no rotation"};
+  if (!(std::abs(q_WV.norm() - 1) < 1e-3))
+    return {false, "the view's orientation is not a rotation"};
   return ChangeWorkspace({.q_WV = q_WV.normalized()});
 }
 
@@ -250,7 +254,7 @@ Answer ControlServer::Rescale(double scale) {
   const Answer there = ChangeWorkspace({});
   if (!there.ok) return there;
   const bool said = peer_->Order({.kind = Command::Kind::kScale, .metres = scale});
-  return said ? there : Answer{false, "too many orders at once: ask again"};
+  return said ? there : Answer{false, "too many commands at once: ask again"};
 }
 
 Answer ControlServer::ChangeWorkspace(const WorkspaceChange& change) {
@@ -275,7 +279,7 @@ Answer ControlServer::Do(const SetClearanceRequest& request) {
   const bool said =
       peer_->Order({.kind = Command::Kind::kLayer, .layer = request.force_layer}) &&
       peer_->Order({.kind = Command::Kind::kDisplace, .metres = request.displacement_m});
-  return said ? Answer{true, ""} : Answer{false, "too many orders at once: ask again"};
+  return said ? Answer{true, ""} : Answer{false, "too many commands at once: ask again"};
 }
 
 }  // namespace tandem

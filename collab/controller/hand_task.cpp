@@ -19,7 +19,7 @@ void HandTask::End(const Answer& answer) {
 }
 
 void HandTask::Begin(Step step, std::int64_t now_ns) {
-  End({false, "something else was asked of the hand meanwhile"});
+  End({false, "another request for the hand has replaced this one"});
   back_ = false;
   tag_ = std::exchange(next_tag_, 0);
   Enter(step, now_ns);
@@ -32,7 +32,7 @@ void HandTask::Enter(Step step, std::int64_t now_ns) {
 
 bool HandTask::Order(Command::Kind kind, ObjectId object, PeerId to) {
   if (peer_->Order({.kind = kind, .object = object, .to = to})) return true;
-  End({false, "too many orders at once: ask again"});
+  End({false, "too many commands at once: ask again"});
   return false;
 }
 
@@ -93,7 +93,7 @@ void HandTask::GoBack(RetraceRequest::To to, std::int64_t now_ns) {
 
 void HandTask::Mean(GoalOrder::Input input, const Pose& X_WG, const Vec3& linear,
                     const Vec3& angular) {
-  if (going_back()) End({false, "a goal has ended the way back"});
+  if (going_back()) End({false, "a new goal has stopped the way back"});
   ++order_.input_seq;
   order_.input = input;
   order_.X_WG = X_WG;
@@ -123,7 +123,7 @@ void HandTask::OnFacts(const SimulationFacts& facts, const ControlScene& scene,
       if (facts.held >= 0 || facts.wanted >= 0) {
         // repeated in each frame until it is done: a release that is not due does no harm
         Order(Command::Kind::kRelease);
-        if (waited_ns > kStepNs) End({false, "the hand does not let go of what it holds"});
+        if (waited_ns > kStepNs) End({false, "the hand has not let go of the body it holds"});
         return;
       }
       Aim(false, then_, now_ns);
@@ -143,12 +143,12 @@ void HandTask::OnFacts(const SimulationFacts& facts, const ControlScene& scene,
       } else if (in_hand) {
         End({true, ""});
       } else if (waited_ns > kTakeNs) {
-        End({false, "nobody has answered for " + NameOf(scene)});
+        End({false, "no peer has granted " + NameOf(scene)});
       }
       return;
     case Step::kAsking:
       if (in_hand) End({true, NameOf(scene) + " is in your hand"});
-      if (waited_ns > kTakeNs) End({false, "nobody has answered for " + NameOf(scene)});
+      if (waited_ns > kTakeNs) End({false, "no peer has granted " + NameOf(scene)});
       return;
     case Step::kLeaving:
       if (facts.held < 0 && facts.wanted < 0) End({true, ""});
@@ -156,14 +156,14 @@ void HandTask::OnFacts(const SimulationFacts& facts, const ControlScene& scene,
       return;
     case Step::kGiving:
       if (facts.held < 0) End({true, ""});
-      if (waited_ns > kTakeNs) End({false, "the other has not taken it"});
+      if (waited_ns > kTakeNs) End({false, "the other user has not taken it"});
       return;
     case Step::kBack:
       OnBack(facts, scene, now_ns);
       return;
     case Step::kPutting:
       if (facts.held >= 0) {
-        if (waited_ns > kStepNs) End({false, "the hand does not let go of " + NameOf(scene)});
+        if (waited_ns > kStepNs) End({false, "the hand has not let go of " + NameOf(scene)});
         return;
       }
       if (!keep_way_) TellWay(GoalOrder::Way::kDrop);
@@ -182,7 +182,7 @@ void HandTask::OnFacts(const SimulationFacts& facts, const ControlScene& scene,
 void HandTask::TakeNextWay(const SimulationFacts& facts, const ControlScene& scene,
                            std::int64_t now_ns) {
   if (!facts.goal_device) {
-    return End({false, "a device moves the hand: bring the part back with it"});
+    return End({false, "a device moves the hand: move the body back with the device"});
   }
   const bool holds = facts.held >= 0 && facts.attached;
   if (to_ == RetraceRequest::To::kGrasp && !holds) return End({false, "the hand is empty"});
@@ -194,7 +194,8 @@ void HandTask::TakeNextWay(const SimulationFacts& facts, const ControlScene& sce
   }
   if (facts.way_body < 0) {
     const bool all = to_ == RetraceRequest::To::kReset;
-    End({all, all ? std::to_string(parts_) + " ways gone back" : "there is nothing to undo"});
+    End({all, all ? std::to_string(parts_) + (parts_ == 1 ? " body" : " bodies") + " went back"
+                  : "there is nothing to undo"});
     return;
   }
   order_.void_seq = order_.input_seq;
@@ -205,16 +206,16 @@ void HandTask::TakeNextWay(const SimulationFacts& facts, const ControlScene& sce
 
 void HandTask::OnBack(const SimulationFacts& facts, const ControlScene& scene,
                       std::int64_t now_ns) {
-  if (facts.held != moving_) return End({false, NameOf(scene) + " is not in your hand any more"});
+  if (facts.held != moving_) return End({false, NameOf(scene) + " is no longer in your hand"});
   if (facts.way_seq != order_.way_seq || facts.way == WayBack::State::kUnderWay) return;
   arrived_ = facts.way == WayBack::State::kArrived;
   keep_way_ = facts.way == WayBack::State::kStuck;
   const bool cut = facts.way == WayBack::State::kCut;
   stopped_by_ =
       NameOf(scene) +
-      (keep_way_ ? " stopped on its way back: something holds it up"
-       : cut     ? " came back as far as its way is known, which was too long to be kept whole"
-                 : " is not where its way ends: it has been moved since");
+      (keep_way_ ? " stopped on its way back: something blocks it"
+       : cut     ? " went back as far as its path is known; the whole path was too long to keep"
+                 : " is not where its path ends: something has moved it since");
   if (to_ == RetraceRequest::To::kGrasp) {
     return End(arrived_ ? Answer{true, ""} : Answer{false, stopped_by_});
   }

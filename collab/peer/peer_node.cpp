@@ -157,11 +157,11 @@ std::vector<std::string> PeerNode::TakeNews(const OnHand& on_hand) {
 
 std::string PeerNode::Told(const HoldingNews& news) const {
   if (news.kind == HoldingNews::Kind::kNotApart) {
-    return "nothing is between you and others that could be healed";
+    return "heal: nothing stands between your body and the others'";
   }
   if (news.kind == HoldingNews::Kind::kCrowded) {
-    return "more contacts than there is room for: bodies may sink into one another here; larger "
-           "voxels have fewer";
+    return "a pair of bodies has more contacts than there is room for, so bodies may sink into one "
+           "another here; larger voxels give fewer contacts";
   }
   const std::string body = model_->scene.bodies[news.object].name;
   const std::string who = directory_.NameOf(news.peer);
@@ -171,7 +171,7 @@ std::string PeerNode::Told(const HoldingNews& news) const {
     case HoldingNews::Kind::kAsking:
       return "asking " + who + " for " + body;
     case HoldingNews::Kind::kRefused:
-      return who + " holds " + body + ", and is told that you ask for it";
+      return who + " holds " + body + ", and its user sees that you ask for it";
     case HoldingNews::Kind::kAsked:
       return who + " asks for " + body + ", which you hold: 'give " + body + " " + who +
              "' hands it over";
@@ -182,21 +182,21 @@ std::string PeerNode::Told(const HoldingNews& news) const {
     case HoldingNews::Kind::kGiven:
       return "you gave " + body + " to " + who;
     case HoldingNews::Kind::kTaken:
-      return who + " answers for " + body + " now: your hand let go of it";
+      return who + " took over " + body + ", so your hand let go of it";
     case HoldingNews::Kind::kInherited:
-      return "you answer for " + body + " now";
+      return "you are the authority of " + body + " now";
     case HoldingNews::Kind::kForceStopped:
       return "the force of " + body +
              " is not a number: your hand feels nothing of it until you take it again";
     case HoldingNews::Kind::kApart:
-      return "something is between your " + body + " and that of " + who +
-             ": it pulls with 3 N at the most";
+      return "something stands between your " + body + " and that of " + who +
+             ": the link between them pulls with at most 3 N";
     case HoldingNews::Kind::kComingBack:
       return "your " + body + " comes back to that of " + who + "; your hand is free until then";
     case HoldingNews::Kind::kNoWayBack:
       return "no way is known that brings your " + body + " to that of " + who;
     case HoldingNews::Kind::kTogether:
-      return "nothing is between your " + body + " and that of " + who + " any more";
+      return "nothing stands between your " + body + " and that of " + who + " any more";
     case HoldingNews::Kind::kUncoupled:
       return "more than " + std::to_string(kMaxLinks + 1) + " hold " + body +
              ": your hand is not coupled to that of " + who;

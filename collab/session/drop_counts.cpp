@@ -57,27 +57,27 @@ const char* NameOf(Drop reason) noexcept {
 const char* InWords(Drop reason) noexcept {
   switch (reason) {
     case Drop::kFlood:
-      return "sends more than any sound program, and is not heard for a second at a time";
+      return "sends far too many messages and is ignored for a second at a time";
     case Drop::kManyKeys:
-      return "speaks of more bodies than there can be";
+      return "names more bodies than a scene can have";
     case Drop::kManyWriters:
-      return "sends by more ways than a program has";
+      return "sends through more writers than a program has";
     case Drop::kImpostor:
-      return "speaks in another's name, or another in its name";
+      return "sends in another's name, or another sends in its name";
     case Drop::kTwin:
-      return "is here twice: its keys are in use elsewhere, and the later one is not heard";
+      return "is here twice: another program uses its keys, and the later one is ignored";
     case Drop::kRevoked:
       return "takes part with keys that have been revoked";
     case Drop::kStranger:
-      return "gives orders without taking part";
+      return "sends commands without taking part";
     case Drop::kNotOwner:
-      return "gives away or refuses what it does not answer for";
+      return "gives away or refuses bodies that it is not the authority of";
     case Drop::kSeized:
-      return "claims what others have and have not given away";
+      return "claims bodies that others have and have not given away";
     case Drop::kEpochLeap:
-      return "claims bodies further ahead than anybody can have grabbed them";
+      return "claims bodies with a greater epoch than grabs can lead to";
     case Drop::kAbsurdScene:
-      return "offers the session a scene that cannot be";
+      return "offers the session an invalid scene";
     default:
       return nullptr;
   }

@@ -99,19 +99,19 @@ std::vector<std::string> Explain(const FrameLimits& limits) {
   std::vector<std::string> lines;
   if (limits.travel_limited > 0) {
     lines.push_back("in " + Percent(limits.travel_limited) +
-                    " of the frames a body was held back to its travel limit (near others half a "
-                    "voxel a frame, farther off the gap to them, less in a full frame): it moved "
-                    "slower than it was pulled; larger voxels let it go faster");
+                    " of the frames the travel limit slowed a body (near others to half a voxel a "
+                    "frame, farther off to the gap, in a full frame to less): it moved slower than "
+                    "it was pulled; larger voxels let it go faster");
   }
   if (limits.over_capacity > 0) {
     lines.push_back("in " + Percent(limits.over_capacity) +
-                    " of the frames point tests left no room for travel of half a voxel: bodies "
-                    "were slowed further; larger voxels or more --threads help");
+                    " of the frames point tests took so much time that bodies had to move less "
+                    "than half a voxel; larger voxels or more --threads help");
   }
   if (limits.contacts_full > 0) {
     lines.push_back("in " + Percent(limits.contacts_full) +
-                    " of the frames a pair had more contacts than it can hold: the rest did not "
-                    "push, so parts may sink into one another; larger voxels help");
+                    " of the frames a pair of bodies had more contacts than there is room for: the "
+                    "rest did not push, so bodies may sink into one another; larger voxels help");
   }
   if (limits.waited > 0) {
     lines.push_back(

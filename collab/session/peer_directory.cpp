@@ -19,8 +19,8 @@ std::string PeerDirectory::WhyRefused(const PeerInfo& info) const {
   std::array<char, 160> text{};
   if (info.protocol != kProtocol) {
     std::snprintf(text.data(), text.size(),
-                  "it speaks protocol %u and we %u: bring both to one version", info.protocol,
-                  kProtocol);
+                  "it uses protocol %u and this program %u: update both to one version",
+                  info.protocol, kProtocol);
   } else if (info.role == Role::kActive && info.scene_hash != scene_hash_) {
     std::snprintf(text.data(), text.size(),
                   "its scene is %016llx and ours %016llx: open the same scene with the same files",
@@ -77,7 +77,8 @@ PeerDirectory::Entry* PeerDirectory::PlaceFor(PeerId peer, bool& added) {
     }
     if (longest == entries_.end()) {
       if (!std::exchange(crowd_told_, true)) {
-        Say("more than " + std::to_string(kMost) + " are here: further ones are not taken in");
+        Say("more than " + std::to_string(kMost) +
+            " participants are here: this program ignores further ones");
       }
       return nullptr;
     }
@@ -112,7 +113,7 @@ void PeerDirectory::OnPeerInfo(const PeerInfo& info) {
   entry.refused = WhyRefused(info);
   const bool newly = added || returned || was_refused || !entry.felt;
   if (newly && entry.refused.empty() && IsFullFor(info)) {
-    entry.refused = std::to_string(kMaxPeers) + " active peers are here, the most there can be";
+    entry.refused = std::to_string(kMaxPeers) + " active peers are here, the maximum";
   }
   const bool taken_in = was_refused && entry.refused.empty();
   const bool unequal =
@@ -121,13 +122,13 @@ void PeerDirectory::OnPeerInfo(const PeerInfo& info) {
   entry.unequal = unequal;
   const std::string role = info.role == Role::kViewer ? " (viewer)" : "";
   if (added && !entry.refused.empty()) {
-    Say(entry.info.name + role + " is not taken in: " + entry.refused);
+    Say(entry.info.name + role + " is not accepted: " + entry.refused);
   } else if (added && clash) {
     Say("another " + info.name + role + " joined, shown as " + entry.info.name);
   } else if (added) {
     Say(entry.info.name + role + " joined");
   } else if (taken_in) {
-    Say(entry.info.name + role + " is taken in now");
+    Say(entry.info.name + role + " is accepted now");
   } else if (returned) {
     Say(entry.info.name + role + " is back");
   }
@@ -163,8 +164,8 @@ void PeerDirectory::OnSceneWithdrawn(PeerId peer) {
 void PeerDirectory::OnTwin(const PeerInfo& info) {
   const std::lock_guard lock(mutex_);
   if (!twin_)
-    Say("your keys are in use elsewhere too: " + info.name +
-        " takes part a second time; the others hear whoever was here first");
+    Say("another program uses your keys: " + info.name +
+        " takes part a second time; the others accept the one that joined first");
   twin_ = info;
 }
 
@@ -188,8 +189,8 @@ void PeerDirectory::TellTerms(Entry& entry) {
   if (difference == entry.terms_told) return;
   entry.terms_told = std::move(difference);
   Say(entry.info.name + (entry.terms_told.empty()
-                             ? " goes by the same force terms as you now"
-                             : " goes by other force terms: " + entry.terms_told));
+                             ? " now uses the same force terms as you"
+                             : " uses other force terms: " + entry.terms_told));
 }
 
 void PeerDirectory::TellRefusals(const DropTable& drops) {

@@ -84,8 +84,8 @@ std::string ContentDifference(const Scene& scene, const SceneHash& hash,
 
 std::string PushWarning(const ForceParameters& ours, const ForceParameters& theirs, double mass,
                         const std::string& who) {
-  const std::string head = who + " goes by other force parameters (" + Describe(theirs) +
-                           "; here " + Describe(ours) + "): ";
+  const std::string head = who + " uses other force parameters (" + Describe(theirs) + "; here " +
+                           Describe(ours) + "): ";
   const std::optional<UnequalPush> push = ComparePush(ours, theirs, mass);
   if (!push) return head + "you push alike, but what sticks for one may slide for the other";
   const bool we = push->first_harder;

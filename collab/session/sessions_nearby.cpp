@@ -23,12 +23,12 @@ std::string NobodyHeard(const AnnouncedSession& own, const std::vector<Announced
     } else if (session.secured && !own.secured) {
       return head + ": it is secured, and needs a viewer's keys (--secure)";
     } else if (session.secured) {
-      return head + ": others are in it by keys that do not fit yours";
+      return head + ": others are in it, but their keys and yours are not of the same session";
     } else if (own.secured) {
-      return head + ": it is plain, and you came with keys (--secure)";
+      return head + ": it is plain, but you came with keys: leave --secure out";
     }
   }
-  if (others.empty()) return head + ": another name, network, domain or keys?";
+  if (others.empty()) return head + ": is its name, network, domain or --secure another one?";
   return head + "; announced here: " + others;
 }
 

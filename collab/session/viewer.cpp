@@ -15,8 +15,8 @@ bool AreNamesakes(const ViewedPeer& a, const ViewedPeer& b) {
 
 std::string OtherProtocol(const PeerInfo& info) {
   if (info.protocol == kProtocol) return {};
-  return "speaks protocol " + std::to_string(info.protocol) + ", this program " +
-         std::to_string(kProtocol) + ": bring both to one version";
+  return "uses protocol " + std::to_string(info.protocol) + ", this program " +
+         std::to_string(kProtocol) + ": update both to one version";
 }
 
 bool Viewer::IsOfAScene(ObjectId object) const {

@@ -139,14 +139,14 @@ TEST_F(Invite, OfASecuredSessionTheFirstWhoHasTheLineBecomesAMemberAndNoOther) {
   // somebody else has read the mail
   const auto eve = Joiner(line, "eve");
   EXPECT_EQ(eve->Wait(), 5) << eve->said();
-  EXPECT_THAT(eve->said(), HasSubstr("was used or taken back"));
+  EXPECT_THAT(eve->said(), HasSubstr("was used or withdrawn"));
   EXPECT_EQ(LinesOf(eve->said()).size(), 1U) << eve->said();
   EXPECT_FALSE(std::filesystem::exists(In("eve") / "tandem" / "keys" / "identity.key"));
   End(*ben);
   // a person who has become a member by the line can come back by it
   const auto back = Joiner(line, "ben");
   EXPECT_EQ(Entered(*back, Clock::now()).at("name"), "ben");
-  EXPECT_THAT(back->said(), HasSubstr("they are taken"));
+  EXPECT_THAT(back->said(), HasSubstr("using them"));
   End(*back);
   End(*anna);
 }

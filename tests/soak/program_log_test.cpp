@@ -45,7 +45,7 @@ TEST_F(ProgramLogs, AStatusLineTellsWhomAViewerSees) {
       "is");
   EXPECT_THAT(log_.seen(), ElementsAre("anna-1", "ben-2"));
   EXPECT_EQ(log_.losses(), 0U);
-  Say(" lost\ntandem: nobody who takes part is here\n");
+  Say(" lost\ntandem: no active peer is here\n");
   EXPECT_EQ(log_.losses(), 1U);
   log_.Forget();
   EXPECT_THAT(log_.seen(), IsEmpty());

@@ -210,8 +210,9 @@ TEST(Apart, AWallBetweenTwoIsFoundCappedAndHealed) {
       EXPECT_LT(run.most_step[user], 1.0);
       EXPECT_EQ(run.peer(user).guard().guarded(), 0U);  // nothing was left for it to do
     }
-    for (const char* part : {"0: something is between", "1: something is between", "1: your cube",
-                             "0: nothing is between", "1: nothing is between"}) {
+    for (const char* part :
+         {"0: something stands between", "1: something stands between", "1: your cube",
+          "0: nothing stands between", "1: nothing stands between"}) {
       EXPECT_TRUE(run.Told(part)) << part;
     }
     EXPECT_FALSE(run.Told("0: your cube"));  // the lower id stays where it is
@@ -290,7 +291,7 @@ TEST(Apart, NothingToHealIsSaidSo) {
   run.Run(2);
   run.session.node(0).peer().commands().TryPush({Command::Kind::kHeal, kNoObject, 0});
   run.Run(0.1);
-  EXPECT_TRUE(run.Told("0: nothing is between you and others"));
+  EXPECT_TRUE(run.Told("0: heal: nothing stands between your body"));
   EXPECT_FALSE(run.peer(1).parting().leading());
 }
 
@@ -330,7 +331,7 @@ TEST(Apart, SoftHandsAreHeldTogether) {
   ApartRun run({{1, 2}, {0.06, -0.06}, 20, 15});
   run.Run(8);
   EXPECT_LT(run.apart(), 0.02);
-  EXPECT_FALSE(run.Told("something is between"));
+  EXPECT_FALSE(run.Told("something stands between"));
 }
 
 // The other vanishes while we are on the way: the hand takes the body where it is, softly.

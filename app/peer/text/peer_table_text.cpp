@@ -53,7 +53,7 @@ std::vector<std::string> AsLines(const PeerTable& table, const NameFunction& nam
               Cell(row.coupled, 1e2 * row.disagreement, 0, "%"),
               Cell(row.mirror_age_s >= 0, 1e3 * row.mirror_lag_m, 1, "mm"),
               Cell(row.mirror_age_s >= 0, 1e3 * row.mirror_age_s, 0, "ms"), AsText(row.drops)});
-    if (row.trapped) line += "  TRAPPED: something fixed is between";
+    if (row.trapped) line += "  TRAPPED: something fixed stands between your two bodies";
     if (const std::string limits = AsText(row.limits); !limits.empty()) line += "  " + limits;
     lines.push_back(line);
   }

@@ -7,13 +7,13 @@ namespace {
 const char* WordsFor(PacketDrop reason) {
   switch (reason) {
     case PacketDrop::kNewSender:
-      return "somebody announces more programs than there can be: they are refused";
+      return "somebody announces more programs than there can be: this program refuses them";
     case PacketDrop::kForged:
-      return "somebody forges announcements of programs: they are refused";
+      return "somebody forges announcements of programs: this program refuses them";
     case PacketDrop::kEndpoints:
-      return "somebody announces more than a program can have: it is refused";
+      return "somebody announces more endpoints than a program can have: this program refuses them";
     case PacketDrop::kFlood:
-      return "somebody floods this program with packets: what is too much is refused";
+      return "somebody floods this program with packets: it refuses the excess";
     default:
       return nullptr;
   }

@@ -43,7 +43,7 @@ class NameLock {
       if (lock.file_ < 0) return Error{path.string() + ": cannot be written"};
       if (flock(lock.file_, LOCK_EX | LOCK_NB) != 0) {
         close(std::exchange(lock.file_, -1));
-        return Error{"a controller '" + name + "' runs already on this machine: --control with " +
+        return Error{"a controller '" + name + "' already runs on this machine: --control with " +
                      "another name, or attach to that one"};
       }
       // its owner may have removed the file between open and lock

@@ -18,8 +18,8 @@ namespace tandem {
 namespace {
 
 using nlohmann::json;
-using ::testing::HasSubstr;
 using testing::ExpectRefused;
+using ::testing::HasSubstr;
 using testing::PeerCommand;
 using testing::Running;
 using testing::Said;
@@ -89,9 +89,10 @@ TEST_F(DeviceCommand, TheHandFeelsThroughAProcessOfItsOwnAndTheReportSaysSo) {
 }
 
 TEST_F(DeviceCommand, SaysWhatADeviceClaimsThatCannotBe) {
-  const Said said = Run("one", "--name anna --hold right --passivity --device-core 1023 --device "
-                               "fake:continuous_N=-1,stiffness=nan,rate_hz=30 --seconds 1 --report " +
-                                   In("report"));
+  const Said said = Run("one",
+                        "--name anna --hold right --passivity --device-core 1023 --device "
+                        "fake:continuous_N=-1,stiffness=nan,rate_hz=30 --seconds 1 --report " +
+                            In("report"));
   ASSERT_EQ(said.exit_code, kExitOk) << said.err;
   EXPECT_THAT(said.err, HasSubstr("for ever: a force of -1 N is no limit: it counts as zero"));
   EXPECT_THAT(said.err, HasSubstr("a stiffness of nan N/m is none: it counts as zero"));
@@ -118,7 +119,7 @@ TEST_F(DeviceCommand, AnEmergencyStopIsSaidAndHoldsUntilItIsEnded) {
   ASSERT_TRUE(anna.WaitFor("anna is in session"));
   std::this_thread::sleep_for(std::chrono::milliseconds(1500));
   anna.Order("stop");
-  EXPECT_TRUE(anna.WaitFor("device: emergency stop; 'resume' ends it"));
+  EXPECT_TRUE(anna.WaitFor("device: emergency stop; type 'resume' to end it"));
   std::this_thread::sleep_for(std::chrono::milliseconds(300));
   for (const double force : Forces(200)) EXPECT_EQ(force, 0);
   anna.Order("resume");
@@ -152,7 +153,7 @@ TEST_F(DeviceCommand, SaysWhichDeviceCannotBe) {
   ExpectRefused(Run("one", "--name anna --hold right --device omega"), kExitDevice,
                 "no driver is called 'omega'");
   ExpectRefused(Run("one", "--name anna --hold right --device :7"), kExitUsage,
-                "NAME[:OPTIONS] is wanted; see 'tandem devices'");
+                "expected NAME[:OPTIONS]; see 'tandem devices'");
   ExpectRefused(Run("one", "--name anna --hold right --device-force 31"), kExitUsage,
                 "--device-force");
 }

@@ -68,7 +68,7 @@ class InviteCommand : public ::testing::Test {
     command.insert(command.end(), further.begin(), further.end());
     const std::string said = In("said-" + std::to_string(++inviters_));
     auto inviter = std::make_unique<Program>(command, said);
-    EXPECT_TRUE(inviter->Says("Ctrl-C takes it back")) << inviter->said();
+    EXPECT_TRUE(inviter->Says("Ctrl-C withdraws it")) << inviter->said();
     for (const std::string& line : testing::LinesOf(inviter->said())) {
       if (line.rfind('{', 0) == 0) printed = json::parse(line, nullptr, false);
     }
@@ -125,7 +125,7 @@ TEST_F(InviteCommand, TheInvitedGetsKeysOfItsOwnAndCanComeBackByTheSameLine) {
 
   const Said again = Join(line, "home", "--only-keys");
   EXPECT_EQ(again.exit_code, 0) << again.err;
-  ExpectRefused(Join(line, "other_home", "--only-keys"), kExitNetwork, "was used or taken back");
+  ExpectRefused(Join(line, "other_home", "--only-keys"), kExitNetwork, "was used or withdrawn");
 }
 
 TEST_F(InviteCommand, AnAlteredLineIsRefusedInOneLineAndLeavesNoKeys) {
@@ -150,7 +150,7 @@ TEST_F(InviteCommand, AnAlteredLineIsRefusedInOneLineAndLeavesNoKeys) {
                !std::filesystem::is_empty(In("home") + "/tandem/keys"));
   inviter->process().Signal(SIGTERM);
   EXPECT_EQ(inviter->Wait(), 0);
-  EXPECT_THAT(inviter->said(), HasSubstr("taken back"));
+  EXPECT_THAT(inviter->said(), HasSubstr("withdrawn"));
 }
 
 TEST_F(InviteCommand, ALineOfAnotherSessionIsRefused) {
@@ -174,7 +174,7 @@ TEST_F(InviteCommand, WhoeverIsAloneBehindALineIsToldSo) {
   plain.hosts = {"127.0.0.1"};
   const Said said = Join(LineOf(plain), "home", "--scene peg_in_slot --json -- --seconds 6");
   EXPECT_EQ(said.exit_code, 0) << said.err;
-  EXPECT_THAT(said.err, HasSubstr("nobody is heard in session " + plain.session));
+  EXPECT_THAT(said.err, HasSubstr("no peer answers in session " + plain.session));
   EXPECT_EQ(json::parse(said.out).at("holding"), nullptr);
 }
 
@@ -187,13 +187,14 @@ TEST_F(InviteCommand, ALineThatHasEndedIsRefused) {
   ended.enrolment.port = 1024;
   ended.enrolment.until = 1'700'000'000;  // 2023-11-14 22:13:20 UTC
   ExpectRefused(Join(LineOf(ended), "home", "--only-keys"), kExitNetwork,
-                "the invitation ended at 2023-11-14 22:13 UTC");
+                "the invitation expired at 2023-11-14 22:13 UTC");
 }
 
 TEST_F(InviteCommand, SaysWhatIsWrongInOneLine) {
   ExpectRefused(RunTandem("invite S --keys " + In("none") + " --name ben"), kExitFile,
                 "has no identity_ca.pem");
-  ExpectRefused(RunTandem("invite S --keys " + In("none")), kExitUsage, "whom do you invite");
+  ExpectRefused(RunTandem("invite S --keys " + In("none")), kExitUsage,
+                "give the name by which others will see the invited person");
   ExpectRefused(RunTandem("invite S --name ben"), kExitUsage, "--keys");
   ExpectRefused(RunTandem("invite S --keys x --name 'a b'"), kExitUsage, "is no name");
   Invitation plain;
@@ -221,7 +222,7 @@ TEST_F(InviteCommand, WhereNoLineLeadsAMemberIsMadeByTwoFiles) {
   ASSERT_EQ(said.exit_code, 0) << said.err;
   EXPECT_THAT(testing::TextOf(In("answer")), Not(HasSubstr("PRIVATE")));
   ExpectRefused(RunTandem("keys take " + In("eve") + " " + In("answer")), kExitFile,
-                "no request waits there");
+                "holds no waiting request");
   said = RunTandem("keys take " + In("ben") + " " + In("answer"));
   ASSERT_EQ(said.exit_code, 0) << said.err;
   const Result<MemberKeys> keys = LoadMemberKeys(In("ben"));

@@ -130,7 +130,7 @@ void ExpectGoodRefusal(const Asked& asked, const std::string& value) {
   EXPECT_THAT(line, Not(HasSubstr("\n")));
   EXPECT_THAT(line, HasSubstr(" --help)"));
   EXPECT_LT(line.size(), 200U) << line;
-  EXPECT_THAT(line, HasSubstr(value.empty() ? "" : "not '" + value + "'"));
+  EXPECT_THAT(line, HasSubstr(value.empty() ? "" : "got '" + value + "'"));
 }
 
 TEST(Options, NoNumberTakesWhatIsNoneNorOneOutOfAllMeasure) {
@@ -204,7 +204,7 @@ TEST(Options, WhatIsTypedIsShownWithoutControlCharactersAndCut) {
   Commands commands;
   const std::string line =
       commands.Refusal({"peer", "--seconds=\x1b[2J\n" + std::string(100'000, 'x')});
-  EXPECT_THAT(line, StartsWith("--seconds: a number from 0 to 604800 is wanted, not ' [2J xxx"));
+  EXPECT_THAT(line, StartsWith("--seconds: expected a number from 0 to 604800, got ' [2J xxx"));
   EXPECT_THAT(line, HasSubstr("(tandem peer --help)"));
   EXPECT_LT(line.size(), 200U);
 }
@@ -219,29 +219,31 @@ TEST(Options, SizesHaveUnits) {
   }
   for (const char* text : {"0", "-1", "nan", "1e300", "8 GiB", "8GiBs", "GiB", "2000TiB", "8X"}) {
     std::string given = text;
-    EXPECT_THAT(check(given), HasSubstr("500MB or 8GiB, is wanted, not '" + std::string(text)));
+    EXPECT_THAT(check(given), HasSubstr("500MB or 8GiB, got '" + std::string(text)));
   }
 }
 
 /// The program itself answers with a line of its own and exit code 2.
 TEST(Options, TheProgramsSayItInALine) {
   for (const auto& [words, line] : std::vector<std::pair<std::string, std::string>>{
-           {"peer --seconds nan", "tandem: --seconds: a number from 0 to 604800 is wanted"},
-           {"simulate --threads 100000 --seeds 2", "tandem: --threads: a whole number from 1 to"},
+           {"peer --seconds nan", "tandem: --seconds: expected a number from 0 to 604800"},
+           {"simulate --threads 100000 --seeds 2",
+            "tandem: --threads: expected a whole number from 1 to"},
            {"simulate --seed 1 --seeds 3", "tandem: --seed excludes --seeds"},
            {"simulate --seconds 3", "tandem: --seconds is for --scene or --hands"},
            {"peer --seconds", "tandem: --seconds: a value is missing (tandem peer --help)"},
            {"peer --seconds=", "tandem: --seconds: a value is missing (tandem peer --help)"},
-           {"peer --session ''", "tandem: --session: it is empty"},
+           {"peer --session ''", "tandem: --session: the value is empty"},
            {"watch --session s --peers 'a b'", "tandem: --peers: 'a b' is not HOST or HOST:PORT"},
-           {"keys viewer . ../eve", "tandem: NAME: '../eve' is no name for a member"},
-           {"nonsense", "tandem: 'nonsense' is none of: demo, open, "},
-           {"bench nonsense", "tandem: 'nonsense' is none of: memory, device, "},
-           {"demo --sconds 3", "tandem: '--sconds' is no option of 'tandem demo' (tandem demo "},
-           {"demo more", "tandem: 'more' is one word too many (tandem demo --help)"},
+           {"keys viewer . ../eve", "tandem: NAME: '../eve' is not a member's name"},
+           {"nonsense", "tandem: unknown command 'nonsense', expected one of: demo, open, "},
+           {"bench nonsense",
+            "tandem: unknown command 'nonsense', expected one of: memory, device, "},
+           {"demo --sconds 3", "tandem: unknown option '--sconds' of 'tandem demo' (tandem demo "},
+           {"demo more", "tandem: unexpected word 'more' (tandem demo --help)"},
            {"", "tandem: A subcommand is required"},
-           {"view --seconds nan", "tandem-view: --seconds: a number from 0 to 604800"},
-           {"view --report ''", "tandem-view: --report: it is empty"}}) {
+           {"view --seconds nan", "tandem-view: --seconds: expected a number from 0 to 604800"},
+           {"view --report ''", "tandem-view: --report: the value is empty"}}) {
     const Said said = RunTandem(words);
     EXPECT_EQ(said.exit_code, kExitUsage) << words;
     EXPECT_THAT(said.err, StartsWith(line)) << words;

@@ -84,7 +84,7 @@ TEST_F(PeerCommand, SaysInALineWhatKeepsItOut) {
   WriteScene("torn", 0.001, "gone.obj");
   ExpectRefused(Run("torn", ""), kExitFile, "bodies[1].mesh: no such file");
   ExpectRefused(Run("one", "--hold nothing"), kExitUsage,
-                "no moving body of that name, but left, right");
+                "no moving body of that name; its moving bodies: left, right");
   ExpectRefused(Run("one", "--role viewer --hold left"), kExitUsage, "neither holds nor records");
   ExpectRefused(Run("one", "--hand " + In("nowhere.json")), kExitFile,
                 "nowhere.json: there is no such file");
@@ -121,9 +121,9 @@ TEST_F(PeerCommand, WhoWaitsUnderWayKeepsToItsParametersBesideANewcomersOffer) {
   info.protocol = kProtocol + 1;  // so that she goes on waiting
   info.name = "newcomer";
   (*joined)->Publish(info);
-  ASSERT_TRUE(anna.WaitFor("newcomer is not taken in"));
+  ASSERT_TRUE(anna.WaitFor("newcomer is not accepted"));
   EXPECT_EQ(anna.End(), kExitOk);
-  EXPECT_THAT(anna.said(), Not(HasSubstr("joining anew")));
+  EXPECT_THAT(anna.said(), Not(HasSubstr("this peer joins again")));
   (*joined)->Leave();
 }
 
@@ -164,8 +164,8 @@ TEST_F(PeerCommand, AJoinerOfOtherVoxelsAdoptsTheSessionsWhichOutliveTheirAuthor
   ASSERT_TRUE(anna.WaitFor("is in session"));
   Running ben = Start("two", "--name ben --hold right");
   ASSERT_TRUE(ben.WaitFor("you hold right"));
-  EXPECT_THAT(ben.said(), HasSubstr("the session goes by voxels of 1 mm, refined contact, force "
-                                    "layer 1, friction 0, which is adopted"));
+  EXPECT_THAT(ben.said(), HasSubstr("the session uses voxels of 1 mm, refined contact, force layer "
+                                    "1, friction 0; this peer adopts them"));
   EXPECT_EQ(anna.End(), kExitOk);
   EXPECT_THAT(anna.said(), AllOf(HasSubstr("ben joined"), Not(HasSubstr("other force"))));
 
@@ -188,9 +188,10 @@ TEST_F(PeerCommand, WhoInsistsIsToldWhoPushesHarderAndGetsNoSharedBody) {
   EXPECT_THAT(ben.said(), HasSubstr("the session pushes harder; where parts press one another, "
                                     "yours is pushed back from a gap of 0.90 mm on, theirs from "
                                     "0.45 mm, and up to 10 N a point of contact you feel all"));
-  EXPECT_TRUE(anna.WaitFor("ben goes by other force parameters (voxels of 2 mm"));
+  EXPECT_TRUE(anna.WaitFor("ben uses other force parameters (voxels of 2 mm"));
   EXPECT_THAT(anna.said(), HasSubstr("you push harder"));
-  EXPECT_TRUE(ben.WaitFor("'right' is shared: it is not held by other force parameters"));
+  EXPECT_TRUE(ben.WaitFor(
+      "'right' is shared: a peer with other force parameters (--insist) cannot hold it"));
   EXPECT_EQ(anna.End(), kExitOk);
   EXPECT_EQ(ben.End(), kExitOk);
 }
@@ -199,7 +200,7 @@ TEST_F(PeerCommand, OfTwoWhoBeginAtOnceByOtherVoxelsOneAdoptsTheOthers) {
   Running anna = Start("one", "--name anna --wait-for 1");
   Running ben = Start("two", "--name ben --wait-for 1");
   const auto adopted = [](const Running& peer) {
-    return peer.said().find("which is adopted") != std::string::npos;
+    return peer.said().find("this peer adopts them") != std::string::npos;
   };
   for (int i = 0; i < 500 && !adopted(anna) && !adopted(ben); ++i) {
     std::this_thread::sleep_for(std::chrono::milliseconds(20));
@@ -244,7 +245,7 @@ TEST_F(PeerCommand, ALateJoinerFindsAParkedBodyWhereItWasPut) {
   // his file has other voxels, so he adopts those of the session
   const Said ben = Run("two", "--name ben --hold left --seconds 1 --report " + In("ben"));
   ASSERT_EQ(ben.exit_code, kExitOk) << ben.err;
-  EXPECT_THAT(ben.err, AllOf(HasSubstr("which is adopted"), HasSubstr("you hold left")));
+  EXPECT_THAT(ben.err, AllOf(HasSubstr("this peer adopts them"), HasSubstr("you hold left")));
   const auto trace = ReadTrace(In("ben.trace"));
   ASSERT_TRUE(trace && !trace->empty());
   EXPECT_NEAR(trace->front().X_WB.p.x(), -0.05, 2e-3);
@@ -268,9 +269,9 @@ TEST_F(PeerCommand, AnotherProtocolIsToldInALineAndAsAnExitCode) {
   const Said said = Run("one", "--wait-for 1 --wait-seconds 3");
   EXPECT_EQ(said.exit_code, kExitIncompatiblePeer);
   EXPECT_THAT(said.err,
-              HasSubstr("newer is not taken in: it speaks protocol " +
-                        std::to_string(kProtocol + 1) + " and we " + std::to_string(kProtocol)));
-  EXPECT_THAT(said.err, HasSubstr("your hand waits for others who hold a body"));
+              HasSubstr("newer is not accepted: it uses protocol " + std::to_string(kProtocol + 1) +
+                        " and this program " + std::to_string(kProtocol)));
+  EXPECT_THAT(said.err, HasSubstr("your hand waits until others hold a body"));
   (*joined)->Leave();
 }
 
@@ -288,9 +289,9 @@ TEST_F(PeerCommand, AClearanceIsOrderedWhileItRuns) {
   Running anna = Start("one", "--name anna --hold left");
   ASSERT_TRUE(anna.WaitFor("you hold left"));
   anna.Order("displace -0.1");
-  EXPECT_TRUE(anna.WaitFor("0.1 mm outwards, here alone: others have it undisplaced"));
+  EXPECT_TRUE(anna.WaitFor("0.1 mm outwards, at this peer alone; others keep theirs in place"));
   anna.Order("layer 2");
-  EXPECT_TRUE(anna.WaitFor("force layer 2 of what your hand holds, here alone"));
+  EXPECT_TRUE(anna.WaitFor("force layer 2 for the body you hold, at this peer alone"));
   anna.Order("layer 99");
   EXPECT_TRUE(anna.WaitFor("layer: expected a whole number from"));
   EXPECT_EQ(anna.End(), kExitOk);
@@ -337,7 +338,7 @@ TEST_F(PeerCommand, ASceneOfOursGoesByItsName) {
 TEST_F(PeerCommand, AnEmptyHandIsToldWhatThereIs) {
   Running anna = Start("one", "--name anna");
   EXPECT_TRUE(anna.WaitFor(
-      "your hand is empty: --hold BODY, or 'grab BODY' as a line here, of: left, right"));
+      "your hand is empty: start with --hold BODY, or type 'grab BODY'; bodies: left, right"));
   EXPECT_EQ(anna.End(), kExitOk);
 }
 

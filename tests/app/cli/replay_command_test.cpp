@@ -127,7 +127,7 @@ TEST_F(ReplayCommand, ExportsPosesThatDistancesCanBeHadAlong) {
 
 TEST_F(ReplayCommand, ASessionOfOneHasNoNetwork) {
   const std::string network = " --as-network " + File("line.csv");
-  ExpectRefused(File("run") + network, kExitFailed, "nobody was heard");
+  ExpectRefused(File("run") + network, kExitFailed, "the recording has no messages of a peer");
   ExpectRefused(File("run") + " --as-network " + File("run"), kExitUsage, "recording itself");
   ExpectRefused(File("none") + network, kExitFile, "none");
   ExpectRefused(File("run") + " --from ben", kExitUsage, "--as-network");
@@ -195,7 +195,7 @@ TEST_F(ReplayCommand, SaysWhereItLookedForASceneThatIsGone) {
   EXPECT_EQ(replayed.exit_code, kExitFile);
   EXPECT_THAT(replayed.err, HasSubstr(scene + ": "));
   EXPECT_THAT(replayed.err, HasSubstr("no file with its content is in "));
-  EXPECT_THAT(replayed.err, HasSubstr("--scene says where it is now"));
+  EXPECT_THAT(replayed.err, HasSubstr("give its place with --scene"));
 }
 
 /// Returns the bytes of a recording with other words in its header.
@@ -224,7 +224,7 @@ TEST_F(ReplayCommand, VoxelsFarFromTheScenesAreTakenOnlyWhereTheUserSaysSo) {
     return File("voxels");
   };
   ExpectRefused(changed(0.2), kExitFile, "more than a factor of 4 apart");
-  ExpectRefused(changed(1e-6), kExitFile, "--adopt-any takes it all the same");
+  ExpectRefused(changed(1e-6), kExitFile, "--adopt-any takes the recorded voxel size");
   const std::string coarse = changed(5);
   ExpectRefused(coarse, kExitFile, "more than a factor of 4 apart");
   const Said taken = RunTandem("replay --adopt-any " + coarse, "timeout 60 ");
@@ -239,9 +239,9 @@ TEST_F(ReplayCommand, OpensNothingButASceneFileThatARecordingNames) {
            header["scene"] = File("secret.txt");
            header["scene_hash"] = 1;
          });
-  ExpectRefused(File("named"), kExitFile,
-                "secret.txt: is no scene file of 4 MB at most that ends in .json (no file with its "
-                "content is in ");
+  ExpectRefused(
+      File("named"), kExitFile,
+      "secret.txt: is not a scene file (.json, at most 4 MB) (no file with its content is in ");
 }
 
 // Active peers would take the replay for an active peer that answers for bodies and is deaf.
@@ -309,7 +309,7 @@ TEST_F(ReplayCommand, WhatAKilledPeerRecordedIsRepeated) {
 
 TEST_F(ReplayCommand, AnotherSceneOrFileIsRefused) {
   ExpectRefused(File("run") + " --scene " + kScenes + "/ball_and_socket.json", kExitFile,
-                "is not the scene that was recorded");
+                "is not the recorded scene");
   ExpectRefused(File("run") + " --scene /nowhere.json", kExitFile, "/nowhere.json");
   ExpectRefused("/nowhere", kExitFile, "/nowhere: there is no such file");
   ExpectRefused(std::string(kScenes) + "/peg_in_slot.json", kExitFile, "is not a recording");

@@ -68,10 +68,9 @@ TEST_F(SceneFromSession, FetchesItFromAPeerOnceThePersonHasSaidSo) {
   ASSERT_TRUE(anna.WaitFor("you hold left"));
   As("ben");
   const Said asked = RunTandem("peer " + Joining("--name ben"), "timeout 40 ");
-  ExpectRefused(
-      asked, kExitFile,
-      "it can be fetched (scene boxes, 2 files, 1 kB, from anna), and nobody is here to be "
-      "asked: --accept-scene says yes");
+  ExpectRefused(asked, kExitFile,
+                "it can be fetched (scene boxes, 2 files, 1 kB, from anna), but there is no "
+                "terminal to ask at: give --accept-scene to fetch it");
   EXPECT_FALSE(std::filesystem::exists(In("ben.cache/fetched")));
   const Said small = RunTandem(
       "peer " + Joining("--name ben --accept-scene --scene-limit-mb 1 --hold right --seconds 0.2"),
@@ -228,9 +227,9 @@ TEST_F(SceneFromSession, SaysInALineWhyThereIsNone) {
   // a person who waits is told before that
   const Said alone = RunTandem("peer " + Joining(""), "timeout 40 ");
   EXPECT_EQ(alone.exit_code, kExitNetwork);
-  EXPECT_THAT(alone.err, HasSubstr("nobody in session " + session_ +
-                                   " was heard yet: listening on for 11 s\n"));
-  EXPECT_THAT(alone.err, HasSubstr("nobody in session " + session_ + " tells of a scene"));
+  EXPECT_THAT(alone.err, HasSubstr("no peer of session " + session_ +
+                                   " answered yet: listening for another 11 s\n"));
+  EXPECT_THAT(alone.err, HasSubstr("no peer of session " + session_ + " offers a scene"));
   EXPECT_EQ(std::count(alone.err.begin(), alone.err.end(), '\n'), 2) << alone.err;
 }
 

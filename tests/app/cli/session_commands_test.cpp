@@ -116,7 +116,8 @@ TEST_F(SecuredSession, IsShownBehindARelayToHoldersOfTheAudiencesKeysAndToNobody
 TEST_F(SecuredSession, KeysServeTheirPurposeOnly) {
   const std::string in = " --interface lo --session " + RandomName();
   ExpectRefused("watch --secure " + Keys("in/anna") + in, kExitSecurity, "needs a viewer's");
-  ExpectRefused("watch --secure " + Keys("out/hall") + in, kExitSecurity, "a relay's other side");
+  ExpectRefused("watch --secure " + Keys("out/hall") + in, kExitSecurity,
+                "the other side of a relay");
   ExpectRefused("relay --secure " + Keys("in/hall") + in, kExitUsage, "--audience-secure");
   ExpectRefused("relay --audience-secure " + Keys("out/vic") + in, kExitSecurity,
                 "no keys of a relay");
@@ -277,8 +278,8 @@ TEST(Doctor, FindsWhatIsWrongAndSaysWhatMendsIt) {
   const Said deaf = RunTandem("doctor --interface lo --peers 127.0.0.1", "timeout 60 ");
   EXPECT_THAT(deaf.out, AllOf(HasSubstr("127.0.0.1"), HasSubstr("doctor --answer")));
   ExpectUsage("doctor --port 80", "--port");
-  ExpectUsage("doctor --trace /tmp/none.csv", "--peers with one machine");
-  ExpectUsage("doctor --peers a,b --trace /tmp/none.csv", "--peers with one machine");
+  ExpectUsage("doctor --trace /tmp/none.csv", "--peers with exactly one machine");
+  ExpectUsage("doctor --peers a,b --trace /tmp/none.csv", "--peers with exactly one machine");
   ExpectUsage("doctor --hz 500", "--trace");
 }
 

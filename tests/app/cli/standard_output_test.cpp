@@ -18,7 +18,7 @@ TEST(StandardOutput, OnAFullDiskIsAnErrorInALine) {
        {"simulate --first 3 --seeds 1 --json", "keys rights", "--version", "peer --help"}) {
     ASSERT_EQ(RunTandem(command).exit_code, kExitOk) << command;
     ExpectRefused(RunTandem(command + " >/dev/full"), kExitFile,
-                  "tandem: stdout: not all could be written");
+                  "tandem: stdout: the output could not be written completely");
   }
 }
 

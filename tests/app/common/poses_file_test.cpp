@@ -68,8 +68,8 @@ TEST(PosesFile, NumbersBeyondEveryPoseAreRefused) {
             ":2: ty: expected a number from -1e9 to 1e9, got \"1e300\"");
   EXPECT_THAT(ErrorOfPoses("a,b,k,0,0,0,0,0,1,1e300"), HasSubstr(":2: angle_deg: expected"));
   EXPECT_EQ(ErrorOfPoses("a,b,k,0,0,0,0,1e200,0,10"),
-            ":2: the axis of a turn must have a length from 1e-9 to 1e9");
-  EXPECT_THAT(ErrorOfPoses("a,b,k,0,0,0,0,0,0,10"), HasSubstr(":2: the axis of a turn"));
+            ":2: the rotation axis must have a length from 1e-9 to 1e9");
+  EXPECT_THAT(ErrorOfPoses("a,b,k,0,0,0,0,0,0,10"), HasSubstr(":2: the rotation axis"));
   EXPECT_EQ(ErrorOfPoses("a,b,k,0,0,0,0,0,0,0"), "");
 }
 

@@ -52,14 +52,14 @@ TEST_F(DoctorReach, ALineIsLookedAtAndNotUsedUp) {
   testing::Program inviter({TANDEM_PROGRAM, "invite", session, "--keys", In("keys"), "--name",
                             "ben", "--interface", "lo", "--scene", "peg_in_slot"},
                            In("said"));
-  ASSERT_TRUE(inviter.Says("Ctrl-C takes it back")) << inviter.said();
+  ASSERT_TRUE(inviter.Says("Ctrl-C withdraws it")) << inviter.said();
   std::string line;
   for (const std::string& one : testing::LinesOf(inviter.said())) {
     if (one.rfind("tandem://", 0) == 0) line = one;
   }
   EXPECT_EQ(Finding(Lo("--invitation " + line), "inviter").at("verdict"), "ok");
   EXPECT_THAT(Finding(Lo("--invitation " + line), "scene").at("found").get<std::string>(),
-              HasSubstr("as the invitation wants it"));
+              HasSubstr("the invitation's scene"));
   const nlohmann::json other = Finding(Lo("--scene ball_and_socket --invitation " + line), "scene");
   EXPECT_EQ(other.at("verdict"), "bad");
 

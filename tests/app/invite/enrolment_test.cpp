@@ -169,12 +169,13 @@ TEST(Enrolment, ALineIsUsedOnce) {
   }
   EXPECT_THAT(heard, HasSubstr("signed: a request"));
 
-  EXPECT_THAT(WhyNot(inviter.invitation, Kind::kRefused), HasSubstr("is used already"));
+  EXPECT_THAT(WhyNot(inviter.invitation, Kind::kRefused),
+              HasSubstr("has used the invitation already"));
   EXPECT_EQ(inviter.Wait(), End::kUsed);
   EXPECT_EQ(inviter.times_signed(), 1);
   EXPECT_THAT(inviter.told(), HasSubstr("a second time"));
   // and afterwards there is nobody to ask
-  EXPECT_THAT(WhyNot(inviter.invitation, Kind::kUnreachable), HasSubstr("was used or taken back"));
+  EXPECT_THAT(WhyNot(inviter.invitation, Kind::kUnreachable), HasSubstr("was used or withdrawn"));
 }
 
 // each of these lines has a good CHECK: somebody has altered it on purpose
@@ -219,7 +220,8 @@ TEST(Enrolment, AnInvitationEndsInTime) {
   Inviter inviter("gear", 1);
   const Caller idle(inviter.invitation.enrolment.port);
   EXPECT_EQ(inviter.Wait(), End::kExpired);
-  EXPECT_THAT(WhyNot(inviter.invitation, Kind::kUnreachable), HasSubstr("the invitation ended at"));
+  EXPECT_THAT(WhyNot(inviter.invitation, Kind::kUnreachable),
+              HasSubstr("the invitation expired at"));
 }
 
 TEST(Enrolment, AnotherSessionsInviterIsToldFromOurs) {

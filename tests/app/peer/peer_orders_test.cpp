@@ -76,7 +76,7 @@ TEST(PeerOrders, WhatIsNotUnderstoodOrNotThereIsSaid) {
   for (const char* line : {"", "grab", "grab own now", "give own", "release own", "throw own"}) {
     const auto order = room.Order(line);
     ASSERT_FALSE(order) << line;
-    EXPECT_THAT(order.error().what, HasSubstr(std::string(line) + "' is no order"));
+    EXPECT_THAT(order.error().what, HasSubstr(std::string(line) + "' is not a command"));
   }
   EXPECT_THAT(room.Order("grab hose").error().what, HasSubstr("no moving body 'hose'"));
   EXPECT_THAT(room.Order("grab plate").error().what, HasSubstr("no moving body 'plate'"));
@@ -91,7 +91,7 @@ TEST(PeerOrders, AskForAForceLayerOrADisplacementOfWhatIsInHand) {
   ASSERT_TRUE(layer);
   EXPECT_EQ(layer->kind, Command::Kind::kLayer);
   EXPECT_EQ(layer->layer, 2);
-  EXPECT_THAT(AnswerTo(*layer, *room.model), HasSubstr("force layer 2 of what your hand holds"));
+  EXPECT_THAT(AnswerTo(*layer, *room.model), HasSubstr("force layer 2 for the body you hold"));
   EXPECT_THAT(AnswerTo(*layer, *room.model), HasSubstr("force begins 1.45 voxels from surfaces"));
   const auto displace = room.Order("displace -1.5");
   ASSERT_TRUE(displace);
@@ -113,11 +113,11 @@ TEST(PeerOrders, AskForAForceLayerOrADisplacementOfWhatIsInHand) {
   }
   for (const char* word : {"4.1", "-5", "1e400", "nan", "inf", "1mm"}) {
     EXPECT_EQ(room.Order(std::string("displace ") + word).error().what,
-              std::string("displace: expected mm, inwards, from -4.2 to 4 (a voxel), ") + "got '" +
-                  word + "'");
+              std::string("displace: expected millimetres inwards, from -4.2 to 4 (one voxel), ") +
+                  "got '" + word + "'");
   }
-  EXPECT_THAT(room.Order("layer").error().what, HasSubstr("is no order"));
-  EXPECT_THAT(room.Order("displace 1 mm").error().what, HasSubstr("is no order"));
+  EXPECT_THAT(room.Order("layer").error().what, HasSubstr("is not a command"));
+  EXPECT_THAT(room.Order("displace 1 mm").error().what, HasSubstr("is not a command"));
 }
 
 TEST(PeerOrders, WithOtherForceParametersNoSharedBodyIsTaken) {

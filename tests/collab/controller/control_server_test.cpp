@@ -297,8 +297,7 @@ TEST_F(ControlServerTest, MapsADeviceByScaleViewAndClutchWhereOneMovesTheHand) {
 TEST_F(ControlServerTest, GivesToAPeerByNameOrId) {
   EXPECT_EQ(Ask(kWindow, GiveRequest{.peer = "ben"}).reason, "the hand is empty");
   ASSERT_TRUE(Ask(kWindow, GrabRequest{.body = "peg"}).ok);
-  EXPECT_EQ(Ask(kWindow, GiveRequest{.peer = "ben"}).reason,
-            "nobody here who takes part is called 'ben'");
+  EXPECT_EQ(Ask(kWindow, GiveRequest{.peer = "ben"}).reason, "no active peer here is called 'ben'");
   server_.OnPeers({{.id = 0xAB, .name = "ben"}, {.id = 0xCD, .name = "cleo", .active = false}});
   EXPECT_FALSE(Ask(kWindow, GiveRequest{.peer = "cleo"}).ok) << "a viewer holds nothing";
   EXPECT_TRUE(Ask(kWindow, GiveRequest{.peer = "00000000000000ab"}).ok);

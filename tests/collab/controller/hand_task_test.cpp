@@ -71,7 +71,7 @@ TEST_F(HandTaskTest, APartThatIsHeldUpOnItsWayStopsAndSaysSo) {
   const std::optional<HandTask::Ended> ended = Run(10);
   ASSERT_TRUE(ended);
   EXPECT_FALSE(ended->ok);
-  EXPECT_EQ(ended->reason, "peg stopped on its way back: something holds it up");
+  EXPECT_EQ(ended->reason, "peg stopped on its way back: something blocks it");
   EXPECT_EQ(peer_.facts.way_body, 0) << "the rest of the way is kept, for another try";
 }
 
@@ -83,7 +83,7 @@ TEST_F(HandTaskTest, ResetGoesOnUntilNoWayIsLeft) {
   const std::optional<HandTask::Ended> ended = Run(20);
   ASSERT_TRUE(ended);
   EXPECT_TRUE(ended->ok);
-  EXPECT_EQ(ended->reason, "1 ways gone back");
+  EXPECT_EQ(ended->reason, "1 body went back");
 }
 
 TEST_F(HandTaskTest, AGoalEndsAWayBack) {
@@ -104,7 +104,7 @@ TEST_F(HandTaskTest, WhatComesLaterEndsWhatWasAskedBefore) {
   task_.Take(1, {.body = "bolt"}, scene_, now_ns_);
   const std::optional<HandTask::Ended> ended = task_.TakeEnded();
   ASSERT_TRUE(ended);
-  EXPECT_EQ(ended->reason, "something else was asked of the hand meanwhile");
+  EXPECT_EQ(ended->reason, "another request for the hand has replaced this one");
 }
 
 TEST_F(HandTaskTest, NobodysAnswerEndsATakeAfterSevenSeconds) {
@@ -113,7 +113,7 @@ TEST_F(HandTaskTest, NobodysAnswerEndsATakeAfterSevenSeconds) {
   EXPECT_FALSE(Run(6900));
   const std::optional<HandTask::Ended> ended = Run(200);
   ASSERT_TRUE(ended);
-  EXPECT_EQ(ended->reason, "nobody has answered for peg");
+  EXPECT_EQ(ended->reason, "no peer has granted peg");
 }
 
 TEST_F(HandTaskTest, AskingTellsTheOneThatHoldsIt) {
@@ -121,7 +121,7 @@ TEST_F(HandTaskTest, AskingTellsTheOneThatHoldsIt) {
   task_.AskFor(0, scene_, now_ns_);
   Run(5);
   task_.OnNews({HoldingNews::Kind::kRefused, 1, 9},
-               "ben holds peg, and is told that you ask for it", scene_);
+               "ben holds peg, and its user sees that you ask for it", scene_);
   const std::optional<HandTask::Ended> ended = task_.TakeEnded();
   ASSERT_TRUE(ended);
   EXPECT_TRUE(ended->ok);

@@ -56,11 +56,10 @@ TEST(PeerDirectory, TakesInSixteenActivePeersAndAnotherWhenOneHasGone) {
   come(50, Role::kViewer);
   come(17);
   come(18);
-  EXPECT_THAT(
-      directory.TakeNews(),
-      ElementsAre("peer 50 (viewer) joined",
-                  "peer 17 is not taken in: 16 active peers are here, the most there can be",
-                  "peer 18 is not taken in: 16 active peers are here, the most there can be"));
+  EXPECT_THAT(directory.TakeNews(),
+              ElementsAre("peer 50 (viewer) joined",
+                          "peer 17 is not accepted: 16 active peers are here, the maximum",
+                          "peer 18 is not accepted: 16 active peers are here, the maximum"));
   EXPECT_FALSE(directory.changes().TryPop(change)) << "the haptic thread hears nothing of them";
   come(17);
   EXPECT_THAT(directory.TakeNews(), IsEmpty()) << "it is said once";
@@ -68,7 +67,7 @@ TEST(PeerDirectory, TakesInSixteenActivePeersAndAnotherWhenOneHasGone) {
   directory.OnPeerLeft(9);
   come(18);
   come(17);
-  EXPECT_THAT(directory.TakeNews(), ElementsAre("peer 9 left", "peer 18 is taken in now"));
+  EXPECT_THAT(directory.TakeNews(), ElementsAre("peer 9 left", "peer 18 is accepted now"));
   ASSERT_TRUE(directory.changes().TryPop(change));
   EXPECT_EQ(change.peer, 9U);
   ASSERT_TRUE(directory.changes().TryPop(change));

@@ -142,10 +142,9 @@ TEST(PeerDirectory, RefusesOtherScenesAndProtocolsInOneClearLine) {
   newer.name = "Ben";
   newer.protocol = kProtocol + 1;
   directory.OnPeerInfo(newer);
-  EXPECT_THAT(directory.TakeNews(),
-              ElementsAre(HasSubstr("Anna is not taken in: its scene is"),
-                          HasSubstr("Ben is not taken in: it speaks protocol " +
-                                    std::to_string(kProtocol + 1))));
+  EXPECT_THAT(directory.TakeNews(), ElementsAre(HasSubstr("Anna is not accepted: its scene is"),
+                                                HasSubstr("Ben is not accepted: it uses protocol " +
+                                                          std::to_string(kProtocol + 1))));
   MembershipChange change;
   EXPECT_FALSE(directory.changes().TryPop(change));
 }
@@ -181,7 +180,7 @@ TEST(PeerDirectory, KeepsFewOfTenThousandForgedParticipants) {
   EXPECT_EQ(directory.Entries().size(), PeerDirectory::kMost);
   const std::vector<std::string> news = directory.TakeNews();
   EXPECT_EQ(news.size(), PeerDirectory::kMost + 1);
-  EXPECT_THAT(news.back(), HasSubstr("further ones are not taken in"));
+  EXPECT_THAT(news.back(), HasSubstr("this program ignores further ones"));
 }
 
 TEST(PeerDirectory, ForgetsThoseLongestGoneAndLinesThatNobodyTakes) {
@@ -290,8 +289,8 @@ TEST(PeerDirectory, OtherForceTermsAreSaidWheneverTheyChange) {
   std::vector<std::string> news = directory.TakeNews();
   ASSERT_EQ(news.size(), 2U);
   EXPECT_EQ(news[1], info.name +
-                         " goes by other force terms: law constant (here p+dd), "
-                         "stiffness=80 (here the law's own gains), no contact (here contact)");
+                         " uses other force terms: law constant (here p+dd), stiffness=80 (here "
+                         "the law's own gains), no contact (here contact)");
   directory.SetOwnTerms({.law = "p+dd", .gains = {}, .displacement = 0.5e-3});
   news = directory.TakeNews();
   ASSERT_EQ(news.size(), 1U);
@@ -299,7 +298,7 @@ TEST(PeerDirectory, OtherForceTermsAreSaidWheneverTheyChange) {
   info.terms = {.law = "p+dd", .gains = {}, .displacement = 0.5e-3};
   directory.OnPeerInfo(info);
   EXPECT_EQ(directory.TakeNews(),
-            std::vector<std::string>{info.name + " goes by the same force terms as you now"});
+            std::vector<std::string>{info.name + " now uses the same force terms as you"});
 }
 
 TEST(PeerDirectory, WhatIsRefusedIsToldOnceOfEach) {
@@ -313,8 +312,8 @@ TEST(PeerDirectory, WhatIsRefusedIsToldOnceOfEach) {
     directory.TellRefusals(drops);
   }
   EXPECT_EQ(directory.TakeNews(),
-            std::vector<std::string>{Anna().name +
-                                     " claims what others have and have not given away: refused"});
+            std::vector<std::string>{
+                Anna().name + " claims bodies that others have and have not given away: refused"});
 }
 
 TEST(PeerDirectory, AFewSamplesTooManyAreAnAccident) {

@@ -78,7 +78,7 @@ TEST(SceneAgreement, TheWarningSaysWhoPushesHarderFromWhereAndByHowMuch) {
   ForceParameters coarse{.voxel_size = 0.002, .stiffness = LeastContactStiffness(0.002)};
   // 0.45 voxels; 10 N as of ForceParameters.WhoHasTheSmallerVoxelsPushesHarder
   const std::string of_fine = PushWarning(fine, coarse, 0.1, "anna");
-  EXPECT_THAT(of_fine, HasSubstr("anna goes by other force parameters (voxels of 2 mm"));
+  EXPECT_THAT(of_fine, HasSubstr("anna uses other force parameters (voxels of 2 mm"));
   EXPECT_THAT(of_fine, HasSubstr("you push harder; where parts press one another, theirs is "
                                  "pushed back from a gap of 0.90 mm on, yours from 0.45 mm, and "
                                  "up to 10 N a point of contact they feel all of it"));

@@ -106,9 +106,9 @@ TEST(Viewer, SaysOfAnotherProtocolWhichTheTwoAre) {
   PeerInfo info = Named(4, "anna");
   EXPECT_EQ(OtherProtocol(info), "");
   info.protocol = kProtocol + 1;
-  EXPECT_EQ(OtherProtocol(info), "speaks protocol " + std::to_string(kProtocol + 1) +
+  EXPECT_EQ(OtherProtocol(info), "uses protocol " + std::to_string(kProtocol + 1) +
                                      ", this program " + std::to_string(kProtocol) +
-                                     ": bring both to one version");
+                                     ": update both to one version");
 }
 
 TEST(Viewer, BringsTogetherTheBodiesOfSeveralFrames) {
@@ -164,7 +164,8 @@ TEST(ViewerReport, CountsSamplesAndTellsTheirRateAndTheirAge) {
 TEST(Viewer, TakesInWhoComesHoweverManySendFramesAndNeverSayThatTheyAreHere) {
   Viewer viewer;
   viewer.OnPeerInfo(InfoOf(4), 0);
-  for (PeerId peer = 1000; peer < 1000 + 2 * Viewer::kMost; ++peer) viewer.OnView(FrameOf(peer, 0), 1);
+  for (PeerId peer = 1000; peer < 1000 + 2 * Viewer::kMost; ++peer)
+    viewer.OnView(FrameOf(peer, 0), 1);
   viewer.OnPeerInfo(InfoOf(999), 2);
   std::vector<PeerId> introduced;
   for (const ViewedPeer& peer : viewer.Picture().peers) {

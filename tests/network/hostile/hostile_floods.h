@@ -104,7 +104,7 @@ class HostileFloods : public ::testing::Test {
     EXPECT_TRUE(attacker.Says("joined")) << attacker.said();
     // it has no scene
     if (!knows.empty()) {
-      EXPECT_TRUE(victim.Says(knows + " is not taken in")) << victim.said();
+      EXPECT_TRUE(victim.Says(knows + " is not accepted")) << victim.said();
     }
     const std::int64_t before = MemoryAtRest(victim);
     EXPECT_GT(before, 0);

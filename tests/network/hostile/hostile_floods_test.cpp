@@ -43,7 +43,7 @@ TEST_F(HostileFloods, StatesOfInventedBodiesTakeNoMemoryAreCountedAndTold) {
   EXPECT_EQ(anna.Wait(), 0);
   const nlohmann::json drops = Report().at("drops");
   EXPECT_GT(drops.at("flood").get<long>() + drops.at("many_keys").get<long>(), sent_ / 4);
-  EXPECT_THAT(anna.said(), HasSubstr("not heard for a second"));
+  EXPECT_THAT(anna.said(), HasSubstr("ignored for a second"));
 }
 
 // Cyclone's thread "gc" frees what readers did not keep. Where it waits for a core that long,

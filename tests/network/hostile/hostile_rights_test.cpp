@@ -46,7 +46,7 @@ TEST_F(HostileRights, OutsidersOfAPlainSessionTakeNothingAndKeepNobodyOutByOffer
   // as early as that
   EXPECT_TRUE(programs_.at("anna")->Says("dave joined")) << programs_.at("anna")->said();
   EXPECT_EQ(dave->QuitAndWait(), 0) << dave->said();
-  EXPECT_THAT(dave->said(), Not(HasSubstr("which is adopted")));
+  EXPECT_THAT(dave->said(), Not(HasSubstr("this peer adopts them")));
 
   // more of them take all places, and none of those who have one
   ChildPeer second = Attacker("crowd_slowly", "-", 2000);
@@ -54,14 +54,14 @@ TEST_F(HostileRights, OutsidersOfAPlainSessionTakeNothingAndKeepNobodyOutByOffer
   ASSERT_TRUE(programs_.at("anna")->Says("mallory (15)")) << programs_.at("anna")->said();
   const std::unique_ptr<PeerWithOrders> carl = Peer("carl", {});
   EXPECT_EQ(carl->Wait(40), kExitNetwork) << carl->said();
-  EXPECT_THAT(carl->said(), HasSubstr("active peers, the most there can be: look on with"));
+  EXPECT_THAT(carl->said(), HasSubstr("active peers, the maximum: look on with"));
   ExpectNobodyLetGo("crowd");
 
   // anna is alone with one attacker
   for (ChildPeer* attacker : {&others, &crowd, &second, &third}) attacker->Command("end");
   EndAll();
   const std::unique_ptr<PeerWithOrders> eve = Peer("eve", {});
-  EXPECT_TRUE(eve->Says("which is adopted")) << eve->said();
+  EXPECT_TRUE(eve->Says("this peer adopts them")) << eve->said();
   EXPECT_TRUE(eve->Says("is in session")) << eve->said();
   EXPECT_EQ(eve->QuitAndWait(), 0) << eve->said();
 }
@@ -85,12 +85,13 @@ TEST_F(HostileRights, AMemberTakesNothingOutOfAHandAndIsToldOfOnce) {
   ChildPeer dora = Attacker("say_badly_slowly", "dora");
   ASSERT_TRUE(programs_.at("anna")->Says("emil joined")) << emil->said();
   ASSERT_TRUE(dora.Says("attacking"));
-  ASSERT_TRUE(programs_.at("anna")->Says("dora goes by other")) << programs_.at("anna")->said();
+  ASSERT_TRUE(programs_.at("anna")->Says("dora uses other")) << programs_.at("anna")->said();
 
   AttackByAllMeans("carl");
-  EXPECT_EQ(Told("anna", "carl claims what others have and have not given away: refused"), 1)
+  EXPECT_EQ(Told("anna", "carl claims bodies that others have and have not given away: refused"), 1)
       << programs_.at("anna")->said();
-  EXPECT_EQ(Told("anna", "carl claims bodies further ahead"), 1) << programs_.at("anna")->said();
+  EXPECT_EQ(Told("anna", "carl claims bodies with a greater epoch"), 1)
+      << programs_.at("anna")->said();
   EXPECT_EQ(Told("anna", "carl speaks in another's name"), 1) << programs_.at("anna")->said();
 
   for (const char* name : {"anna", "ben"}) {
@@ -138,7 +139,7 @@ TEST_F(HostileRights, WhoComesWithAnothersKeysGoesAndTheFirstKeepsItsPart) {
                   In("keys-anna").string()},
                  In("second"));
   EXPECT_EQ(second.Wait(40), kExitSecurity) << second.said();
-  EXPECT_THAT(second.said(), HasSubstr("these keys are in use in this session already"));
+  EXPECT_THAT(second.said(), HasSubstr("another program in this session already uses these keys"));
   ExpectNobodyLetGo("twin");
 }
 

@@ -66,7 +66,7 @@ TEST(NewsLimiter, AFloodHidesNoLineOfOnesOwn) {
 TEST(NewsLimiter, TheLongestNameThatALineBeginsWithIsWhoItIsAbout) {
   EXPECT_EQ(AboutWhom("anna b joined", {"anna", "anna b", "b"}), "anna b");
   EXPECT_EQ(AboutWhom("annab joined", {"anna"}), "");
-  EXPECT_EQ(AboutWhom("you answer for ball now", {"anna"}), "");
+  EXPECT_EQ(AboutWhom("you are the authority of ball", {"anna"}), "");
 }
 
 }  // namespace

@@ -53,8 +53,11 @@ TEST(PeerTableText, SaysWhatOurOwnFramesGaveUpAndWhatItMeans) {
   table.own_limits = {.travel_limited = 0.004, .over_capacity = 0, .contacts_full = 1};
   const std::vector<std::string> lines = AsLines(table, NameOfPeer);
   ASSERT_EQ(lines.size(), 3U);
-  EXPECT_THAT(lines[1], HasSubstr("in the last second, in 0.4 % of the frames a body was held"));
-  EXPECT_THAT(lines[2], HasSubstr("in 100 % of the frames a pair had more contacts than"));
+  EXPECT_THAT(
+      lines[1],
+      HasSubstr("in the last second, in 0.4 % of the frames the travel limit slowed a body"));
+  EXPECT_THAT(lines[2],
+              HasSubstr("in 100 % of the frames a pair of bodies had more contacts than"));
 }
 
 TEST(PeerTableText, TheReportHasTheSameInMillimetresAndMilliseconds) {

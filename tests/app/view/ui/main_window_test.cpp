@@ -39,7 +39,7 @@ TEST_F(Window, SaysPlainOnlyOfASessionThatSomebodyWasHeardIn) {
   EXPECT_FALSE(dock->text().contains("plain"));
   ASSERT_TRUE(ProcessEventsUntil([&] {
     return window_.page() != nullptr &&
-           window_.page()->text().contains("another name, network, domain or keys?");
+           window_.page()->text().contains("is its name, network, domain or --secure another one?");
   }));
   EXPECT_TRUE(window_.page()->text().contains("\nNobody heard in session"));
   EXPECT_TRUE(Child<QLabel>("status_session")->text().contains("nobody heard"));
@@ -129,9 +129,9 @@ TEST_F(Window, WarnsOfAnotherProtocolAcrossThePicture) {
   info.protocol = kProtocol + 1;
   fake_.inbox->OnPeerInfo(info, 0);
   ASSERT_TRUE(ProcessEventsUntil([&] {
-    return view().warning().contains("Anna speaks protocol");
+    return view().warning().contains("Anna uses protocol");
   }));
-  EXPECT_TRUE(view().warning().contains("bring both to one version"));
+  EXPECT_TRUE(view().warning().contains("update both to one version"));
   fake_.inbox->OnPeerLeft(5);
   EXPECT_TRUE(ProcessEventsUntil([&] {
     return view().warning().isEmpty();

@@ -41,17 +41,16 @@ TEST(ControlWire, KeepsWhatARequestSays) {
       std::get<SetParameterRequest>(ThereAndBack(SetParameterRequest{"hand_force_N", 7}));
   EXPECT_EQ(parameter.name, "hand_force_N");
   EXPECT_EQ(parameter.value, 7);
-  const auto view =
-      std::get<SetViewRequest>(ThereAndBack(SetViewRequest{{0.1, 0.2, 0.3, 0.9}}));
+  const auto view = std::get<SetViewRequest>(ThereAndBack(SetViewRequest{{0.1, 0.2, 0.3, 0.9}}));
   EXPECT_EQ(view.q_WV, (std::array{0.1, 0.2, 0.3, 0.9}));
 }
 
 TEST(ControlWire, EveryRequestHasAKindOfItsOwn) {
   const std::vector<ControlRequest> all{
-      LoadSceneRequest{},     LoadMeshRequest{}, VoxelizeRequest{}, GrabRequest{},
-      ReleaseRequest{},       GiveRequest{},     AskForRequest{},   SetParameterRequest{},
-      SetClearanceRequest{},  SaveRequest{},     RetraceRequest{},  SnapshotRateRequest{},
-      EmergencyStopRequest{}, ResumeRequest{},   QuitRequest{},    SetViewRequest{},
+      LoadSceneRequest{},       LoadMeshRequest{}, VoxelizeRequest{}, GrabRequest{},
+      ReleaseRequest{},         GiveRequest{},     AskForRequest{},   SetParameterRequest{},
+      SetClearanceRequest{},    SaveRequest{},     RetraceRequest{},  SnapshotRateRequest{},
+      EmergencyStopRequest{},   ResumeRequest{},   QuitRequest{},     SetViewRequest{},
       MeasureDistancesRequest{}};
   ASSERT_EQ(all.size(), std::variant_size_v<ControlRequest>);
   for (const ControlRequest& request : all) {
@@ -126,7 +125,9 @@ TEST(ControlWire, NamesOfASnapshotAreThoseOfItsScene) {
 
 TEST(ControlWire, TextHasNothingThatATerminalActsOn) {
   // a control of C1, a mark of direction, a byte that is no UTF-8
-  EXPECT_EQ(TextFromWire("\xC2\x9B" "31m\xE2\x80\xAE\xff"), "?31m??");
+  EXPECT_EQ(TextFromWire("\xC2\x9B"
+                         "31m\xE2\x80\xAE\xff"),
+            "?31m??");
   EXPECT_EQ(TextFromWire("m\xC3\xBCller\n"), "m\xC3\xBCller?");
 }
 

@@ -137,7 +137,7 @@ TEST(SessionModel, SaysOfASessionThatNobodyWasHeardInWhichOthersThereAre) {
   }));
   others.clear();  // and it has ended
   ASSERT_TRUE(ProcessEventsUntil([&] {
-    return session.nobody_heard().contains("another name, network, domain or keys?");
+    return session.nobody_heard().contains("is its name, network, domain or --secure another one?");
   }));
   int changes = 0;
   QObject::connect(&session, &SessionModel::StateChanged, [&] {

@@ -78,7 +78,7 @@ TEST(InviteDialog, OfASecuredSessionAsksWhomAndForTheSessionsKeys) {
   dialog.findChild<QPushButton*>("invite_make")->click();
   auto* state = dialog.findChild<QLabel*>("invite_state");
   EXPECT_TRUE(ProcessEventsUntil([&] {
-    return state->text().contains("makes no members");
+    return state->text().contains("cannot make members");
   })) << state->text().toStdString();
 }
 
