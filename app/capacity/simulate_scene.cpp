@@ -28,7 +28,7 @@ Result<nlohmann::ordered_json> SimulateScene(const std::string& name, double mos
     seconds = std::max(seconds, script->duration());
     const int object = scene->BodyNamed(hand.body);
     const int body = model->body_index[static_cast<std::size_t>(object)];
-    if (body < 0) return Error{hand.body + " is fixed: no hand can hold it"};
+    if (body < 0) return Error{hand.body + " is fixed, so no hand can hold it"};
     NodeOptions options;
     options.peer.id = session.size() + 1;
     options.peer.held_object = object;
@@ -40,7 +40,7 @@ Result<nlohmann::ordered_json> SimulateScene(const std::string& name, double mos
         *script, model->bodies[static_cast<std::size_t>(body)].X_WB0);
     session.Add(std::make_unique<PeerNode>(model, std::move(device), 1, options), options.peer.id);
   }
-  if (session.size() == 0) return Error{scene->name + " has no hands"};
+  if (session.size() == 0) return Error{scene->name + ": the scene has no hands"};
 
   seconds = std::min(seconds, most_seconds);
   LoopClock& clock = MachineClock();

@@ -52,7 +52,7 @@ nlohmann::ordered_json ListScenes(bool as_json) {
                       {"unused_s", SecondsSince(scene.used)},
                       {"whole", scene.whole}});
     if (as_json) continue;
-    std::printf("%10s  used %.0f h ago  %s in %s\n", Megabytes(scene.bytes).c_str(),
+    std::printf("%10s  last used %.0f h ago  %s in %s\n", Megabytes(scene.bytes).c_str(),
                 SecondsSince(scene.used) / 3600,
                 (scene.whole ? "scene " + name : std::string("a part of a scene")).c_str(),
                 scene.folder.c_str());
@@ -69,7 +69,7 @@ int ListCache(const VoxelCache& cache, bool as_json) {
                      {"bytes", file.bytes},
                      {"unused_s", SecondsSince(file.used)}});
     if (as_json) continue;
-    std::printf("%10s  used %.0f h ago  %s\n", Megabytes(file.bytes).c_str(),
+    std::printf("%10s  last used %.0f h ago  %s\n", Megabytes(file.bytes).c_str(),
                 SecondsSince(file.used) / 3600, file.file.filename().c_str());
   }
   if (as_json) {
@@ -81,7 +81,7 @@ int ListCache(const VoxelCache& cache, bool as_json) {
     std::printf("%s\n", JsonText(out, 2).c_str());
   } else {
     ListScenes(false);
-    std::printf("%s in %s, of %s at most, in %s\n", Megabytes(sum).c_str(),
+    std::printf("%s in %s, at most %s, in %s\n", Megabytes(sum).c_str(),
                 Counted(files.size(), "file").c_str(), Megabytes(cache.most_bytes()).c_str(),
                 cache.folder().c_str());
   }
@@ -104,7 +104,7 @@ int VerifyCache(const VoxelCache& cache, bool as_json) {
   } else {
     std::printf("%s, %zu of them damaged or of another version%s\n",
                 Counted(files.size(), "file").c_str(), faults.size(),
-                faults.empty() ? "" : "; they are made anew when they are asked for");
+                faults.empty() ? "" : "; programs make them again when they need them");
   }
   return faults.empty() ? kExitOk : kExitFailed;
 }
@@ -131,7 +131,7 @@ int ClearCache(const VoxelCache& cache, bool as_json) {
 void AddCacheCommand(CLI::App& app, int& exit_code) {
   CLI::App* command = app.add_subcommand(
       "cache",
-      "Show, check or empty the folder of voxelized meshes and of scenes fetched from sessions");
+      "Show, check or empty the cache of voxelized meshes and of scenes fetched from sessions");
   command->require_subcommand(1);
   const auto as_json = std::make_shared<bool>(false);
   const auto add = [&](const std::string& name, const std::string& what,
@@ -146,8 +146,8 @@ void AddCacheCommand(CLI::App& app, int& exit_code) {
               : Fail(kExitFile, "there is no cache: TANDEM_CACHE is empty, or HOME is not set");
     });
   };
-  add("list", "Show its files and fetched scenes, the last used first", ListCache);
-  add("verify", "Read all files, and tell which are damaged", VerifyCache);
+  add("list", "List its files and fetched scenes, the last used first", ListCache);
+  add("verify", "Read all files and report damaged ones", VerifyCache);
   add("clear", "Remove all files and fetched scenes", ClearCache);
 }
 

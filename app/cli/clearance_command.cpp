@@ -42,27 +42,28 @@ std::string NameOfOther(const WorldModel& model, const NearestPlace& nearest) {
 
 std::string DescribePath(const HandRoom& room, const std::string& body, const std::string& other) {
   const NearestPlace& nearest = room.nearest;
-  if (!std::isfinite(nearest.distance)) return body + ": there is no other body to come near to";
+  if (!std::isfinite(nearest.distance)) return body + ": the scene has no other body";
   char place[120];
   std::snprintf(place, sizeof place, ", %.3f s from the start, at (%.6g, %.6g, %.6g) m", room.at_s,
                 nearest.p_W.x(), nearest.p_W.y(), nearest.p_W.z());
   if (!room.crosses) {
-    return body + "-" + other + ": the surfaces meet" + place + "; how deep is not judged";
+    return body + "-" + other + ": the surfaces touch" + place + "; the depth is not judged";
   }
   if (*room.crosses) {
-    return body + "-" + other + ": they cross by " + AsMillimetres(-nearest.distance) + place;
+    return body + "-" + other + ": the surfaces cross by " + AsMillimetres(-nearest.distance) +
+           place;
   }
-  return body + "-" + other + ": " + AsMillimetres(nearest.distance) + " apart at the nearest" +
+  return body + "-" + other + ": " + AsMillimetres(nearest.distance) + " is the least distance" +
          place;
 }
 
 std::string DescribeClearance(const HandRoom& room) {
-  if (!room.contact) return "bodies were not solid, so that no clearance was tried";
+  if (!room.contact) return "the bodies were not solid, so no clearance was tried";
   if (!room.passes_with && !room.crosses) {
-    return "no clearance was tried, for how deep surfaces meet is not judged";
+    return "no clearance was tried, because the depth where surfaces touch is not judged";
   }
   if (!room.passes_with) {
-    return "the same hand passes with no clearance: surfaces cross already on the recorded path";
+    return "the same hand passes with no clearance: surfaces already cross on the recorded path";
   }
   const std::string kept = std::isfinite(*room.kept)
                                ? "; its path then keeps " + AsMillimetres(*room.kept)
@@ -112,7 +113,8 @@ int RunClearance(const ClearanceArguments& arguments) {
         Say("with " + AsMillimetres(clearance) + " it " + (passes ? "passes" : "does not pass"));
       });
   if (!room) return Fail(kExitFailed, room.error().what);
-  if (room->torn) Say("the recording is torn off after its last whole frame");
+  if (room->torn)
+    Say("the recording is incomplete: it ends within a frame, and the frames before count");
   const std::string body = (*model)->bodies[room->nearest.body].name;
   const std::string other = NameOfOther(**model, room->nearest);
   if (arguments.json) {
@@ -129,26 +131,25 @@ int RunClearance(const ClearanceArguments& arguments) {
 void AddClearanceCommand(CLI::App& app, int& exit_code) {
   auto arguments = std::make_shared<ClearanceArguments>();
   CLI::App* command = app.add_subcommand(
-      "clearance", "Measure how much room the hand of a recording had, by exact surfaces");
+      "clearance", "Measure from a recording how much room the hand had, by exact surfaces");
   command->add_option("FILE", arguments->file, "recording of 'tandem peer --record'")->required();
-  command->add_option("--scene", arguments->scene, "where the scene is now, if it was moved");
+  command->add_option("--scene", arguments->scene,
+                      "folder or file of the scene, if it was moved since the recording");
   command->add_flag("--adopt-any", arguments->adopt_any,
-                    "take the recorded voxel size also where it differs from the scene file's by "
-                    "more than a factor of 4");
+                    "use the recorded voxel size even if it differs from the scene file's by more "
+                    "than a factor of 4");
   command->add_flag("--json", arguments->json, "print the result as one JSON object");
   command->footer(
-      "Two figures: the least distance between the part in hand and all other bodies, of every\n"
-      "recorded frame, below 0 by their depth where surfaces cross; and the greatest clearance "
-      "with\n"
-      "which the same hand still passes, by some ten replays with force that begins so much "
-      "farther\n"
-      "from surfaces. The answer is 'at least' where it is a voxel, the most that can be tried.\n"
-      "A hand passes with a clearance if the part ends where it ended and has kept the clearance.\n"
-      "A part that is out ends anywhere out, any other within a voxel or 2 mm, the greater. It "
-      "keeps\n"
-      "the clearance if its exact surface never comes nearer to another than that less 0.05 "
-      "voxel:\n"
-      "contact gives way in a narrow passage, so that a part comes out of it with any clearance.");
+      "The command prints two figures. The first is the least distance between the part in hand "
+      "and all\nother bodies in all recorded frames; where surfaces cross, it is below 0 by their "
+      "depth. The second\nis the greatest clearance with which the same hand still passes. About "
+      "ten replays find it, in\nwhich force begins that much farther from surfaces. The greatest "
+      "clearance that can be tried is a\nvoxel: then the answer is 'at least'.\nA hand passes with "
+      "a clearance if the part ends where it ended and has kept the clearance. A part\nthat is out "
+      "may end anywhere out; any other part ends within a voxel or 2 mm, the greater of the\ntwo. "
+      "A part keeps the clearance if its exact surface never comes nearer to another than "
+      "the\nclearance less 0.05 voxel. Without this rule a part would pass with any clearance, "
+      "because contact\ngives way in a narrow passage.");
   command->callback([arguments, &exit_code] {
     exit_code = RunClearance(*arguments);
   });

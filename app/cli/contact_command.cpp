@@ -166,15 +166,15 @@ int RunContact(const ContactArguments& arguments) {
   if (!fault.empty()) return Fail(kExitUsage, "--force-layer: " + fault);
   if (arguments.spacing > arguments.voxel) {
     return Fail(kExitUsage,
-                "--spacing: points farther apart than voxels miss contacts: at most "
-                "--voxel is wanted");
+                "--spacing: expected at most the size of --voxel, because points farther apart "
+                "miss contacts");
   }
   Result<std::vector<FilePose>> all_poses = ReadPosesFile(arguments.poses);
   if (!all_poses) return Fail(kExitFile, all_poses.error().what);
   const std::vector<FilePose> poses = PosesOfPair(std::move(*all_poses), arguments);
   if (poses.empty()) {
-    return Fail(kExitFile, arguments.poses + ": has no pose of " + Basename(arguments.moving) +
-                               " in " + Basename(arguments.fixed));
+    return Fail(kExitFile, arguments.poses + ": the file has no pose of " +
+                               Basename(arguments.moving) + " in " + Basename(arguments.fixed));
   }
   const ImportOptions import{.scale = arguments.scale};
   const Result<TriangleMesh> fixed = ImportMesh(arguments.fixed, import);
@@ -191,7 +191,8 @@ int RunContact(const ContactArguments& arguments) {
     for (const FilePose& pose : poses) {
       if (arguments.csv) PrintRow(pose.row, PoseReading{});
     }
-    Say("0 of " + Counted(poses.size(), "pose") + " touch: the parts stay out of range");
+    Say("0 of " + Counted(poses.size(), "pose") +
+        " touch: the parts are out of range of one another");
     return kExitOk;
   }
   const Pose X_MB{Quat::Identity(), ComputeMassProperties(*moving).p_MBo};
@@ -214,37 +215,39 @@ int RunContact(const ContactArguments& arguments) {
 
 void AddContactCommand(CLI::App& app, int& exit_code) {
   auto arguments = std::make_shared<ContactArguments>();
-  CLI::App* command = app.add_subcommand("contact", "Test a part against another at given poses");
-  command->add_option("--static", arguments->fixed, "mesh file that gives the voxels")->required();
-  command->add_option("--dynamic", arguments->moving, "mesh file that gives the points")
+  CLI::App* command =
+      app.add_subcommand("contact", "Compute the contact of a part with another at given poses");
+  command->add_option("--static", arguments->fixed, "mesh file that is voxelized")->required();
+  command->add_option("--dynamic", arguments->moving, "mesh file that gives the surface points")
       ->required();
-  command->add_option("--voxel", arguments->voxel, "voxel size in metres")
+  command->add_option("--voxel", arguments->voxel, "voxel size, m")
       ->required()
       ->check(NumberFrom(kLeastVoxel, kLargestVoxel));
   command
       ->add_option("--spacing", arguments->spacing,
-                   "point spacing in metres, at most the voxel; default: the voxel")
+                   "point spacing, m, at most the voxel size; default: the voxel size")
       ->check(NumberFrom(kLeastVoxel, kLargestVoxel));
-  command->add_option("--poses", arguments->poses, "CSV file of poses of the moving part")
+  command->add_option("--poses", arguments->poses, "CSV file with poses of the part of --dynamic")
       ->required();
   command->add_option("--scale", arguments->scale, kScaleHelp)
       ->check(NumberFrom(kLeastScale, kLargestScale));
   command
-      ->add_option("--force-layer", arguments->force_layer,
-                   "layer that first pushes; default: 1 refined, 2 plain")
+      ->add_option(
+          "--force-layer", arguments->force_layer,
+          "first layer of voxels that pushes; default: 1 with refined contact, 2 with plain")
       ->check(WholeNumberFrom(0, kDefaultRange - 2));
   command
       ->add_option("--contact", arguments->contact,
-                   "how contact is modelled: refined, or the paper's plain")
+                   "contact model: refined, or plain as in the paper")
       ->check(OneOf({"refined", "plain"}))
       ->capture_default_str();
-  command->add_flag("--csv", arguments->csv, "print one line a pose");
+  command->add_flag("--csv", arguments->csv, "print one line for each pose");
   command->footer(
-      "A poses file is CSV with a header that names at least "
-      "fixed,moving,tx,ty,tz,ax,ay,az,angle_deg: the\nnames of the two mesh files; where the "
-      "moving file's frame stands in the fixed one's, in units of\n--scale, else in metres; the "
-      "axis and angle of its turn. Rows of other files are left out.\n'tandem proximity' reads "
-      "the same but needs no column fixed.");
+      "A poses file is CSV. Its header names at least fixed,moving,tx,ty,tz,ax,ay,az,angle_deg. "
+      "These are the\nnames of the two mesh files; the place of the moving file's frame in the "
+      "fixed one's, in units of\n--scale, else in metres; and the axis and angle of its rotation. "
+      "Rows of other files are ignored.\n'tandem proximity' reads the same files and needs no "
+      "column fixed.");
   command->callback([arguments, &exit_code] {
     if (arguments->contact == "plain") arguments->model = ContactModel::kPlain;
     if (arguments->force_layer < 0) arguments->force_layer = DefaultForceLayer(arguments->model);

@@ -79,7 +79,7 @@ std::string WhyNoDemo(const Scene& scene) {
   const std::string& body = scene.hands[0].body;
   if (scene.bodies[static_cast<std::size_t>(scene.BodyNamed(body))].shared) return {};
   return scene.file.string() + ": the demo's two hands hold one body together: give '" + body +
-         "' \"sharing\": \"shared\"";
+         "' the key \"sharing\": \"shared\"";
 }
 
 bool HasDisplay() {
@@ -137,7 +137,7 @@ std::vector<std::string> ViewerCommand(const DemoArguments& arguments, const std
 Result<ordered_json> ReadJson(const std::filesystem::path& file) {
   std::ifstream stream(file);
   ordered_json json = ordered_json::parse(stream, nullptr, false);
-  if (json.is_discarded()) return Error{file.string() + ": holds no report"};
+  if (json.is_discarded()) return Error{file.string() + ": the file holds no report"};
   return json;
 }
 
@@ -269,7 +269,7 @@ void Tell(const ordered_json& json) {
         100 * number(peer.at("contact_share")), number(peer.at("peak_force_N")));
   }
   std::printf(
-      "delay %.0f ms injected, %.1f ms measured; the two instances parted by up to %.1f mm, "
+      "delay %.0f ms injected, %.1f ms measured; distance between the two instances up to %.1f mm, "
       "%.2f mm at the end\n",
       number(json.at("delay_ms").at("injected")), number(json.at("delay_ms").at("measured")),
       number(json.at("divergence_mm").at("peak")), number(json.at("divergence_mm").at("last")));
@@ -290,8 +290,8 @@ int SetLength(const Scene& scene, DemoArguments& arguments) {
   char text[200];
   if (least > kMostSeconds) {
     std::snprintf(text, sizeof text,
-                  ": its hands need a run of %.0f s at this delay, and the demo's longest takes "
-                  "%.0f s: shorten their scripts",
+                  ": its hands need a run of %.0f s at this delay, but the longest demo takes %.0f "
+                  "s: shorten their scripts",
                   least, kMostSeconds);
     return Fail(kExitFile, scene.file.string() + text);
   }
@@ -299,8 +299,7 @@ int SetLength(const Scene& scene, DemoArguments& arguments) {
     arguments.seconds = std::clamp(*needed, kLeastDemoSeconds, kMostSeconds);
   if (arguments.seconds >= least) return kExitOk;
   std::snprintf(text, sizeof text,
-                "--seconds %g: too short to tell whether it is stable: give %.0f or more, or leave "
-                "it out",
+                "--seconds %g: too short to judge stability: give %.0f or more, or leave it out",
                 arguments.seconds, least);
   return Fail(kExitUsage, text);
 }
@@ -310,12 +309,12 @@ int RunDemo(DemoArguments& arguments) {
   if (!scene) return Fail(kExitFile, scene.error().what);
   if (const std::string why = WhyNoDemo(*scene); !why.empty()) return Fail(kExitFile, why);
   if (!arguments.screenshot.empty() && arguments.headless) {
-    return Fail(kExitUsage, "--screenshot is of the window, which --headless leaves out");
+    return Fail(kExitUsage, "--screenshot needs the window, and --headless opens none");
   }
   if (!arguments.screenshot.empty() && !HasDisplay()) {
     return Fail(kExitDisplay,
-                "--screenshot: there is no display, and so no window to take a picture of; "
-                "'xvfb-run -a ./tandem demo --screenshot FILE' gives it one");
+                "--screenshot needs a display, and there is none: run 'xvfb-run -a ./tandem demo "
+                "--screenshot FILE'");
   }
   if (const int failed = SetLength(*scene, arguments); failed != kExitOk) return failed;
   const Result<std::vector<ProximityBody>> bodies = LoadProximityBodies(*scene);
@@ -348,31 +347,32 @@ int RunDemo(DemoArguments& arguments) {
 
 void AddDemoCommand(CLI::App& app, int& exit_code) {
   auto arguments = std::make_shared<DemoArguments>();
-  CLI::App* command = app.add_subcommand(
-      "demo", "Two peers and a viewer on this machine: hold one part together and work it out");
+  CLI::App* command = app.add_subcommand("demo",
+                                         "Run two peers and a viewer on this machine: two hands "
+                                         "hold one part and take it out together");
   command->add_option("--scene", arguments->scene,
-                      "scene by name, or a file of your own with two hands on one shared body");
+                      "name of a scene, or a scene file with two hands on one shared body");
   command
       ->add_option("--seconds", arguments->seconds,
-                   "length of the run; default: as long as the scene's hands need")
+                   "length of the run, s; default: as long as the scene's hands need")
       ->check(NumberFrom(kLeastDemoSeconds, kMostSeconds));
-  command->add_option("--delay-ms", arguments->delay_ms, "delay injected each way")
+  command->add_option("--delay-ms", arguments->delay_ms, "delay injected each way, ms")
       ->check(NumberFrom(0, 2000));
-  command->add_option("--jitter-ms", arguments->jitter_ms, "up to so much more, at random")
+  command->add_option("--jitter-ms", arguments->jitter_ms, "greatest further delay, at random, ms")
       ->check(NumberFrom(0, 1000));
   command->add_option("--loss", arguments->loss, "share of samples lost, 0 to 1")
       ->check(NumberFrom(0, 1));
-  command->add_option("--seed", arguments->seed, "of jitter and loss")
+  command->add_option("--seed", arguments->seed, "random seed of jitter and loss")
       ->check(WholeNumberFrom(0, kLargestSeed));
-  command->add_option("--law", arguments->law, "how stiffness follows delay")
+  command->add_option("--law", arguments->law, "coupling law: how stiffness follows delay")
       ->check(OneOf({"p+dd", "p+d", "linear", "pdopt"}))
       ->capture_default_str();
   command->add_option("--screenshot", arguments->screenshot,
-                      "picture of the viewer's window (PNG)");
-  command->add_flag("--headless", arguments->headless, "no window even where there is a display");
+                      "picture file of the viewer's window (PNG)");
+  command->add_flag("--headless", arguments->headless, "open no window even if there is a display");
   command->add_flag("--json", arguments->json, "print one JSON object");
   command->add_flag("--no-contact", arguments->no_contact,
-                    "the part passes through everything: for comparison only");
+                    "switch contact off, for comparison: the part passes through everything");
   command->callback([arguments, &exit_code] {
     exit_code = RunDemo(*arguments);
   });

@@ -89,7 +89,7 @@ std::vector<ListedDevice> Listed(const std::string& driver, std::optional<int> c
                                  const std::string& answer) {
   const auto fault = [&driver](const std::string& what) {
     return std::vector<ListedDevice>{
-        {.name = driver, .missing = what, .mend = "report this to whoever made the driver"}};
+        {.name = driver, .missing = what, .mend = "report this to the author of the driver"}};
   };
   if (!code) return fault("the driver did not answer within 5 s");
   if (*code != kExitOk) return fault("the driver ended with exit code " + std::to_string(*code));
@@ -113,8 +113,10 @@ std::vector<ListedDevice> Listed(const std::string& driver, std::optional<int> c
 int ListDevices(const DevicesArguments& arguments) {
   DeviceAnswer names({"--drivers"});
   if (names.Wait(kListing) != kExitOk) {
-    return Fail(kExitDevice, "tandem-device, which knows the drivers, does not run: is it beside " +
-                                 (ProgramFolder() / "tandem").string() + "?");
+    return Fail(
+        kExitDevice,
+        "cannot run tandem-device, which knows the drivers: is it in the folder of this program " +
+            (ProgramFolder() / "tandem").string() + "?");
   }
   // all drivers at once, because each may take seconds
   std::vector<std::pair<std::string, std::unique_ptr<DeviceAnswer>>> answers;
@@ -145,7 +147,7 @@ int ListDevices(const DevicesArguments& arguments) {
     std::printf("%s\n", JsonText(nlohmann::ordered_json{{"devices", out}}, 2).c_str());
   } else {
     std::printf(
-        "\ntandem peer --device NAME[:OPTIONS] takes one in hand; docs/devices.md has the "
+        "\ntandem peer --device NAME[:OPTIONS] uses one of them; docs/devices.md explains the "
         "options.\n");
   }
   return kExitOk;
@@ -169,8 +171,8 @@ int TryOne(const DevicesArguments& arguments) {
     return kExitOk;
   }
   const nlohmann::json seen = nlohmann::json::parse(answer.text(), nullptr, false);
-  if (!seen.is_object()) return Fail(kExitDevice, "the trial's answer cannot be read");
-  std::printf("%s: measures %d degrees of freedom, drives %d; %g N at the most\n",
+  if (!seen.is_object()) return Fail(kExitDevice, "the answer of tandem-device cannot be read");
+  std::printf("%s: measures %d degrees of freedom, drives %d; peak force %g N\n",
               arguments.tried.c_str(), seen.at("freedoms_in").get<int>(),
               seen.at("freedoms_out").get<int>(), seen.at("peak_force_N").get<double>());
   std::printf("  moved %.1f mm, turned %.1f degrees; buttons: clutch %s, stop %s\n",
@@ -193,13 +195,12 @@ int TryOne(const DevicesArguments& arguments) {
 void AddDevicesCommand(CLI::App& app, int& exit_code) {
   auto arguments = std::make_shared<DevicesArguments>();
   CLI::App* command = app.add_subcommand(
-      "devices", "List the devices that are there, what is missing for others, and what mends it");
-  command->add_flag("--all", arguments->all, "list what is for tests, too");
-  CLI::Option* tried =
-      command->add_option("--try", arguments->tried,
-                          "read the device NAME[:OPTIONS] for a while without force, and tell what "
-                          "it does");
-  command->add_option("--seconds", arguments->seconds, "how long --try takes")
+      "devices", "List the devices of this machine, what others lack, and the remedy");
+  command->add_flag("--all", arguments->all, "list drivers for tests too");
+  CLI::Option* tried = command->add_option(
+      "--try", arguments->tried,
+      "read the device NAME[:OPTIONS] for a while without force, and print what it does");
+  command->add_option("--seconds", arguments->seconds, "duration of --try, s")
       ->check(NumberFrom(0, 3600))
       ->needs(tried)
       ->capture_default_str();

@@ -134,7 +134,7 @@ int RunWindow(const std::vector<std::string>& words, const HandRequest& hand, bo
                                                    : ""));
     }
     Say("the window was ended by signal " + signal + "; its controller goes on, and a new window " +
-        "takes it up");
+        "attaches to it");
     now = take_up;
     now.insert(now.end(), {"--name", hand.name});
   }
@@ -177,12 +177,13 @@ int JoinWhat(TakePartArguments& arguments, const CLI::App& given) {
   if (!IsInvitationLine(arguments.hand.session)) {
     for (const char* option : {"--hold", "--keys-to", "--only-keys", "--accept-scene", "--json"}) {
       if (given.count(option) == 0) continue;
-      return Fail(kExitUsage, std::string(option) +
-                                  ": goes with an invitation, which begins with "
-                                  "tandem:// (tandem join --help)");
+      return Fail(
+          kExitUsage,
+          std::string(option) +
+              ": applies to an invitation, which begins with tandem:// (tandem join --help)");
     }
     if (arguments.hand.session.size() > kMaxSessionName) {
-      return Fail(kExitUsage, "session: the session's name is too long (tandem join --help)");
+      return Fail(kExitUsage, "session: the name is too long (tandem join --help)");
     }
     arguments.hand.further.insert(arguments.hand.further.end(), line.further.begin(),
                                   line.further.end());
@@ -191,7 +192,7 @@ int JoinWhat(TakePartArguments& arguments, const CLI::App& given) {
   for (const char* option : {"--domain", "--peer-options"}) {
     if (given.count(option) == 0) continue;
     return Fail(kExitUsage, std::string(option) +
-                                ": an invitation says the domain, and options of tandem peer come "
+                                ": the invitation gives the domain; put options of tandem peer "
                                 "after -- (tandem join --help)");
   }
   line.line = arguments.hand.session;
@@ -206,11 +207,11 @@ int JoinWhat(TakePartArguments& arguments, const CLI::App& given) {
 void AddCommon(CLI::App& command, TakePartArguments& arguments) {
   const char* user = std::getenv("USER");  // NOLINT(concurrency-mt-unsafe)
   arguments.hand.name = user != nullptr && *user != '\0' ? user : "user";
-  command.add_option("--name", arguments.hand.name, "how others see you")->capture_default_str();
+  command.add_option("--name", arguments.hand.name, "name that others see")->capture_default_str();
   command.add_option("--device", arguments.hand.device,
-                     "device that moves the hand, as of tandem peer; default: the mouse");
+                     "device that moves the hand, as for tandem peer; default: the mouse");
   command.add_option("--peer-options", arguments.peer_options,
-                     "further options of the controller (tandem peer --help), in one text");
+                     "further options of the controller (see tandem peer --help), in one text");
   AddReachOptions(command, arguments.reach);
 }
 
@@ -219,14 +220,16 @@ void AddCommon(CLI::App& command, TakePartArguments& arguments) {
 void AddOpenCommands(CLI::App& app, int& exit_code) {
   auto open = std::make_shared<TakePartArguments>();
   CLI::App* command = app.add_subcommand(
-      "open", "Open a scene in a window and move its parts by mouse, alone or with others");
-  command->add_option("scene", open->hand.scene, "scene by name, or a scene file")->required();
-  AddSessionOption(*command, open->hand.session,
-                   "session that others can join; default: one of this machine alone");
+      "open", "Open a scene in a window and move its parts with the mouse, alone or with others");
+  command->add_option("scene", open->hand.scene, "name of a scene, or a scene file")->required();
+  AddSessionOption(
+      *command, open->hand.session,
+      "name of a session that others can join; default: a session on this machine alone");
   AddCommon(*command, *open);
-  CLI::Option* headless = command->add_flag("--headless", open->headless,
-                                            "no window: print what it would show first, then end");
-  command->add_flag("--json", open->json, "with --headless: as one JSON document")->needs(headless);
+  CLI::Option* headless = command->add_flag(
+      "--headless", open->headless, "open no window: print the first picture as text, then end");
+  command->add_flag("--json", open->json, "with --headless: print one JSON document")
+      ->needs(headless);
   command->callback([open, &exit_code] {
     exit_code = RunOpen(*open);
   });
@@ -234,29 +237,29 @@ void AddOpenCommands(CLI::App& app, int& exit_code) {
   auto join = std::make_shared<TakePartArguments>();
   JoinLineArguments& line = join->line;
   CLI::App* other = app.add_subcommand(
-      "join", "Take part in a session: in a window by its name, or here by an invitation");
+      "join", "Join a session: in a window by its name, or here by an invitation");
   other
       ->add_option("session", join->hand.session,
-                   "name of the session, or the line that 'tandem invite' printed")
+                   "name of a session, or the line that 'tandem invite' printed")
       ->required();
   other->add_option("options", line.further, "after --: further options of tandem peer");
   other->add_option(
       "--scene", join->hand.scene,
-      "scene by name, or a scene file; default: the session's, found on this machine");
-  other->add_option("--role", join->role, "active: takes parts in hand; viewer: looks on")
+      "name of a scene, or a scene file; default: the session's scene, found on this machine");
+  other->add_option("--role", join->role, "active: take parts in hand; viewer: look on")
       ->check(OneOf({"active", "viewer"}))
       ->capture_default_str();
   AddCommon(*other, *join);
-  other->add_option("--hold", line.hold, "by an invitation: body to take in hand");
+  other->add_option("--hold", line.hold, "with an invitation: body to take in hand");
   other->add_flag("--accept-scene", line.accept_scene,
-                  "by an invitation: fetch the session's scene from a peer without asking");
+                  "with an invitation: fetch the session's scene from a peer without asking");
   other->add_option(
       "--keys-to", line.keys_to,
-      "by an invitation: new folder for your keys; default: in ~/.local/share/tandem");
-  other->add_flag("--only-keys", line.only_keys, "by an invitation: get the keys, then end");
+      "with an invitation: new folder for your keys; default: in ~/.local/share/tandem");
+  other->add_flag("--only-keys", line.only_keys, "with an invitation: get the keys, then end");
   other->add_flag(
       "--json", line.json,
-      "by an invitation: print one JSON object when you are in the session, or have keys");
+      "with an invitation: print one JSON object once you are in the session or have keys");
   other->callback([join, other, &exit_code] {
     exit_code = JoinWhat(*join, *other);
   });

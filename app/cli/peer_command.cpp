@@ -11,7 +11,7 @@ void AddPeerCommand(CLI::App& app, int& exit_code) {
   auto arguments = std::make_shared<PeerArguments>();
   arguments->name = "peer-" + std::to_string(getpid());
   CLI::App* command = app.add_subcommand(
-      "peer", "Take part in a session: simulation, device and network, no window");
+      "peer", "Join a session as a peer with simulation and device, without a window");
   AddPeerOptions(*command, *arguments);
   command->callback([arguments, &exit_code] {
     exit_code = RunPeer(*arguments);

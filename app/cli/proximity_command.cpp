@@ -81,7 +81,7 @@ Result<std::vector<Question>> QuestionsOfFile(const Scene& scene, const std::str
     questions.push_back(
         {pose.row, whole, Pose{pose.X_WM.q, scale * pose.X_WM.p} * of.X_WM.Inverse()});
   }
-  if (questions.empty()) return Error{file + ": has no pose"};
+  if (questions.empty()) return Error{file + ": the file has no pose"};
   return questions;
 }
 
@@ -196,9 +196,11 @@ int RunProximity(const ProximityArguments& arguments) {
       arguments.poses.empty() ? QuestionsOfScene(*scene)
                               : QuestionsOfFile(*scene, arguments.poses, arguments.scale);
   if (!questions) return Fail(kExitFile, questions.error().what);
-  if (questions->empty()) return Fail(kExitFile, arguments.scene + ": no body can move");
+  if (questions->empty())
+    return Fail(kExitFile, arguments.scene + ": the scene has no moving body");
   if (scene->bodies.size() < 2) {
-    return Fail(kExitFile, arguments.scene + ": has one body only, and nothing to be near to");
+    return Fail(kExitFile, arguments.scene +
+                               ": the scene has only one body, so there is no distance to measure");
   }
   const Result<std::vector<ProximityBody>> bodies = LoadProximityBodies(*scene);
   if (!bodies) return Fail(kExitFile, bodies.error().what);
@@ -240,34 +242,32 @@ int RunProximity(const ProximityArguments& arguments) {
 void AddProximityCommand(CLI::App& app, int& exit_code) {
   auto arguments = std::make_shared<ProximityArguments>();
   CLI::App* command = app.add_subcommand(
-      "proximity", "How far a body is from all others: distance, two points, error, gradient");
-  command->add_option("scene", arguments->scene, "a scene of tandem's by name, or a scene file")
-      ->required();
+      "proximity",
+      "Compute the distance of a body to all others: distance, two points, error, gradient");
+  command->add_option("scene", arguments->scene, "name of a scene, or a scene file")->required();
   command->add_option("--poses", arguments->poses,
-                      "CSV file of poses; otherwise each moving body where it stands at first");
+                      "CSV file of poses; default: each moving body at its place in the scene");
   command->add_option("--scale", arguments->scale, "metres per unit of the poses' translations")
       ->check(NumberFrom(kLeastScale, kLargestScale))
       ->capture_default_str();
-  command->add_option("--voxel", arguments->voxel, "voxel size in metres; otherwise the scene's")
+  command->add_option("--voxel", arguments->voxel, "voxel size, m; default: the scene's")
       ->check(NumberFrom(kLeastVoxel, kLargestVoxel));
   command
       ->add_option("--range", arguments->range,
-                   "voxels that the distance fields reach; otherwise the scene's")
+                   "range of the distance fields, voxels; default: the scene's")
       ->check(WholeNumberFrom(1, WidestRange(8)));
   command->add_flag("--coarse", arguments->coarse,
-                    "by voxels alone: the error is at most sqrt(3) voxels");
-  command->add_flag("--csv", arguments->csv, "print one line a pose for programs");
+                    "use voxels alone: the error is at most sqrt(3) voxels");
+  command->add_flag("--csv", arguments->csv, "print one line for each pose, for programs");
   command->add_flag("--json", arguments->json, "print one JSON object");
   command->footer(
-      "A poses file is CSV with a header that names at least moving,tx,ty,tz,ax,ay,az,angle_deg: "
-      "the moving\nbody's name in the scene, or its mesh file's; where that file's frame stands in "
-      "the scene; the axis and\nangle of its turn. All other bodies stand where the scene has "
-      "them. "
-      "What is printed is in the scene's\nframe: p is the point on the body, q the one on the "
-      "other, "
-      "g the unit direction in which the body gains\ndistance fastest. The exact distance is "
-      "within "
-      "the error bound of the one printed; it is 0 where bodies\noverlap.");
+      "A poses file is CSV. Its header names at least moving,tx,ty,tz,ax,ay,az,angle_deg. These "
+      "are the moving\nbody's name in the scene, or its mesh file's; the place of that file's "
+      "frame in the scene; and the\naxis and angle of its rotation. All other bodies stay where "
+      "the scene puts them. The output is in\nthe scene's frame: p is the point on the body, q the "
+      "point on the other body, and g the unit\ndirection in which the distance grows fastest. The "
+      "exact distance differs from the printed one by\nat most the error bound; it is 0 where "
+      "bodies overlap.");
   command->callback([arguments, &exit_code] {
     exit_code = RunProximity(*arguments);
   });

@@ -99,7 +99,7 @@ int RunRelay(RelayArguments arguments) {
   StopOnSignals();
   if (!arguments.reach.secure.empty() && arguments.audience.secure.empty()) {
     return Fail(kExitUsage,
-                "a secured session is shown to holders of keys only: --audience-secure, with keys "
+                "only holders of keys may see a secured session: give --audience-secure with keys "
                 "made by 'tandem keys relay'");
   }
   const Result<PeerId> id = Identify(arguments.reach, Role::kViewer, arguments.name);
@@ -135,22 +135,24 @@ int RunRelay(RelayArguments arguments) {
 void AddRelayCommand(CLI::App& app, int& exit_code) {
   auto arguments = std::make_shared<RelayArguments>();
   arguments->name = "relay-" + std::to_string(getpid());
-  CLI::App* command = app.add_subcommand(
-      "relay", "Show a session to many: its peers serve the relay alone, the relay the viewers");
-  AddSessionOption(*command, arguments->session, "name of the session")->required();
-  command->add_option("--name", arguments->name, "how the session's peers see it");
+  CLI::App* command = app.add_subcommand("relay",
+                                         "Relay a session to many viewers: its peers send to the "
+                                         "relay alone, and the relay to the viewers");
+  AddSessionOption(*command, arguments->session, "name of the session to relay")->required();
+  command->add_option("--name", arguments->name, "name that the session's peers see");
   AddReachOptions(*command, arguments->reach);
   command->add_option("--audience-interface", arguments->audience.interface,
-                      "where its viewers are; default: the session's");
+                      "network interface of the viewers; default: the session's");
   command
       ->add_option("--audience-port", arguments->audience.port,
-                   "UDP port for viewers beyond the local network, and the next one")
+                   "UDP port for viewers beyond the local network; the relay uses the next one too")
       ->check(WholeNumberFrom(1024, 65534));
-  command->add_option(
-      "--audience-secure", arguments->audience.secure,
-      "folder made by 'tandem keys relay' in a session of the viewers' own ('tandem keys session "
-      "--audience'): nobody without its keys looks on");
-  command->add_option("--seconds", arguments->seconds, "leave after this; 0: on a signal")
+  command->add_option("--audience-secure", arguments->audience.secure,
+                      "folder made by 'tandem keys relay' in a session for viewers ('tandem keys "
+                      "session --audience'): only viewers with its keys are admitted");
+  command
+      ->add_option("--seconds", arguments->seconds,
+                   "time until the relay leaves, s; 0: run until a signal")
       ->check(NumberFrom(0, kLongestRun));
   command->callback([arguments, &exit_code] {
     exit_code = RunRelay(*arguments);

@@ -152,7 +152,8 @@ int OpenExport(const ReplayArguments& arguments, const RecordingHeader& header,
                const WorldModel& model, std::unique_ptr<Export>& exported) {
   std::error_code not_there;  // set if there is no such file: then it differs
   if (std::filesystem::equivalent(arguments.file, arguments.exported, not_there)) {
-    return Fail(kExitUsage, arguments.exported + ": is the recording itself, export to another");
+    return Fail(kExitUsage,
+                arguments.exported + ": is the recording itself: export to another file");
   }
   auto created = ExportInto(arguments.exported, header, model, NamesIn(arguments.file));
   if (!created) return Fail(kExitFile, created.error().what);
@@ -176,10 +177,10 @@ ordered_json ReplayJson(const ReplayResult& result, const RecordingReader& reade
 int TellWhetherSame(const std::string& file, const ReplayResult& result,
                     const RecordingReader& reader, bool stopped) {
   if (reader.damaged()) {
-    return Fail(kExitFailed, file + ": damaged at frame " + std::to_string(result.frames) + ", " +
-                                 std::to_string(reader.unread_bytes()) +
-                                 " bytes not replayed; the frames before are bit for bit as "
-                                 "recorded");
+    return Fail(kExitFailed,
+                file + ": damaged at frame " + std::to_string(result.frames) + ", " +
+                    std::to_string(reader.unread_bytes()) +
+                    " bytes were not replayed; the frames before are bit for bit as recorded");
   }
   if (!result.first_different) {
     Say(Counted(static_cast<std::uint64_t>(result.frames), "frame") + ", bit for bit as recorded" +
@@ -241,7 +242,8 @@ int RunReplay(const ReplayArguments& arguments) {
 
   if (player.newcomer())
     return Fail(kExitNetwork, NotBeside(*player.newcomer(), arguments.session));
-  if (reader->torn()) Say("the recording is torn off after its last whole frame");
+  if (reader->torn())
+    Say("the recording is incomplete: it ends within a frame, and the frames before are replayed");
   const std::vector<BodyVerdict> verdicts =
       Judge(**model, player.poses(), player.met(), LastPlaces((*replay)->node().world()),
             !header.contact);
@@ -260,31 +262,38 @@ int RunReplay(const ReplayArguments& arguments) {
 void AddReplayCommand(CLI::App& app, int& exit_code) {
   auto arguments = std::make_shared<ReplayArguments>();
   CLI::App* command =
-      app.add_subcommand("replay", "Repeat what 'tandem peer --record' kept, bit for bit");
+      app.add_subcommand("replay", "Repeat a recording of 'tandem peer --record' bit for bit");
   command->add_option("FILE", arguments->file, "recording")->required();
-  command->add_option("--scene", arguments->scene, "where the scene is now, if it was moved");
-  command->add_option("--speed", arguments->speed, "times real time; default: as fast as it goes")
+  command->add_option("--scene", arguments->scene,
+                      "folder or file of the scene, if it was moved since the recording");
+  command
+      ->add_option("--speed", arguments->speed,
+                   "speed as a multiple of real time; default: as fast as possible")
       ->check(NumberFrom(0, 1000));
-  command->add_option("--threads", arguments->threads, "threads that share a large frame's work")
+  command
+      ->add_option("--threads", arguments->threads,
+                   "number of threads that share a large frame's work")
       ->check(WholeNumberFrom(1, FrameHelpers::kMostThreads));
-  AddSessionOption(*command, arguments->session,
-                   "show it to the viewers of this session; with --speed 1, say");
-  command->add_option("--export", arguments->exported,
-                      "write there, for other programs: to FILE.csv the poses of all moving "
-                      "bodies every 10 ms, as 'tandem proximity --poses' reads them; to any other "
-                      "file poses, twists and forces as MCAP");
+  AddSessionOption(
+      *command, arguments->session,
+      "name of a session in which viewers can watch the replay, for example with --speed 1");
+  command->add_option(
+      "--export", arguments->exported,
+      "export file: FILE.csv gets the poses of all moving bodies every 10 ms, as 'tandem proximity "
+      "--poses' reads them; any other file gets poses, twists and forces as MCAP");
   CLI::Option* const network =
       command->add_option("--as-network", arguments->network,
-                          "repeat nothing, but write there a trace of the network that was heard "
-                          "(docs/network-plans.md)");
+                          "trace file: write how the network delivered messages "
+                          "(docs/network-plans.md), and replay nothing");
   command
-      ->add_option("--from", arguments->from, "with --as-network: heard of the peer of that name")
+      ->add_option("--from", arguments->from,
+                   "with --as-network: name of the peer whose messages count")
       ->needs(network);
   command->add_flag("--adopt-any", arguments->adopt_any,
-                    "take the recorded voxel size also where it differs from the scene file's by "
-                    "more than a factor of 4");
+                    "use the recorded voxel size even if it differs from the scene file's by more "
+                    "than a factor of 4");
   AddReachOptions(*command, arguments->reach);
-  command->add_flag("--json", arguments->json, "print the result on stdout");
+  command->add_flag("--json", arguments->json, "print the result as JSON on stdout");
   command->callback([arguments, &exit_code] {
     exit_code = RunReplay(*arguments);
   });

@@ -53,7 +53,7 @@ int ListSessions(const SessionsArguments& arguments) {
   if (lines.empty()) {
     Say("no session is announced on this network in domain " +
         std::to_string(arguments.reach.domain) +
-        ": one in another network comes by an invitation ('tandem invite' there)");
+        "; to join one in another network, ask there for an invitation ('tandem invite')");
   }
   return kExitOk;
 }
@@ -62,14 +62,13 @@ int ListSessions(const SessionsArguments& arguments) {
 
 void AddSessionsCommand(CLI::App& app, int& exit_code) {
   auto arguments = std::make_shared<SessionsArguments>();
-  CLI::App* command =
-      app.add_subcommand("sessions", "List the sessions that are open on this network");
+  CLI::App* command = app.add_subcommand("sessions", "List the open sessions on this network");
   AddReachOptions(*command, arguments->reach);
   // options on one's own place do not matter to a listener
   for (const char* option : {"--external-address", "--port", "--secure", "--peers"}) {
     command->remove_option(command->get_option(option));
   }
-  command->add_option("--seconds", arguments->seconds, "listen so long")
+  command->add_option("--seconds", arguments->seconds, "duration of listening, s")
       ->check(NumberAbove(0, kLongestRun))
       ->capture_default_str();
   command->add_flag("--json", arguments->json, "print one JSON object");

@@ -153,8 +153,8 @@ void PrintSeeds(const SimulateArguments& arguments, const std::vector<SeedResult
     }
   }
   std::printf(
-      "%s, %llu broken, %.1f s, %.0f s of sessions, %.0f peer-seconds simulated, "
-      "digest %s\n",
+      "%s, %llu with violations, %.1f s, %.0f s of sessions, %.0f peer-seconds simulated, digest "
+      "%s\n",
       Counted(range.count, "seed").c_str(), static_cast<unsigned long long>(totals.broken), wall_s,
       totals.session_seconds, totals.peer_seconds, Hex(totals.digest).c_str());
 }
@@ -165,7 +165,7 @@ int RunSimulate(const SimulateArguments& arguments) {
     return Fail(kExitUsage, "--seconds is for --scene or --hands");
   }
   if (arguments.hands && arguments.seconds > 0 && arguments.seconds < kLeastHandsSeconds) {
-    return Fail(kExitUsage, "--seconds: a session of hands takes at least 10 s");
+    return Fail(kExitUsage, "--seconds: a session with --hands takes at least 10 s");
   }
   const SeedRange range = SeedsOf(arguments);
   SeedLog log;
@@ -186,42 +186,49 @@ int RunSimulate(const SimulateArguments& arguments) {
 
 void AddSimulateCommand(CLI::App& app, int& exit_code) {
   auto arguments = std::make_shared<SimulateArguments>();
-  CLI::App* command = app.add_subcommand(
-      "simulate", "Whole sessions in virtual time, with cuts, crashes and pauses drawn from seeds");
-  CLI::Option* one =
-      command->add_option("--seed", arguments->seed, "this one alone, and what it stands for")
-          ->check(WholeNumberFrom(1, kLargestSeed));
-  CLI::Option* scene =
-      command
-          ->add_option("--scene", arguments->scene,
-                       "no seeds: one session of a scene by its hands, and how fast it goes")
-          ->excludes(one);
-  command->add_option("--seeds", arguments->seeds, "how many sessions")
+  CLI::App* command = app.add_subcommand("simulate",
+                                         "Simulate whole sessions in virtual time, with network "
+                                         "cuts, crashes and pauses drawn from seeds");
+  CLI::Option* one = command
+                         ->add_option("--seed", arguments->seed,
+                                      "run the session of this seed alone and describe it")
+                         ->check(WholeNumberFrom(1, kLargestSeed));
+  CLI::Option* scene = command
+                           ->add_option("--scene", arguments->scene,
+                                        "scene to simulate in place of drawn sessions: one session "
+                                        "by its hands, and how fast it runs")
+                           ->excludes(one);
+  command->add_option("--seeds", arguments->seeds, "number of sessions")
       ->excludes(one)
       ->excludes(scene)
       ->capture_default_str()
       ->check(WholeNumberFrom(1, 1'000'000));
-  command->add_option("--first", arguments->first, "the first seed")
+  command->add_option("--first", arguments->first, "first seed")
       ->capture_default_str()
       ->check(WholeNumberFrom(1, kLargestSeed))
       ->excludes(one);
   command
-      ->add_flag("--hands", arguments->hands,
-                 "hands that hosts drag through controllers, and a device, in place of scripts")
+      ->add_flag(
+          "--hands", arguments->hands,
+          "simulate hosts that move hands through controllers, and a device, in place of scripts")
       ->excludes(scene);
   command
-      ->add_option("--seconds", arguments->seconds,
-                   "with --scene: no longer than that; with --hands: so long, default 60")
+      ->add_option(
+          "--seconds", arguments->seconds,
+          "virtual length, s: with --scene at most this; with --hands exactly this, default 60")
       ->check(NumberAbove(0, 1e9));
-  command->add_option("--threads", arguments->threads, "sessions at a time; default: processors")
+  command
+      ->add_option("--threads", arguments->threads,
+                   "number of sessions at a time; default: one for each processor")
       ->check(WholeNumberFrom(1, kMostThreads));
   command
-      ->add_flag("--hostile", arguments->hostile,
-                 "with a member that forges, replays and shuffles claims, events and manifests")
+      ->add_flag(
+          "--hostile", arguments->hostile,
+          "add a hostile member that forges, replays and shuffles claims, events and manifests")
       ->excludes(scene)
       ->excludes("--hands");
   command->add_flag("--verbose", arguments->verbose,
-                    "with --seed: what happens and what each user is told, as it comes");
+                    "with --seed: print each event and each line that a user sees, as they come");
   command->add_flag("--json", arguments->json, "print one JSON object");
   command->callback([arguments, &exit_code] {
     exit_code = RunSimulate(*arguments);

@@ -56,8 +56,8 @@ int RunStudyCommand(StudyArguments& arguments) {
   const bool runs = !request.results_only && request.withdraw.empty();
   if (runs && !request.dry_run && request.device.empty() && !DisplayIsSet()) {
     return Fail(kExitDisplay,
-                "there is no display for the participant's window: give --device NAME:OPTIONS "
-                "('tandem devices' has them), or --dry-run for modelled hands");
+                "the participant's window needs a display, and there is none: give --device "
+                "NAME:OPTIONS ('tandem devices' lists them), or --dry-run for modelled hands");
   }
   return RunStudy(request);
 }
@@ -68,37 +68,40 @@ void AddStudyCommand(CLI::App& app, int& exit_code) {
   auto arguments = std::make_shared<StudyArguments>();
   StudyRequest& request = arguments->request;
   CLI::App* command = app.add_subcommand(
-      "study", "Delay-injection experiments with persons: blind trials, questions, results");
-  command->add_option("STUDY", request.file, "study file (docs/studies.md)")->required();
-  command->add_option("--into", arguments->folder,
-                      "folder of log, trials and results; default: the study's name with -results");
+      "study", "Run delay experiments with persons: blind trials, questions, results");
+  command->add_option("STUDY", request.file, "study file (JSON, docs/studies.md)")->required();
+  command->add_option(
+      "--into", arguments->folder,
+      "folder for log, trials and results; default: the study's name with -results");
   command->add_option("--participant", request.participant,
-                      "pseudonym of who takes part; default: whose turn it is");
+                      "pseudonym of the participant; default: the next in turn");
   command->add_option("--device", request.device,
                       "device of the person here, NAME[:OPTIONS] of 'tandem devices'; default: the "
                       "mouse, in a window");
-  CLI::Option* dry = command->add_flag("--dry-run", request.dry_run,
-                                       "all participants are modelled hands, in virtual time");
-  command->add_flag("--real-time", request.real_time, "with --dry-run: by real peers over DDS")
+  CLI::Option* dry = command->add_flag(
+      "--dry-run", request.dry_run, "replace all participants by modelled hands, in virtual time");
+  command
+      ->add_flag("--real-time", request.real_time,
+                 "with --dry-run: run real peers over DDS, in real time")
       ->needs(dry);
   command
       ->add_option("--site", arguments->site,
-                   "whose site this is, where the partner is a person: participant, partner")
+                   "site of this run if the partner is a person: participant or partner")
       ->check(OneOf({"participant", "partner"}))
       ->capture_default_str();
   command
       ->add_option("--from-trial", request.from_trial,
-                   "leave out trials before this one: where the other site has gone on")
+                   "number of the first trial to run, if the other site is already there")
       ->check(WholeNumberFrom(1, 10'000))
       ->capture_default_str();
   command
       ->add_option("--wait-seconds", request.wait_seconds,
-                   "wait so long for the partner in each trial")
+                   "longest wait for the partner in each trial, s")
       ->check(NumberFrom(0, kLongestRun))
       ->capture_default_str();
   command->add_option("--withdraw", request.withdraw,
-                      "remove all that is kept of this pseudonym, then write the results");
-  command->add_flag("--results", request.results_only, "run nothing: write the results anew");
+                      "remove all data of this pseudonym, then write the results");
+  command->add_flag("--results", request.results_only, "run no trial: write the results again");
   command->add_flag("--json", request.json, "print one JSON object");
   AddReachOptions(*command, arguments->reach);
   command->callback([arguments, &exit_code] {

@@ -27,7 +27,8 @@ int RunView(std::vector<std::string> arguments) {
 
 void AddViewCommand(CLI::App& app, int& exit_code) {
   CLI::App* command = app.add_subcommand(
-      "view", "Look on in a window: tandem-view, with all its options (tandem view --help)");
+      "view",
+      "Watch a session in a window: runs tandem-view with all its options (tandem view --help)");
   command->prefix_command();
   command->set_help_flag();
   command->callback([command, &exit_code] {

@@ -169,7 +169,7 @@ void PrintVoxelized(const VoxelizeArguments& arguments, const VoxelizeOptions& o
   std::printf("%s: %s, %s, %.6g x %.6g x %.6g m, %.6g m^3%s\n", arguments.file.c_str(),
               Counted(made.mesh.triangles.size(), "triangle").c_str(),
               Describe(made.diagnosis).c_str(), size.x(), size.y(), size.z(), made.mass.volume,
-              made.mass.solid ? "" : " (encloses no sound volume)");
+              made.mass.solid ? "" : " (its surface encloses no sound volume)");
   std::printf("voxels of %.6g m: %zu surface, %zu free, %zu interior, in %zu planes, %.1f MB\n",
               options.voxel_size, made.counts.surface, made.counts.free, made.counts.interior,
               made.counts.planes, 1e-6 * static_cast<double>(made.counts.bytes));
@@ -203,9 +203,10 @@ int RunVoxelize(const VoxelizeArguments& arguments) {
                           .bits = arguments.bits > 0 ? arguments.bits : BitsFor(arguments.range),
                           .max_memory_bytes = arguments.max_memory};
   if (options.range > WidestRange(options.bits)) {
-    return Fail(kExitUsage, "--bits " + std::to_string(options.bits) + " holds a range of " +
+    return Fail(kExitUsage, "--bits " + std::to_string(options.bits) +
+                                " holds a range of at most " +
                                 std::to_string(WidestRange(options.bits)) +
-                                " voxels at the most; give more bits or a --range within");
+                                " voxels: give more bits, or a --range within that");
   }
   if (const auto fault = VoxelSizeFault(made.mesh, options)) {
     return Fail(kExitFile, arguments.file + ": " + fault->what +
@@ -225,11 +226,13 @@ int RunVoxelize(const VoxelizeArguments& arguments) {
 
 void AddVoxelizeCommand(CLI::App& app, int& exit_code) {
   auto arguments = std::make_shared<VoxelizeArguments>();
-  CLI::App* command = app.add_subcommand("voxelize", "Voxelize a mesh file and tell of it");
-  command->add_option("file", arguments->file, "mesh file, any format assimp reads")->required();
+  CLI::App* command =
+      app.add_subcommand("voxelize", "Voxelize a mesh file and describe the result");
+  command->add_option("file", arguments->file, "mesh file, in any format that assimp reads")
+      ->required();
   command
       ->add_option("--voxel", arguments->voxel,
-                   "voxel size in metres, or auto: a two-hundredth of the longest side")
+                   "voxel size, m, or auto: a two-hundredth of the longest side")
       ->check(CLI::Validator(
           [](std::string& text) -> std::string {
             if (text == "auto") return "";
@@ -239,21 +242,25 @@ void AddVoxelizeCommand(CLI::App& app, int& exit_code) {
           "auto or metres"));
   command->add_option("--scale", arguments->scale, kScaleHelp)
       ->check(NumberFrom(kLeastScale, kLargestScale));
-  command->add_option("--range", arguments->range, "voxels that the distance fields reach")
+  command->add_option("--range", arguments->range, "range of the distance fields, voxels")
       ->check(WholeNumberFrom(1, WidestRange(8)))
       ->capture_default_str();
-  command->add_option("--bits", arguments->bits, "of a mark: 2, 4 or 8; default: as few as will do")
+  command
+      ->add_option("--bits", arguments->bits,
+                   "size of a mark, bits: 2, 4 or 8; default: the smallest that holds --range")
       ->check(OneOf({"2", "4", "8"}));
   command->add_option("--out", arguments->out,
-                      "write the map there: one image that programs map into memory");
-  command->add_option("--surface", arguments->surface,
-                      "write the surface for refined contact there, likewise");
+                      "voxmap file to write: one image that programs map into memory");
+  command->add_option(
+      "--surface", arguments->surface,
+      "surface file for refined contact to write, which programs map into memory too");
   command
       ->add_option("--max-memory", arguments->max_memory,
                    "most memory to use: bytes, or with a unit (8GiB); default: three quarters of "
                    "the machine's")
       ->transform(SizeInBytes());
-  command->add_option("--threads", arguments->threads, "threads to use; 0: all processors")
+  command
+      ->add_option("--threads", arguments->threads, "number of threads; 0: one for each processor")
       ->check(WholeNumberFrom(0, kMostThreads));
   command->add_flag("--json", arguments->json, "print one JSON object");
   command->callback([arguments, &exit_code] {

@@ -217,7 +217,7 @@ Result<HandRoom> MeasureHandRoom(const std::filesystem::path& file,
   const Result<RunOfHand> recorded = RunWith(hand, 0, -std::numeric_limits<double>::infinity());
   if (!recorded) return recorded.error();
   if (std::ranges::count(recorded->held, true) == 0) {
-    return Error{file.string() + ": the hand held nothing, so that there is no path to measure"};
+    return Error{file.string() + ": the hand held no body, so there is no path to measure"};
   }
   HandRoom room;
   room.frames = recorded->frames;

@@ -254,18 +254,17 @@ std::string Describe(const StartGap& gap) {
   if (gap.overlap) {
     const std::string depth = gap.depth > 0 ? " by " + InMillimetres(gap.depth) : "";
     return pair + (gap.depth > 0 ? "they overlap" : "they touch or overlap") + depth +
-           " at the start, so that contact throws them apart or jams them: move one by its "
-           "\"pose\", "
-           "or check its \"scale\"";
+           " at the start, so contact throws them apart or jams them: move one by its \"pose\", or "
+           "check its \"scale\"";
   }
   if (gap.distance <= 0) {
     return pair + "they touch at the start, " + needed +
-           ", so that they push one another apart: leave a gap, or give the one that moves an "
+           ", so they push one another apart: leave a gap, or give the moving one an "
            "\"inward_shift_voxels\"";
   }
-  return pair + InMillimetres(gap.distance) + " apart, " + needed + ": voxel_m " +
+  return pair + InMillimetres(gap.distance) + " apart, " + needed + ": a voxel_m of " +
          InMetres(gap.voxel_fits) +
-         " or less fits; by larger voxels the part may jam, or be pressed through a wall";
+         " or less fits; with larger voxels the part may jam, or be pressed through a wall";
 }
 
 nlohmann::ordered_json AsJson(const StartGaps& found) {
@@ -290,8 +289,8 @@ void TellStart(const StartGaps& found) {
     Say("and " + Counted(gaps.size() - kMostLines, "more pair") + " like these");
   }
   if (found.unseen > 0) {
-    Say("how far bodies stand apart at the start was not looked at for " +
-        Counted(found.unseen, "pair") + ": the time for it was up");
+    Say("the gaps between bodies at the start were not checked for " +
+        Counted(found.unseen, "pair") + ": the time was up");
   }
 }
 

@@ -123,12 +123,12 @@ std::string DescribeGap(const NearestBody& held_from) {
   std::array<char, 32> gap{};
   std::snprintf(gap.data(), gap.size(), "%.2g", 1e3 * held_from.distance);
   return std::string("contact holds it ") + gap.data() + " mm from " + held_from.name +
-         "; a smaller voxel_m lets it nearer";
+         "; a smaller voxel_m lets it come nearer";
 }
 
 std::string DescribePenetration(double depth, double voxel_size) {
   std::array<char, 96> text{};
-  std::snprintf(text.data(), text.size(), "went %.2f mm into what is fixed (%.2f voxels)",
+  std::snprintf(text.data(), text.size(), "went %.2f mm into fixed bodies (%.2f voxels)",
                 1e3 * depth, depth / voxel_size);
   return text.data();
 }
@@ -143,13 +143,13 @@ std::string Millimetres(double metres) {
 
 /// Returns what a hand's body went into, and how deep.
 std::string DescribeDepth(const BodyVerdict& verdict) {
-  if (!verdict.deepest) return "how deep it went into what is fixed is not judged";
+  if (!verdict.deepest) return "its depth in fixed bodies is not judged";
   if (verdict.poses_judged == 0) return "it touched nothing";
   const std::string judged = ", by " + Counted(verdict.poses_judged, "pose") + " of its way";
   if (*verdict.deepest > kRounding * verdict.voxel_size) {
     return "it " + DescribePenetration(*verdict.deepest, verdict.voxel_size) + judged;
   }
-  return "it never went into what is fixed" + judged;
+  return "it never went into fixed bodies" + judged;
 }
 
 }  // namespace
@@ -158,7 +158,7 @@ std::string Describe(const BodyVerdict& verdict) {
   std::string line = verdict.body;
   const std::string stands = " stands " + Millimetres(verdict.moved) + " from its first place";
   if (!verdict.out) {
-    line += stands + "; nothing is fixed that it could be out of";
+    line += stands + "; the scene has no fixed body that it could come out of";
   } else if (*verdict.out) {
     line += stands + " and is out; " + DescribeDepth(verdict);
   } else if (verdict.was_out) {

@@ -308,7 +308,7 @@ TEST_F(ClearanceCommand, SaysBothFiguresToAPerson) {
               {{.body = "cube", .to_W = Vec3(0, 0, 40 * kMillimetre), .seconds = 1}}, File("run"));
   const Said said = RunTandem("clearance " + File("run"), "timeout 60 ");
   EXPECT_EQ(said.exit_code, kExitOk) << said.err;
-  EXPECT_THAT(said.out, HasSubstr("cube-other: 3 mm apart at the nearest, "));
+  EXPECT_THAT(said.out, HasSubstr("cube-other: 3 mm is the least distance, "));
   EXPECT_THAT(said.out, HasSubstr("the same hand passes with a clearance of at least 1 mm, "));
 }
 
@@ -321,7 +321,7 @@ TEST_F(ClearanceCommand, WhatIsNoWholeRecordingOfAHandIsRefusedInOneLine) {
   EXPECT_EQ(RunTandem("clearance").exit_code, kExitUsage);
 
   RecordHands(scene, {{.body = "", .seconds = 0.1}}, File("idle"));
-  ExpectRefused(RunTandem("clearance " + File("idle")), kExitFailed, "the hand held nothing");
+  ExpectRefused(RunTandem("clearance " + File("idle")), kExitFailed, "the hand held no body");
   RecordHands(scene, {{.body = "cube", .to_W = Vec3(0, 0, 1 * kMillimetre), .seconds = 0.1}},
               File("run"));
   ExpectRefused(RunTandem("clearance --scene /nowhere.json " + File("run")), kExitFile,

@@ -115,7 +115,7 @@ TEST_F(ContactCommand, TakesPointsFinerThanVoxelsAndNoneCoarser) {
   EXPECT_GT(points(finer), 2 * points(one));
   const Said coarser = Run("--spacing 0.002");
   EXPECT_EQ(coarser.exit_code, kExitUsage);
-  EXPECT_THAT(coarser.err, HasSubstr("--spacing: points farther apart than voxels"));
+  EXPECT_THAT(coarser.err, HasSubstr("--spacing: expected at most the size of --voxel"));
 }
 
 /// Two parts, and the voxel size at which some free poses are far and the rest are told apart.

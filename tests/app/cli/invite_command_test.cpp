@@ -202,10 +202,10 @@ TEST_F(InviteCommand, SaysWhatIsWrongInOneLine) {
   plain.hosts = {"127.0.0.1"};
   const std::string line = "join '" + LineOf(plain) + "' ";
   ExpectRefused(RunTandem(line + "--keys-to x"), kExitUsage, "which has no keys");
-  ExpectRefused(RunTandem(line + "--domain 3"), kExitUsage, "says the domain");
+  ExpectRefused(RunTandem(line + "--domain 3"), kExitUsage, "gives the domain");
   ExpectRefused(RunTandem(line + "-- --no-such"), kExitUsage, "'--no-such' is no option");
   ExpectRefused(RunTandem(line + "-- --session T"), kExitUsage, "'--session' is no option");
-  ExpectRefused(RunTandem("join S --hold x"), kExitUsage, "goes with an invitation");
+  ExpectRefused(RunTandem("join S --hold x"), kExitUsage, "applies to an invitation");
   plain.role = Role::kViewer;
   ExpectRefused(RunTandem("join '" + LineOf(plain) + "' --role active"), kExitUsage,
                 "for a viewer");

@@ -37,8 +37,9 @@ TEST_F(PeerCommand, SaysAtTheEndWhatBecameOfItsBody) {
                                    " --seconds 2 --report " + In("report"));
   ASSERT_EQ(said.exit_code, kExitOk) << said.err;
   EXPECT_THAT(said.err, HasSubstr("tandem: right stands 30"));
-  EXPECT_THAT(said.err,
-              HasSubstr(" mm from its first place; nothing is fixed that it could be out of"));
+  EXPECT_THAT(
+      said.err,
+      HasSubstr(" mm from its first place; the scene has no fixed body that it could come out of"));
   std::ifstream stream(In("report"));
   const json report = json::parse(stream, nullptr, false);
   ASSERT_EQ(report.at("verdicts").size(), 1U);

@@ -288,7 +288,7 @@ TEST_F(ReplayCommand, ADamagedFileIsNotCalledGood) {
   EXPECT_GE(unread, size - size / 2);
   EXPECT_LT(unread, size - size / 2 + 20000) << "one frame's worth beside what is behind";
   EXPECT_THAT(said.err, HasSubstr("damaged at frame " + result.at("frames").dump() + ", " +
-                                  std::to_string(unread) + " bytes not replayed"));
+                                  std::to_string(unread) + " bytes were not replayed"));
 }
 
 TEST_F(ReplayCommand, WhatAKilledPeerRecordedIsRepeated) {

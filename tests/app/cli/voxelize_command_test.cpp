@@ -86,7 +86,7 @@ TEST_F(VoxelizeCommand, WritesTheSurfaceOfRefinedContact) {
 TEST_F(VoxelizeCommand, RefusesARangeThatItsMarksCannotHold) {
   const Said said = RunTandem("voxelize " + mesh_ + " --voxel 0.002 --range 14 --bits 4");
   EXPECT_EQ(said.exit_code, kExitUsage);
-  EXPECT_THAT(said.err, HasSubstr("--bits 4 holds a range of 13 voxels at the most"));
+  EXPECT_THAT(said.err, HasSubstr("--bits 4 holds a range of at most 13 voxels"));
 }
 
 // The wedge is 100 units long: in millimetres a hand's breadth, in metres more than fits.

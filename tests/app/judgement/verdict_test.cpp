@@ -57,10 +57,8 @@ TEST(Verdict, OfAPartThatWentThroughAWallSaysHowDeep) {
   ASSERT_TRUE(verdict.deepest);
   EXPECT_NEAR(*verdict.deepest, 0.0004, 1e-6);
   EXPECT_EQ(verdict.poses_judged, 3U);
-  EXPECT_THAT(
-      Describe(verdict),
-      HasSubstr("stands 60.0 mm from its first place and is out; it went 0.40 mm into what is "
-                "fixed (0.80 voxels"));
+  EXPECT_THAT(Describe(verdict), HasSubstr("stands 60.0 mm from its first place and is out; it "
+                                           "went 0.40 mm into fixed bodies (0.80 voxels"));
 }
 
 TEST(Verdict, OfAPartThatJamsSaysThatItIsNotOut) {
