@@ -22,7 +22,8 @@ void AddBenches(CLI::App& bench, int& exit_code) {
 }
 
 void AddWholeBench(CLI::App& app, int& exit_code) {
-  CLI::App* bench = app.add_subcommand("bench", "Measure the engine beside this machine's limits");
+  CLI::App* bench = app.add_subcommand(
+      "bench", "Measure the engine and compare it with the limits of this machine");
   AddBenches(*bench, exit_code);
 }
 

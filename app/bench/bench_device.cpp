@@ -233,7 +233,8 @@ int RunDeviceBench(const DeviceBenchArguments& arguments) {
   asked.needs_fixture = true;
   const auto model = LoadBenchScene(asked);
   if (!model) return Fail(kExitFile, model.error().what);
-  if ((*model)->scene.hands.empty()) return Fail(kExitFile, asked.scene + ": no hand");
+  if ((*model)->scene.hands.empty())
+    return Fail(kExitFile, asked.scene + ": the scene has no hand");
   const std::string file = (*model)->scene.hands[0].file;
   const Result<HandScript> script = LoadHandScript(file);
   if (!script) return Fail(kExitFile, script.error().what);
@@ -288,14 +289,16 @@ int RunDeviceBench(const DeviceBenchArguments& arguments) {
   std::printf("  input to motor  p50 %.1f us, p99 %.1f us, at most %.1f us, of the worst round\n",
               InUs(times.read_to_write_p50_ns), InUs(times.read_to_write_p99_ns),
               InUs(times.read_to_write_max_ns));
-  std::printf("  not in its tick %.3f %% of the inputs; their times count too\n",
+  std::printf("  not answered in their tick: %.3f %% of the inputs; their times count too\n",
               100 * times.unanswered_share());
   if (times.asked > 0) {
-    std::printf("  vendor's thread what it takes is %.1f us old in the mean, at most %.1f us\n",
-                InUs(times.asked_mean_ns), InUs(times.asked_max_ns));
+    std::printf(
+        "  the vendor's thread takes forces that are %.1f us old in the mean, at most %.1f us\n",
+        InUs(times.asked_mean_ns), InUs(times.asked_max_ns));
   }
   std::printf(
-      "  of that a frame p99 %.1f us (processor %.1f us); empty work of its length %.1f us\n",
+      "  of that, a frame takes p99 %.1f us (processor %.1f us); empty work of that length %.1f "
+      "us\n",
       InUs(figures.frame_wall.Quantile(0.99)), InUs(figures.frame_cpu.Quantile(0.99)),
       InUs(figures.noise.Quantile(0.99)));
   std::printf("  deadlines       %llu missed, an empty loop %llu; the device %llu\n",
@@ -310,19 +313,23 @@ int RunDeviceBench(const DeviceBenchArguments& arguments) {
 
 void AddBenchDevice(CLI::App& bench, int& exit_code) {
   auto arguments = std::make_shared<DeviceBenchArguments>();
-  CLI::App* command = bench.add_subcommand(
-      "device", "Measure the way from a device's input to its motor, through a process of its own");
+  CLI::App* command = bench.add_subcommand("device",
+                                           "Measure the time from a device's input to its motor, "
+                                           "with the device in a process of its own");
   AddBenchScene(*command, arguments->scene);
-  command->add_option("--ticks", arguments->ticks, "ticks of a millisecond that count")
+  command
+      ->add_option("--ticks", arguments->ticks, "number of ticks to measure, of a millisecond each")
       ->check(WholeNumberFrom(1000, 10'000'000))
       ->capture_default_str();
-  command->add_option("--core", arguments->core, "processor core that the frames keep to")
+  command->add_option("--core", arguments->core, "processor core of the frames")
       ->check(WholeNumberFrom(0, 1023));
-  command->add_option("--device-core", arguments->device_core, "the same for the device process")
+  command
+      ->add_option("--device-core", arguments->device_core, "processor core of the device process")
       ->check(WholeNumberFrom(0, 1023));
   command->add_option("--driver", arguments->driver,
-                      "driver of the device, as NAME:OPTIONS; default: the scene's hand");
-  command->add_option("--busy", arguments->busy, "processes beside it that never rest")
+                      "driver of the device, as NAME:OPTIONS; default: the scene's scripted hand");
+  command
+      ->add_option("--busy", arguments->busy, "number of processes that keep cores busy meanwhile")
       ->check(WholeNumberFrom(0, 64))
       ->capture_default_str();
   command->add_flag("--json", arguments->json, "print one JSON object");

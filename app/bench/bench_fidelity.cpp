@@ -286,43 +286,46 @@ int RunFidelity(FidelityArguments arguments) {
 
 void AddBenchFidelity(CLI::App& bench, int& exit_code) {
   auto arguments = std::make_shared<FidelityArguments>();
-  CLI::App* command =
-      bench.add_subcommand("fidelity", "How near contact comes to exact surfaces, in all models");
+  CLI::App* command = bench.add_subcommand(
+      "fidelity", "Measure how well contact agrees with exact surfaces, in all contact models");
   command->add_option("--models", arguments->models,
-                      "folder that holds factory/, for the nuts and the pegs");
-  command->add_option("--approaches", arguments->approaches, "of each body, for first forces")
+                      "folder that contains factory/, for the nuts and the pegs");
+  command
+      ->add_option("--approaches", arguments->approaches,
+                   "number of frames per body, for the first forces")
       ->check(WholeNumberFrom(1, 1'000'000))
       ->capture_default_str();
-  command->add_option("--tilts", arguments->tilts, "of planes")
+  command->add_option("--tilts", arguments->tilts, "number of planes")
       ->check(WholeNumberFrom(1, 1'000'000))
       ->capture_default_str();
-  command->add_option("--pegs", arguments->peg_seeds, "how many pegs are put in")
+  command->add_option("--pegs", arguments->peg_seeds, "number of pegs to put in")
       ->check(WholeNumberFrom(1, 1'000'000))
       ->capture_default_str();
-  command->add_option("--holds", arguments->holds, "how many close holds of a ball")
+  command->add_option("--holds", arguments->holds, "number of close holds of a ball")
       ->check(WholeNumberFrom(1, kMostHolds))
       ->capture_default_str();
   command
       ->add_option("--sheet-tries", arguments->sheet_tries,
-                   "how often a hand tries to get through a thin sheet")
+                   "number of attempts of a hand to get through a thin sheet")
       ->check(WholeNumberFrom(1, 1'000'000))
       ->capture_default_str();
   command
-      ->add_option("--clearance-tilts", arguments->clearance_tilts, "of planes, for the clearance")
+      ->add_option("--clearance-tilts", arguments->clearance_tilts,
+                   "number of planes, for the clearance")
       ->check(WholeNumberFrom(1, 1000))
       ->capture_default_str();
   command
       ->add_option("--contacts", arguments->contacts,
-                   "about how many pushes of nut and pegs to judge by exact geometry")
+                   "number of pushes of nut and pegs to judge by exact geometry, about")
       ->check(WholeNumberFrom(0, 100'000'000))
       ->capture_default_str();
-  command->add_option("--nut-voxel", arguments->nut_voxel, "voxel size for the nuts, metres")
+  command->add_option("--nut-voxel", arguments->nut_voxel, "voxel size for the nuts, m")
       ->check(NumberFrom(kLeastVoxel, kLargestVoxel))
       ->capture_default_str();
-  command->add_option("--peg-voxel", arguments->peg_voxel, "voxel size for the pegs, metres")
+  command->add_option("--peg-voxel", arguments->peg_voxel, "voxel size for the pegs, m")
       ->check(NumberFrom(kLeastVoxel, kLargestVoxel))
       ->capture_default_str();
-  command->add_option("--only", arguments->only, "what to measure; default: all")
+  command->add_option("--only", arguments->only, "figures to measure; default: all")
       ->check(OneOf({kFigures.begin(), kFigures.end()}));
   command->add_flag("--json", arguments->json, "print one JSON object");
   command->callback([arguments, &exit_code] {

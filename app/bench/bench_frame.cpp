@@ -121,7 +121,7 @@ std::optional<Error> LeaveOut(const std::vector<std::string>& savings, FrameSetu
   for (const std::string& what : savings) {
     const bool of_points = what == "awareness" || what == "drift";
     if (of_points && !IsPlain(*setup.model)) {
-      return Error{"--without " + what + ": only plain contact has it"};
+      return Error{"--without " + what + ": only plain contact has this saving"};
     }
     if (what == "coherence") experiments.coherence = experiments.chunks = experiments.drift = false;
     if (what == "chunks") experiments.chunks = false;
@@ -252,7 +252,7 @@ void PrintTimes(const FrameArguments& arguments, const FrameRuns& runs, int thre
               figures.over_1ms, figures.frames, figures.missed);
   if (!runs.back_to_back.is_null()) {
     std::printf(
-        "  of %d passes back to back, each frame's least: p50 %.1f us, p99 %.1f us, p99.9 %.1f "
+        "  %d passes back to back, each frame's least time: p50 %.1f us, p99 %.1f us, p99.9 %.1f "
         "us\n",
         arguments.passes, runs.back_to_back["cpu_p50_us"].get<double>(),
         runs.back_to_back["cpu_p99_us"].get<double>(),
@@ -269,14 +269,14 @@ void PrintFrame(const FrameArguments& arguments, const FrameSetup& setup, const 
               TestedPoints(*setup.model, setup.model->bodies[0]), FixtureVoxels(*setup.model),
               figures.contacts / count, figures.tests / count, setup.capacity.tests);
   PrintTimes(arguments, runs, threads);
-  std::printf("  drift       %.0f points a frame put back; %.0f chunks looked at\n",
+  std::printf("  drift       %.0f points a frame put back; %.0f chunks examined\n",
               figures.drifted / count, figures.chunks / count);
   if (IsPlain(*setup.model)) {
     const TestPrices& prices = runs.prices;
-    std::printf("  a point     looked up %.2f ns, drifted %.2f ns: %.1f times less\n",
+    std::printf("  a point     look-up %.2f ns, drift test %.2f ns: %.1f times less\n",
                 prices.looked_up_ns, prices.drifted_ns, prices.looked_up_ns / prices.drifted_ns);
   }
-  std::printf("  owed        p50 %lld tests, max %lld tests in every frame\n",
+  std::printf("  pending     p50 %lld tests, max %lld tests in every frame\n",
               static_cast<long long>(figures.owed.Quantile(0.5)),
               static_cast<long long>(figures.owed.max()));
   std::printf("  MaxTravel   at its bound in %.2f %% of the frames\n", 100 * runs.at_bound());
@@ -293,11 +293,13 @@ int RunFrame(const FrameArguments& arguments) {
   if (!loaded) return Fail(kExitFile, loaded.error().what);
   FrameSetup setup;
   setup.model = *loaded;
-  if (!setup.model->has_fixture) return Fail(kExitFile, arguments.scene.scene + ": no fixed body");
+  if (!setup.model->has_fixture)
+    return Fail(kExitFile, arguments.scene.scene + ": the scene has no fixed body");
   if (arguments.schedule == "printed") setup.schedule.experiments.schedule = MakePrintedSchedule;
   if (const auto fault = LeaveOut(arguments.without, setup)) return Fail(kExitUsage, fault->what);
   const Scene& scene = setup.model->scene;
-  if (scene.hands.empty()) return Fail(kExitFile, arguments.scene.scene + ": no hand");
+  if (scene.hands.empty())
+    return Fail(kExitFile, arguments.scene.scene + ": the scene has no hand");
   const Result<HandScript> script = LoadHandScript(scene.hands[0].file);
   if (!script) return Fail(kExitFile, script.error().what);
   FrameHelpers helpers({.threads = arguments.threads, .priority = kFramePriority});
@@ -323,48 +325,50 @@ int RunFrame(const FrameArguments& arguments) {
 
 void AddBenchFrame(CLI::App& bench, int& exit_code) {
   auto arguments = std::make_shared<FrameArguments>();
-  CLI::App* command =
-      bench.add_subcommand("frame", "Time whole frames of a body among parts, at 1 kHz");
+  CLI::App* command = bench.add_subcommand(
+      "frame", "Measure the time of whole frames of a body among parts, at 1 kHz");
   AddBenchScene(*command, arguments->scene);
   command
-      ->add_option(
-          "--points", arguments->scene.points,
-          "points of the moving body, about, in plain contact; default: one for each voxel")
+      ->add_option("--points", arguments->scene.points,
+                   "number of points of the moving body, about, in plain contact; default: one for "
+                   "each voxel")
       ->check(WholeNumberFrom(1, 100'000'000));
-  command->add_option("--frames", arguments->frames, "frames to time")
+  command->add_option("--frames", arguments->frames, "number of frames to measure")
       ->check(WholeNumberFrom(1000, 10'000'000))
       ->capture_default_str();
   command
-      ->add_option("--capacity", arguments->capacity,
-                   "points that may be tested in a frame; default: what fits --budget here")
+      ->add_option(
+          "--capacity", arguments->capacity,
+          "point tests in a frame, at most; default: as many as fit into --budget on this machine")
       ->check(NumberAbove(0, 1e9));
   command
       ->add_option("--budget", arguments->budget_us,
-                   "microseconds of a frame for its tests and exact looks")
+                   "time of a frame for its point tests and exact queries, us")
       ->check(NumberFrom(10, 1000))
       ->capture_default_str();
   command
       ->add_option(
           "--without", arguments->without,
-          "leave a saving out: coherence or chunks; of plain contact awareness or drift, too")
+          "saving to switch off: coherence or chunks; in plain contact also awareness or drift")
       ->check(OneOf({"awareness", "coherence", "chunks", "drift"}));
   command
       ->add_option("--schedule", arguments->schedule,
-                   "ours, or the paper's rule as printed, which can test a contact late")
+                   "schedule: ours, or the paper's rule as printed, which can test a contact late")
       ->check(OneOf({"ours", "printed"}))
       ->capture_default_str();
   command
       ->add_option("--check-every", arguments->check_every,
-                   "frames between looks at every point for untested contacts")
+                   "number of frames between checks of all points for untested contacts")
       ->check(WholeNumberFrom(1, 1'000'000))
       ->capture_default_str();
-  command->add_option("--threads", arguments->threads, "threads that share a frame's work")
+  command
+      ->add_option("--threads", arguments->threads, "number of threads that share a frame's work")
       ->check(WholeNumberFrom(1, FrameHelpers::kMostThreads))
       ->capture_default_str();
   command
-      ->add_option(
-          "--passes", arguments->passes,
-          "run them again, so often, back to back, at the first capacity: each frame's least")
+      ->add_option("--passes", arguments->passes,
+                   "number of further runs of the same frames, back to back, at the first "
+                   "capacity; each frame's least time counts")
       ->check(WholeNumberFrom(1, 1000));
   command->add_flag("--json", arguments->json, "print one JSON object");
   command->callback([arguments, &exit_code] {

@@ -278,7 +278,7 @@ int RunBenchHostile(const HostileArguments& arguments) {
     kinds.push_back(AsJson(*run));
     if (arguments.json) continue;
     std::printf(
-        "%-8s %9llu sent (%.0f/s), %9llu refused, told %llu times, %+.1f MB, kept %+.1f MB "
+        "%-8s %9llu sent (%.0f/s), %9llu refused, reported %llu times, %+.1f MB, kept %+.1f MB "
         "after %.1f s, missed %lld of %lld (empty loop %lld of %lld), %.1f lines/s\n",
         run->name.c_str(), static_cast<unsigned long long>(run->sent), run->sent_per_s,
         static_cast<unsigned long long>(run->refused), static_cast<unsigned long long>(run->told),
@@ -297,21 +297,22 @@ int RunBenchHostile(const HostileArguments& arguments) {
 void AddBenchHostile(CLI::App& bench, int& exit_code) {
   auto arguments = std::make_shared<HostileArguments>();
   CLI::App* command = bench.add_subcommand(
-      "hostile", "A peer under floods on one core, beside a loop without work under the same");
-  command->add_option("--seconds", arguments->seconds, "of each flood")
+      "hostile",
+      "Measure a peer under floods on one core, and an empty loop under the same floods");
+  command->add_option("--seconds", arguments->seconds, "duration of each flood, s")
       ->check(NumberFrom(0.1, 600))
       ->capture_default_str();
   command
       ->add_option("--samples-per-s", arguments->samples_per_s,
-                   "of the floods by DDS, as far as the machine can send them")
+                   "samples/s of the floods by DDS; the machine may send fewer")
       ->check(NumberFrom(1, 1e7))
       ->capture_default_str();
   command
       ->add_option("--packets-per-s", arguments->packets_per_s,
-                   "of the flood by a plain socket, as far as the machine can send them")
+                   "packets/s of the flood by a plain socket; the machine may send fewer")
       ->check(NumberFrom(1, 1e7))
       ->capture_default_str();
-  command->add_option("--domain", arguments->domain, "DDS domain")
+  command->add_option("--domain", arguments->domain, "DDS domain, a number")
       ->check(WholeNumberFrom(0, 230))
       ->capture_default_str();
   command->add_flag("--json", arguments->json, "print one JSON object");

@@ -93,11 +93,11 @@ int RunMemoryBench(const MemoryArguments& arguments) {
 
 void AddBenchMemory(CLI::App& bench, int& exit_code) {
   auto arguments = std::make_shared<MemoryArguments>();
-  CLI::App* command = bench.add_subcommand("memory", "What maps take for a voxel of their band");
-  command->add_option("--scene", arguments->scenes, "scenes, by name or file")
+  CLI::App* command =
+      bench.add_subcommand("memory", "Measure the memory of voxel maps per voxel of their band");
+  command->add_option("--scene", arguments->scenes, "scenes to measure, by name or file")
       ->capture_default_str();
-  command
-      ->add_option("--voxel", arguments->voxel_size, "voxel size in metres; default: the scene's")
+  command->add_option("--voxel", arguments->voxel_size, "voxel size, m; default: the scene's")
       ->check(NumberFrom(kLeastVoxel, kLargestVoxel));
   command->add_flag("--json", arguments->json, "print one JSON object");
   command->callback([arguments, &exit_code] {

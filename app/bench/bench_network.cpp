@@ -49,8 +49,7 @@ int Tell(const NetworkArguments& arguments, const RoundTrips& trips) {
     std::printf("%s\n", JsonText(json, 2).c_str());
   } else {
     std::printf(
-        "there and back, %zu bytes, %s: UDP %.1f us (p99 %.1f), DDS %.1f us (p99 %.1f), "
-        "ratio %.2f\n",
+        "round trip, %zu bytes, %s: UDP %.1f us (p99 %.1f), DDS %.1f us (p99 %.1f), ratio %.2f\n",
         RoundTrips::kDatagramBytes, scheduler, udp_us, Microseconds(trips.udp, 0.99), dds_us,
         Microseconds(trips.dds, 0.99), dds_us / udp_us);
   }
@@ -82,11 +81,11 @@ int RunBenchNetwork(NetworkArguments arguments) {
 void AddBenchNetwork(CLI::App& bench, int& exit_code) {
   auto arguments = std::make_shared<NetworkArguments>();
   CLI::App* command = bench.add_subcommand(
-      "network", "Round trips between two processes: DDS beside a plain UDP socket");
-  command->add_option("--seconds", arguments->trips.seconds, "of measuring")
+      "network", "Measure round trips between two processes, by DDS and by a plain UDP socket");
+  command->add_option("--seconds", arguments->trips.seconds, "duration of the measurement, s")
       ->check(NumberFrom(0.1, 600))
       ->capture_default_str();
-  command->add_option("--domain", arguments->trips.domain, "DDS domain")
+  command->add_option("--domain", arguments->trips.domain, "DDS domain, a number")
       ->check(WholeNumberFrom(0, 230));
   command->add_flag("--json", arguments->json, "print one JSON object");
   // the two options below make it the other process; an empty group hides them from the help

@@ -96,7 +96,7 @@ Result<Opening> Open(const std::vector<std::string>& words, const std::string& c
     const Answer grabbed = controller->Ask(GrabRequest{.body = body});
     if (grabbed.ok) break;
     if (SecondsSince(start_ns) > kMostSeconds) {
-      return Error{"the part " + body + " was not to be had: " + grabbed.reason};
+      return Error{"the part " + body + " cannot be taken in hand: " + grabbed.reason};
     }
     controller->Wait(kLookAgain);
   }
@@ -105,7 +105,7 @@ Result<Opening> Open(const std::vector<std::string>& words, const std::string& c
     controller->Wait(kLookAgain);
   }
   times.holds_s = SecondsSince(start_ns);
-  if (!FeelsContact(*controller)) return Error{"the part " + body + " meets nothing when lifted"};
+  if (!FeelsContact(*controller)) return Error{"the part " + body + " touches nothing when lifted"};
   times.feels_s = SecondsSince(start_ns);
   controller->Send(QuitRequest{});
   program->Signal(SIGTERM);
@@ -129,7 +129,7 @@ ordered_json AsJson(const std::vector<Opening>& rounds) {
 int RunOpeningBench(const OpeningArguments& arguments) {
   const Result<Scene> scene = LoadNamedScene(arguments.scene);
   if (!scene) return Fail(kExitFile, scene.error().what);
-  if (scene->hands.empty()) return Fail(kExitFile, arguments.scene + ": it has no hands");
+  if (scene->hands.empty()) return Fail(kExitFile, arguments.scene + ": the scene has no hands");
   const std::string& body = scene->hands[0].body;
   const TemporaryFolder folder;
   const std::string control = "bench-opening-" + std::to_string(getpid());
@@ -178,13 +178,16 @@ int RunOpeningBench(const OpeningArguments& arguments) {
 
 void AddBenchOpening(CLI::App& bench, int& exit_code) {
   auto arguments = std::make_shared<OpeningArguments>();
-  CLI::App* command = bench.add_subcommand(
-      "opening",
-      "From the start of a window, and of a controller alone, to contact felt; needs a display");
+  CLI::App* command = bench.add_subcommand("opening",
+                                           "Measure the time from the start of a window, and of a "
+                                           "controller alone, to contact; needs a display");
   command
-      ->add_option("--scene", arguments->scene, "its first hand's part is lifted until it touches")
+      ->add_option("--scene", arguments->scene,
+                   "scene whose first hand lifts its part until it touches")
       ->capture_default_str();
-  command->add_option("--rounds", arguments->rounds, "of one window and one controller alone")
+  command
+      ->add_option("--rounds", arguments->rounds,
+                   "number of rounds, each with one window and one controller alone")
       ->check(WholeNumberFrom(1, 99))
       ->capture_default_str();
   command->add_flag("--json", arguments->json, "print one JSON object");

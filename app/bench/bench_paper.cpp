@@ -119,7 +119,7 @@ struct Figure10Arguments {
 
 int RunFigure10(const Figure10Arguments& arguments) {
   if (arguments.largest_mm < 2 * arguments.smallest_mm) {
-    return Fail(kExitUsage, "--largest-mm is to be at least twice --smallest-mm");
+    return Fail(kExitUsage, "--largest-mm must be at least twice --smallest-mm");
   }
   if (!arguments.out.empty()) {
     std::error_code failed;
@@ -173,8 +173,8 @@ int RunFigure10(const Figure10Arguments& arguments) {
     return kExitOk;
   }
   std::printf(
-      "the time goes with the voxel size to the power of %.3f, at the finest two of %.3f (paper: "
-      "-2)\n",
+      "the time is proportional to the voxel size to the power of %.3f, at the finest two of %.3f "
+      "(paper: -2)\n",
       law.exponent, finest.exponent);
   return kExitOk;
 }
@@ -184,8 +184,8 @@ int RunFigure10(const Figure10Arguments& arguments) {
 void AddBenchTable1(CLI::App& bench, int& exit_code) {
   auto arguments = std::make_shared<Table1Arguments>();
   CLI::App* command = bench.add_subcommand(
-      "table1", "The paper's table 1, and what its rows are here, in plain contact");
-  command->add_option("--scenes", arguments->scenes, "rows of these scenes")
+      "table1", "Print the paper's table 1 beside the same counts here, in plain contact");
+  command->add_option("--scenes", arguments->scenes, "scenes, one row each")
       ->check(OneOf({"ball_and_socket", "landing_gear"}))
       ->delimiter(',');
   command->add_option("--threads", arguments->threads, "threads")
@@ -200,17 +200,16 @@ void AddBenchTable1(CLI::App& bench, int& exit_code) {
 void AddBenchFigure10(CLI::App& bench, int& exit_code) {
   auto arguments = std::make_shared<Figure10Arguments>();
   CLI::App* command = bench.add_subcommand(
-      "figure10", "The paper's figure 10: voxelization time against voxel size");
-  command->add_option("--scene", arguments->scene, "a scene of tandem's by name, or a scene file")
+      "figure10", "Measure the paper's figure 10: voxelization time against voxel size");
+  command->add_option("--scene", arguments->scene, "name of a scene, or a scene file")
       ->capture_default_str();
-  command->add_option("--smallest-mm", arguments->smallest_mm, "smallest voxel in millimetres")
+  command->add_option("--smallest-mm", arguments->smallest_mm, "smallest voxel size, mm")
       ->check(NumberFrom(1e-2, 1e3))
       ->capture_default_str();
-  command->add_option("--largest-mm", arguments->largest_mm, "largest voxel in millimetres")
+  command->add_option("--largest-mm", arguments->largest_mm, "largest voxel size, mm")
       ->check(NumberFrom(1e-2, 1e3))
       ->capture_default_str();
-  command->add_option("--out", arguments->out,
-                      "folder to write figure10.csv and figure10.svg into");
+  command->add_option("--out", arguments->out, "folder for figure10.csv and figure10.svg");
   command->add_option("--threads", arguments->threads, "threads")
       ->check(WholeNumberFrom(1, kMostThreads))
       ->capture_default_str();

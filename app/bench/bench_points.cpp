@@ -187,7 +187,8 @@ int RunPoints(const PointsArguments& arguments) {
   asked.needs_plain_parts = true;
   const auto world = LoadBenchScene(asked);
   if (!world) return Fail(kExitFile, world.error().what);
-  if (!(*world)->has_fixture) return Fail(kExitFile, arguments.scene.scene + ": no fixed body");
+  if (!(*world)->has_fixture)
+    return Fail(kExitFile, arguments.scene.scene + ": the scene has no fixed body");
   const PointsFigures f = Measure(**world, arguments.rounds);
   const Result<FieldFigures> field = MeasureField(**world, 0, arguments.rounds);
   if (!field) return Fail(kExitFile, field.error().what);
@@ -236,10 +237,12 @@ int RunPoints(const PointsArguments& arguments) {
 
 void AddBenchPoints(CLI::App& bench, int& exit_code) {
   auto arguments = std::make_shared<PointsArguments>();
-  CLI::App* command = bench.add_subcommand(
-      "points", "Time a point's test: a pointshell's, and random ones beside random memory access");
+  CLI::App* command = bench.add_subcommand("points",
+                                           "Measure the time of a point's test: of a pointshell, "
+                                           "and of random points beside random memory access");
   AddBenchScene(*command, arguments->scene);
-  command->add_option("--rounds", arguments->rounds, "of measuring; medians count")
+  command
+      ->add_option("--rounds", arguments->rounds, "duration of the measurement, s; medians count")
       ->check(WholeNumberFrom(1, 99))
       ->capture_default_str();
   command->add_flag("--json", arguments->json, "print one JSON object");

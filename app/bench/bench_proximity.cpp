@@ -129,7 +129,8 @@ int RunProximity(const ProximityArguments& arguments) {
   std::size_t part = 0;
   while (part < proximity.parts().size() && proximity.parts()[part].fixed) ++part;
   if (part == proximity.parts().size() || proximity.parts().size() < 2) {
-    return Fail(kExitFile, arguments.scene.scene + ": needs a moving body and another one");
+    return Fail(kExitFile,
+                arguments.scene.scene + ": the scene needs a moving body and another one");
   }
   const ProximityFigures f = Measure(proximity, bodies->size(), part);
   const double in_range = static_cast<double>(f.in_range) / (kPoses * kVertices);
@@ -167,8 +168,9 @@ int RunProximity(const ProximityArguments& arguments) {
 
 void AddBenchProximity(CLI::App& bench, int& exit_code) {
   auto arguments = std::make_shared<ProximityArguments>();
-  CLI::App* command = bench.add_subcommand(
-      "proximity", "Time what is asked beside the loop: vertices' distances, shadow, nearest");
+  CLI::App* command = bench.add_subcommand("proximity",
+                                           "Measure the time of distance queries beside the haptic "
+                                           "loop: vertices' distances, shadow, nearest");
   AddBenchScene(*command, arguments->scene);
   command->add_flag("--json", arguments->json, "print one JSON object");
   command->callback([arguments, &exit_code] {

@@ -60,7 +60,7 @@ Result<std::shared_ptr<const WorldModel>> LoadRemoval(const RemovalArguments& ar
     const double spacing = 1e-3 * arguments.points_mm / scene->voxel_size;
     if (spacing > 1) {
       char text[100];
-      std::snprintf(text, sizeof text, "--points-mm: at most the voxel size, %g mm",
+      std::snprintf(text, sizeof text, "--points-mm: expected at most the voxel size, %g mm",
                     1e3 * scene->voxel_size);
       return Error{text};
     }
@@ -113,10 +113,10 @@ Result<std::filesystem::path> HandFileOf(const RemovalArguments& arguments,
                                          const WorldModel& model) {
   if (!arguments.hand.empty()) return std::filesystem::path(arguments.hand);
   if (model.scene.hands.empty()) {
-    return Error{arguments.scene + ": no hand; give one by --hand"};
+    return Error{arguments.scene + ": the scene has no hand; give one with --hand"};
   }
   if (model.BodyNamed(model.scene.hands[0].body) != 0) {
-    return Error{arguments.scene + ": the first hand is to hold the first moving body"};
+    return Error{arguments.scene + ": the first hand must hold the first moving body"};
   }
   return model.scene.hands[0].file;
 }
@@ -126,7 +126,7 @@ Result<Removal> PrepareRemoval(const RemovalArguments& arguments) {
   if (!loaded) return loaded.error();
   Removal removal;
   removal.model = *loaded;
-  if (!removal.model->has_fixture) return Error{arguments.scene + ": no fixed body"};
+  if (!removal.model->has_fixture) return Error{arguments.scene + ": the scene has no fixed body"};
   const Result<std::filesystem::path> file = HandFileOf(arguments, *removal.model);
   if (!file) return file.error();
   Result<HandScript> script = LoadHandScript(*file);
@@ -233,20 +233,20 @@ void PrintRemoval(const RemovalArguments& arguments, const Removal& removal,
               Us(figures.noise, 0.999));
   if (arguments.passes > 0) {
     std::printf(
-        "  of %d passes back to back, each frame's least: p50 %.1f us, p99 %.1f us, p99.9 "
-        "%.1f us\n",
+        "  %d passes back to back, each frame's least time: p50 %.1f us, p99 %.1f us, p99.9 %.1f "
+        "us\n",
         arguments.passes, Us(run.least, 0.5), Us(run.least, 0.99), Us(run.least, 0.999));
   }
   std::printf("  MaxTravel   at its bound in %.2f %% of %ld frames; %ld deadlines missed\n",
               100 * run.at_bound(), figures.frames, figures.missed);
   if (arguments.voxel_memory > 0) {
     std::printf(
-        "  stalls      %ld, %.3f s in all, the longest %d ms; %llu pages read, %llu given up\n",
+        "  stalls      %ld, %.3f s together, the longest %d ms; %llu pages read, %llu given up\n",
         figures.waits.count, 1e-3 * static_cast<double>(figures.waits.frames),
         figures.waits.longest, static_cast<unsigned long long>(run.paged.pages_read),
         static_cast<unsigned long long>(run.paged.pages_given_up));
   }
-  std::printf("  memory      %.0f MB of voxels, %.0f MB at most in all; %ld page faults\n",
+  std::printf("  memory      %.0f MB of voxels, peak %.0f MB in all; %ld page faults\n",
               1e-6 * static_cast<double>(run.voxel_bytes), 1e-6 * static_cast<double>(PeakBytes()),
               figures.page_faults);
 }
@@ -273,41 +273,40 @@ int RunRemoval(const RemovalArguments& arguments) {
 
 void AddBenchRemoval(CLI::App& bench, int& exit_code) {
   auto arguments = std::make_shared<RemovalArguments>();
-  CLI::App* command = bench.add_subcommand(
-      "removal",
-      "A hand takes a part out through contact, at 1 kHz, and then again without pauses");
-  command->add_option("--scene", arguments->scene, "a scene of tandem's by name, or a scene file")
+  CLI::App* command = bench.add_subcommand("removal",
+                                           "Measure a removal: a hand takes a part out through "
+                                           "contact at 1 kHz, and again without pauses");
+  command->add_option("--scene", arguments->scene, "name of a scene, or a scene file")
       ->capture_default_str();
-  command->add_option("--hand", arguments->hand, "hand file; default: the scene's first");
+  command->add_option("--hand", arguments->hand, "hand file; default: the scene's first hand");
   command
       ->add_option("--points-mm", arguments->points_mm,
-                   "distance of the part's points in millimetres; default: the scene's")
+                   "spacing of the part's points, mm; default: the scene's")
       ->check(NumberFrom(1e-3, 1e4));
-  command
-      ->add_option("--voxel-mm", arguments->voxel_mm,
-                   "voxel size in millimetres; default: the scene's")
+  command->add_option("--voxel-mm", arguments->voxel_mm, "voxel size, mm; default: the scene's")
       ->check(NumberFrom(1e3 * kLeastVoxel, 1e3 * kLargestVoxel));
   command
-      ->add_option("--capacity", arguments->capacity,
-                   "points that may be tested in a frame; default: what fits --budget here")
+      ->add_option(
+          "--capacity", arguments->capacity,
+          "point tests in a frame, at most; default: as many as fit into --budget on this machine")
       ->check(NumberAbove(0, 1e9));
-  command->add_option("--budget", arguments->budget_us, "microseconds of a frame for its tests")
+  command->add_option("--budget", arguments->budget_us, "time of a frame for its point tests, us")
       ->check(NumberFrom(10, 1000))
       ->capture_default_str();
-  command->add_option("--passes", arguments->passes, "runs back to back")
+  command->add_option("--passes", arguments->passes, "number of runs back to back")
       ->check(WholeNumberFrom(1, 1000))
       ->capture_default_str();
   command
       ->add_option("--voxel-memory", arguments->voxel_memory,
-                   "most memory for the fixed bodies' voxels, such as 512MiB: the rest is read as "
-                   "it is needed; default: all are in memory")
+                   "memory for the fixed bodies' voxels, at most, such as 512MiB; the rest is read "
+                   "as needed; default: all voxels stay in memory")
       ->transform(SizeInBytes());
   command
       ->add_option("--disk-mb-per-s", arguments->disk_mb_per_s,
-                   "reads voxels no faster than so many megabytes a second")
+                   "greatest speed of reading voxels, MB/s")
       ->check(NumberAbove(0, 1e6));
   command->add_option("--plots", arguments->plots,
-                      "folder to write pictures into: frame times, contacts, forces");
+                      "folder for pictures: frame times, contacts, forces");
   command->add_flag("--json", arguments->json, "print one JSON object");
   command->callback([arguments, &exit_code] {
     exit_code = RunRemoval(*arguments);

@@ -288,7 +288,7 @@ std::string Deadlines(const ordered_json& row) {
 int RunBenchSession(const SessionArguments& arguments) {
   const Result<Scene> scene = LoadNamedScene(arguments.scene);
   if (!scene) return Fail(kExitFile, scene.error().what);
-  if (scene->hands.empty()) return Fail(kExitFile, arguments.scene + ": it has no hands");
+  if (scene->hands.empty()) return Fail(kExitFile, arguments.scene + ": the scene has no hands");
   const double load = LoadAverage();
   ordered_json json;
   if (!arguments.viewers.empty()) {
@@ -322,10 +322,9 @@ int RunBenchSession(const SessionArguments& arguments) {
                 json.at("viewerless_ratio").get<double>());
   } else if (arguments.compare.empty()) {
     std::printf(
-        "%zu peers at %.0f Hz: %.4f %% of %.0f samples delivered, the worst pair %.4f %%; "
-        "%d of %d pairs heard of one another; the latest peer sent %.2f %% of what it was to "
-        "send; with a moving hand %d of %d frames took more than 1 ms and %d deadlines were "
-        "missed\n",
+        "%zu peers at %.0f Hz: %.4f %% of %.0f samples delivered, the worst pair %.4f %%; %d of %d "
+        "pairs received messages; the slowest peer sent %.2f %% of its samples; with a moving hand "
+        "%d of %d frames took more than 1 ms and %d deadlines were missed\n",
         arguments.peers, arguments.hz, 100 * json.at("delivered").get<double>(),
         json.at("samples_sent").get<double>(), 100 * json.at("least_delivered").get<double>(),
         json.at("pairs_heard").get<int>(), json.at("pairs").get<int>(),
@@ -352,34 +351,35 @@ int RunBenchSession(const SessionArguments& arguments) {
 void AddBenchSession(CLI::App& bench, int& exit_code) {
   auto arguments = std::make_shared<SessionArguments>();
   CLI::App* command = bench.add_subcommand(
-      "session", "Whole peers on this machine: samples delivered, and what a frame takes");
+      "session", "Measure whole peers on this machine: samples delivered, and the time of a frame");
   command->add_option("--scene", arguments->scene, "scene with hands on a shared body")
       ->capture_default_str();
-  command->add_option("--peers", arguments->peers, "that hold the body together")
+  command->add_option("--peers", arguments->peers, "number of peers that hold the shared body")
       ->check(WholeNumberFrom(2, 16))
       ->capture_default_str();
-  command->add_option("--hz", arguments->hz, "rate of states sent")
+  command->add_option("--hz", arguments->hz, "rate of published states, Hz")
       ->check(NumberFrom(10, 1000))
       ->capture_default_str();
-  command->add_option("--seconds", arguments->seconds, "of the hands' motion")
+  command->add_option("--seconds", arguments->seconds, "duration of the hands' motion, s")
       ->check(NumberFrom(1, 600))
       ->capture_default_str();
   CLI::Option* viewers =
       command
           ->add_option("--viewers", arguments->viewers,
-                       "instead: a frame's processor time of two peers with so many viewers behind "
-                       "a relay, as 8,32, and twice without any")
+                       "instead, measure a frame's processor time in two peers with this many "
+                       "viewers behind a relay, such as 8,32, and twice with none")
           ->delimiter(',')
           ->check(WholeNumberFrom(1, 64));
   command
       ->add_option("--compare", arguments->compare,
-                   "instead: a frame's processor time with so many peers who hold the body, as "
-                   "1,2,4, in one "
-                   "session and each in one of its own")
+                   "instead, measure a frame's processor time with this many peers that hold the "
+                   "body, such as 1,2,4: in one session, and each in its own")
       ->delimiter(',')
       ->check(WholeNumberFrom(1, 16))
       ->excludes(viewers);
-  command->add_option("--rounds", arguments->rounds, "of --compare and --viewers; medians count")
+  command
+      ->add_option("--rounds", arguments->rounds,
+                   "number of rounds of --compare and --viewers; medians count")
       ->check(WholeNumberFrom(1, 99))
       ->capture_default_str();
   command->add_flag("--json", arguments->json, "print one JSON object");

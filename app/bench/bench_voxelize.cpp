@@ -100,12 +100,12 @@ nlohmann::ordered_json AsJson(const SurfaceFigures& surface) {
 
 void Print(const SurfaceFigures& surface) {
   std::printf(
-      "surface for refined contact: made in %.3f s (%.3f s of processor time), written in %.3f s, "
-      "mapped and checked in %.4f s; field %.1f MB, features %.1f MB%s\n",
+      "surface file for refined contact: made in %.3f s (%.3f s of processor time), written in "
+      "%.3f s, mapped and checked in %.4f s; field %.1f MB, features %.1f MB%s\n",
       surface.build_s, surface.build_cpu_s, surface.save_s, surface.map_s,
       1e-6 * static_cast<double>(surface.field_bytes),
       1e-6 * static_cast<double>(surface.feature_bytes),
-      surface.same ? "" : "; what is mapped is another one");
+      surface.same ? "" : "; the mapped file differs");
 }
 
 int RunVoxelizeBench(const VoxelizeBenchArguments& arguments) {
@@ -185,9 +185,10 @@ int RunVoxelizeBench(const VoxelizeBenchArguments& arguments) {
 
 void AddBenchVoxelize(CLI::App& bench, int& exit_code) {
   auto arguments = std::make_shared<VoxelizeBenchArguments>();
-  CLI::App* command = bench.add_subcommand("voxelize", "Time the voxelization of a mesh file");
-  command->add_option("file", arguments->file, "mesh file")->required();
-  command->add_option("--voxel", arguments->voxel_size, "voxel size in metres")
+  CLI::App* command =
+      bench.add_subcommand("voxelize", "Measure the time of voxelizing a mesh file");
+  command->add_option("file", arguments->file, "mesh file to voxelize")->required();
+  command->add_option("--voxel", arguments->voxel_size, "voxel size, m")
       ->check(NumberFrom(kLeastVoxel, kLargestVoxel))
       ->capture_default_str();
   command->add_option("--scale", arguments->scale, kScaleHelp)
@@ -195,8 +196,9 @@ void AddBenchVoxelize(CLI::App& bench, int& exit_code) {
   command->add_option("--threads", arguments->threads, "threads")
       ->check(WholeNumberFrom(1, kMostThreads))
       ->capture_default_str();
-  command->add_option("--surface", arguments->surface,
-                      "time the surface for refined contact too: made, written there, mapped");
+  command->add_option(
+      "--surface", arguments->surface,
+      "surface file for refined contact to write; its making and mapping are measured too");
   command->add_flag("--json", arguments->json, "print one JSON object");
   command->callback([arguments, &exit_code] {
     exit_code = RunVoxelizeBench(*arguments);

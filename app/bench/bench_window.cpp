@@ -145,7 +145,7 @@ int RunWindowBench(const WindowBenchArguments& arguments) {
   const Result<Scene> scene = LoadNamedScene(arguments.scene);
   if (!scene) return Fail(kExitFile, scene.error().what);
   if (arguments.pictures) return RunPictureBench(arguments, *scene);
-  if (scene->hands.empty()) return Fail(kExitFile, arguments.scene + ": it has no hands");
+  if (scene->hands.empty()) return Fail(kExitFile, arguments.scene + ": the scene has no hands");
   PeerFrames with;
   PeerFrames without;
   for (int round = 0; round < arguments.rounds; ++round) {
@@ -166,8 +166,9 @@ int RunWindowBench(const WindowBenchArguments& arguments) {
     std::printf("%s\n", JsonText(json, 2).c_str());
     return kExitOk;
   }
-  std::printf("a peer of 1 kHz, %s, and a window at it that draws %.0f pictures a second\n",
-              with.scheduler.c_str(), picture_hz);
+  std::printf(
+      "a peer of 1 kHz, %s, and a window connected to it that draws %.0f pictures a second\n",
+      with.scheduler.c_str(), picture_hz);
   const std::array<std::pair<const char*, const PeerFrames*>, 2> rows{
       {{"with the window", &with}, {"without it", &without}}};
   for (const auto& [name, figures] : rows) {
@@ -184,18 +185,22 @@ int RunWindowBench(const WindowBenchArguments& arguments) {
 void AddBenchWindow(CLI::App& bench, int& exit_code) {
   auto arguments = std::make_shared<WindowBenchArguments>();
   CLI::App* command = bench.add_subcommand(
-      "window", "Deadlines of a peer with a window at it and without, in turn; needs a display");
+      "window",
+      "Count the missed deadlines of a peer with and without a connected window; needs a display");
   command->add_option("--scene", arguments->scene, "scene with a hand")->capture_default_str();
-  command->add_option("--seconds", arguments->seconds, "of the hand's motion in each run")
+  command
+      ->add_option("--seconds", arguments->seconds, "duration of the hand's motion in each run, s")
       ->check(NumberFrom(1, 600))
       ->capture_default_str();
   command
-      ->add_option("--rounds", arguments->rounds,
-                   "of two runs with the window and two without, or of --pictures")
+      ->add_option(
+          "--rounds", arguments->rounds,
+          "number of rounds: two runs with the window and two without, or one of --pictures")
       ->check(WholeNumberFrom(1, 99))
       ->capture_default_str();
-  command->add_flag("--pictures", arguments->pictures,
-                    "time the pictures instead: full redraws, a fixed eye, a moving eye");
+  command->add_flag(
+      "--pictures", arguments->pictures,
+      "measure the time of pictures instead: full redraws, a fixed eye, a moving eye");
   command->add_flag("--json", arguments->json, "print one JSON object");
   command->callback([arguments, &exit_code] {
     exit_code = RunWindowBench(*arguments);

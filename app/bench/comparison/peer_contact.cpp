@@ -199,9 +199,9 @@ std::optional<Error> Run(const PeerPair& files) {
 int main(int argc, char** argv) {
   tandem::RunImportHelperIfAsked(argc, argv);
   tandem::PeerPair pair;
-  CLI::App app{"Haptic frames beside FCL; prints JSON"};
+  CLI::App app{"Measure haptic frames beside FCL; print JSON"};
   tandem::AddPeerPair(app, pair);
-  app.add_flag("--plain", pair.plain, "the plain contact model; default: refined");
+  app.add_flag("--plain", pair.plain, "use the plain contact model; default: refined");
   return tandem::RunPeer(app, argc, argv, [&] {
     return tandem::Run(pair);
   });

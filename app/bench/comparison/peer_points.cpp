@@ -178,7 +178,7 @@ int main(int argc, char** argv) {
   tandem::RunImportHelperIfAsked(argc, argv);
   openvdb::initialize();
   tandem::PeerPair pair;
-  CLI::App app{"Point tests beside OpenVDB's accessor; prints JSON"};
+  CLI::App app{"Measure point tests beside OpenVDB's accessor; print JSON"};
   tandem::AddPeerPair(app, pair);
   return tandem::RunPeer(app, argc, argv, [&] {
     return tandem::Run(pair);

@@ -27,9 +27,9 @@ int RunPeer(CLI::App& app, int argc, char** argv,
 }
 
 void AddPeerPair(CLI::App& app, PeerPair& pair) {
-  app.add_option("fixed", pair.fixed, "mesh file of what stands")->required();
-  app.add_option("moving", pair.moving, "mesh file of what moves")->required();
-  app.add_option("poses", pair.poses, "CSV of poses, in file units")->required();
+  app.add_option("fixed", pair.fixed, "mesh file of the fixed part")->required();
+  app.add_option("moving", pair.moving, "mesh file of the moving part")->required();
+  app.add_option("poses", pair.poses, "CSV file of poses, in file units")->required();
   app.add_option("--scale", pair.scale, "metres per file unit")->capture_default_str();
   app.add_option("--voxel", pair.voxel, "voxel size of the map, m")->capture_default_str();
   app.add_option("--spacing", pair.spacing, "spacing of the points, m; default: the voxel size");
@@ -47,7 +47,8 @@ Result<PeerModels> LoadPeerModels(const PeerPair& pair, ContactModel model) {
   std::erase_if(*poses, [&](const FilePose& pose) {
     return pose.fixed != pair.fixed.filename() || pose.moving != pair.moving.filename();
   });
-  if (poses->empty()) return Error{pair.poses.string() + ": no pose of these two files"};
+  if (poses->empty())
+    return Error{pair.poses.string() + ": the file has no pose of these two files"};
   for (FilePose& pose : *poses) pose.X_WM.p *= pair.scale;
 
   PeerModels models{.fixed = std::move(*fixed),

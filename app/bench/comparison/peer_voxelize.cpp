@@ -74,11 +74,12 @@ int main(int argc, char** argv) {
   tandem::RunImportHelperIfAsked(argc, argv);
   openvdb::initialize();
   tandem::Arguments arguments;
-  CLI::App app{"Voxelization beside OpenVDB's meshToVolume; prints JSON"};
-  app.add_option("file", arguments.file, "mesh file")->required();
+  CLI::App app{"Measure voxelization beside OpenVDB's meshToVolume; print JSON"};
+  app.add_option("file", arguments.file, "mesh file to voxelize")->required();
   app.add_option("--scale", arguments.scale, "metres per file unit")->capture_default_str();
   app.add_option("--voxel", arguments.voxel, "voxel size, m")->capture_default_str();
-  app.add_option("--threads", arguments.threads, "for both")->capture_default_str();
+  app.add_option("--threads", arguments.threads, "number of threads for both")
+      ->capture_default_str();
   return tandem::RunPeer(app, argc, argv, [&] {
     return tandem::Run(arguments);
   });

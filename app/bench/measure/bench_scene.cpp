@@ -12,9 +12,9 @@
 namespace tandem {
 
 void AddBenchScene(CLI::App& command, BenchScene& scene) {
-  command.add_option("--scene", scene.scene, "a scene of tandem's by name, or a scene file")
+  command.add_option("--scene", scene.scene, "name of a scene, or a scene file")
       ->capture_default_str();
-  command.add_option("--voxel", scene.voxel_size, "voxel size in metres; default: the scene's")
+  command.add_option("--voxel", scene.voxel_size, "voxel size, m; default: the scene's")
       ->check(NumberFrom(kLeastVoxel, kLargestVoxel));
 }
 
@@ -31,8 +31,8 @@ void HoldTheOthers(Scene& scene) {
   for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
     scene.bodies[i].fixed = scene.WholeOf(i) != moving;
   }
-  Say(scene.file.string() + ": no body is fixed; all but " + scene.bodies[moving].name +
-      " are held fast for this");
+  Say(scene.file.string() + ": the scene has no fixed body: all bodies but " +
+      scene.bodies[moving].name + " are held in place for this");
 }
 
 /// Makes the first body's pointshell anew, with about `wanted` points.
@@ -63,7 +63,7 @@ Result<std::shared_ptr<const WorldModel>> LoadBenchScene(const BenchScene& asked
   const bool plain = scene->contact == ContactModel::kPlain;
   const bool sets_points = asked.points > 0 && (plain || asked.needs_plain_parts);
   if (asked.points > 0 && !sets_points) {
-    Say(asked.scene + ": its contact tests features, not points: --points changes nothing");
+    Say(asked.scene + ": its contact tests features, not points, so --points changes nothing");
   }
   if (!world || (!sets_points && (plain || !asked.needs_plain_parts))) return world;
   auto changed = std::make_shared<WorldModel>(**world);
