@@ -70,7 +70,7 @@ const LabScene* LabScenes::Of(const LabCase& test) {
   if (Result<LabScene> loaded = LoadLabScene(test, LabSceneFolder())) {
     scene = *std::move(loaded);
   } else {
-    Say(loaded.error().what + "; the report has no theory and no courses in time of that scene");
+    Say(loaded.error().what + "; the report has no theory and no time series of that scene");
   }
   return scene ? &*scene : nullptr;
 }
@@ -98,7 +98,7 @@ std::optional<Error> AddSeries(std::size_t most, const std::filesystem::path& fo
     }
   }
   if (reruns.empty()) return std::nullopt;
-  Say("runs " + std::to_string(reruns.size()) + " cells again for their course in time");
+  Say("runs " + std::to_string(reruns.size()) + " cells again for their time series");
   std::vector<SweepCell> cells;
   for (std::size_t i = 0; i < reruns.size(); ++i) cells.emplace_back().number = i;
   RunCells(

@@ -172,7 +172,7 @@ void Print(const std::vector<Row>& rows) {
     if (row.point.fault) {
       std::printf("   %s\n", row.point.fault->what.c_str());
     } else if (!std::isfinite(row.point.measured)) {
-      std::printf("   %9.1f   none to 4 times that\n", row.point.predicted);
+      std::printf("   %9.1f   none up to 4 times that\n", row.point.predicted);
     } else {
       std::printf("   %9.1f   %12.1f   %5.3f   %8.2f%s\n", row.point.predicted, row.point.measured,
                   row.point.ratio(), row.point.onset_hz,
@@ -212,25 +212,28 @@ void AddStabilityBoundary(CLI::App& stability, int& exit_code) {
   auto arguments = std::make_shared<BoundaryArguments>();
   CLI::App* command = stability.add_subcommand(
       "boundary",
-      "The stiffness at which motion begins to grow, by bisection, beside the "
-      "exact one; ends with "
-      "1 where two users with free hands are not within 0.95 to 1.25 of it");
-  command->add_option("--hands", arguments->hands, "off, relaxed, heavy, firm")
+      "Find by bisection the stiffness at which motion begins to grow, and compare it with the "
+      "exact one; exit code 1 if two users with free hands are not within 0.95 to 1.25 of it");
+  command->add_option("--hands", arguments->hands, "hands, each off, relaxed, heavy or firm")
       ->delimiter(',')
       ->capture_default_str();
-  command->add_option("--delays", arguments->delays_s, "one way, s")
+  command->add_option("--delays", arguments->delays_s, "one-way delays, s")
       ->delimiter(',')
       ->check(NumberFrom(0.001, 1.1))
       ->capture_default_str();
-  command->add_option("--law", arguments->law, "whose drags; its stiffness is what is searched for")
+  command
+      ->add_option("--law", arguments->law,
+                   "coupling law whose drags count; its stiffness is searched for")
       ->check(OneOf({"constant", "p+dd", "p+d", "linear", "pdopt"}))
       ->capture_default_str();
-  command->add_option("--damping", arguments->damping, "with constant: against the ground, N s/m")
+  command
+      ->add_option("--damping", arguments->damping,
+                   "with --law constant: drag against the ground, N s/m")
       ->check(NumberFrom(0.1, 100))
       ->capture_default_str();
   command
       ->add_option("--relative-damping", arguments->relative_damping,
-                   "with constant: between the instances, N s/m")
+                   "with --law constant: drag between the instances, N s/m")
       ->check(NumberFrom(0, 100))
       ->capture_default_str();
   command->add_option("--users", arguments->users)
@@ -241,24 +244,25 @@ void AddStabilityBoundary(CLI::App& stability, int& exit_code) {
       ->capture_default_str();
   command
       ->add_option("--jitter-ms", arguments->jitter_ms,
-                   "up to so much more delay of a sample, at random")
+                   "greatest further delay of a sample, at random, s")
       ->check(NumberFrom(0, 1000))
       ->capture_default_str();
-  command->add_option("--loss", arguments->loss, "share of samples lost")
+  command->add_option("--loss", arguments->loss, "share of samples lost, 0 to 1")
       ->check(NumberFrom(0, 0.9))
       ->capture_default_str();
   command
-      ->add_option("--seeds", arguments->seeds,
-                   "of jitter, loss and the senders' phases: each boundary is found for each seed")
+      ->add_option(
+          "--seeds", arguments->seeds,
+          "random seeds of jitter, loss and the senders' phases; each gets a boundary of its own")
       ->delimiter(',')
       ->check(WholeNumberFrom(1, 2'000'000'000))
       ->capture_default_str();
   command
       ->add_option("--seconds", arguments->seconds,
-                   "of each run; 0: 60 s, or 300 delays where that is more")
+                   "length of each run, s; 0: 60 s, or 300 delays where that is more")
       ->check(NumberFrom(0, 3600))
       ->capture_default_str();
-  command->add_option("--jobs", arguments->jobs, "threads; 0: one for each processor")
+  command->add_option("--jobs", arguments->jobs, "number of threads; 0: one for each processor")
       ->check(WholeNumberFrom(0, 256));
   command->add_flag("--json", arguments->json, "print one JSON object");
   command->callback([arguments, &exit_code] {

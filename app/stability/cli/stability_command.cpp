@@ -4,7 +4,7 @@ namespace tandem {
 
 void AddStabilityCommand(CLI::App& app, int& exit_code) {
   CLI::App* stability = app.add_subcommand(
-      "stability", "Delay-injection experiments: whole peers in virtual time, judged by numbers");
+      "stability", "Run delay experiments: whole peers in virtual time, judged by numbers");
   stability->require_subcommand(1);
   AddStabilityLive(*stability, exit_code);
   AddStabilityPress(*stability, exit_code);

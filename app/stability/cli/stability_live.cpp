@@ -39,11 +39,14 @@ struct LiveArguments {
 
 /// Returns why live peers cannot run a case; empty: they can.
 std::string NotLive(const LabCase& test, bool tap) {
-  if (test.law.exchange_forces) return "peers never exchange forces";
+  if (test.law.exchange_forces) return "live peers never exchange forces";
   const std::vector<LabNetwork::Step>& schedule = test.network.schedule;
-  if (tap && !schedule.empty()) return "packets' delays do not change: leave --tap out";
+  if (tap && !schedule.empty())
+    return "--tap: the delays of real packets cannot change: leave --tap out";
   for (const LabNetwork::Step& step : schedule) {
-    if (step.cut) return "an outage ends links, and no peer's conditioner cuts more than motion";
+    if (step.cut)
+      return "a live peer cannot simulate an outage, which ends links: its conditioner cuts motion "
+             "alone";
   }
   return "";
 }
@@ -86,7 +89,7 @@ LiveFigures CompareFigures(const Metrics& real, const Metrics& simulated, double
     const bool pass = std::abs(off) <= bar;
     figures.within = figures.within && pass;
     figures.rows.push_back(
-        {{"name", std::string("live beside virtual time, off in ") + figure.name},
+        {{"name", std::string("live compared with virtual time, off in ") + figure.name},
          {"bar", "<= " + ShortNumber(bar)},
          {"value", std::abs(off)},
          {"pass", pass}});
@@ -135,7 +138,7 @@ int RunStabilityLive(const LiveArguments& arguments) {
   const Result<LabCase> read = LoadCase(arguments.file);
   if (!read) return Fail(kExitFile, read.error().what);
   if (const std::string why = NotLive(*read, arguments.tap); !why.empty()) {
-    return Fail(kExitUsage, arguments.file + ": cannot be run live: " + why);
+    return Fail(kExitUsage, arguments.file + ": cannot run live: " + why);
   }
   const Result<LabScene> scene = LoadLabScene(*read, LabSceneFolder());
   if (!scene) return Fail(kExitFile, scene.error().what);
@@ -161,9 +164,9 @@ int RunStabilityLive(const LiveArguments& arguments) {
   } else {
     PrintLive(arguments, test.name, live, simulated);
   }
-  if (!arguments.keep.empty()) Say("kept in " + tries->folder.string());
+  if (!arguments.keep.empty()) Say("files are in " + tries->folder.string());
   if (live.too_busy()) {
-    Say("the machine was too busy, twice: " + std::to_string(live.missed) + " of " +
+    Say("the machine was too busy in two tries: " + std::to_string(live.missed) + " of " +
         std::to_string(live.frames) + " frames came too late");
   }
   return figures.within
@@ -177,19 +180,21 @@ int RunStabilityLive(const LiveArguments& arguments) {
 void AddStabilityLive(CLI::App& stability, int& exit_code) {
   auto arguments = std::make_shared<LiveArguments>();
   CLI::App* command = stability.add_subcommand(
-      "live", "One case by real peers over DDS, in real time, beside virtual time");
-  command->add_option("case", arguments->file, "case file (docs/stability.md)")
+      "live",
+      "Run one case with real peers over DDS in real time, and compare it with virtual time");
+  command->add_option("case", arguments->file, "case file (JSON, docs/stability.md)")
       ->required()
       ->check(CLI::ExistingFile);
   command
       ->add_option("--bar", arguments->bar,
-                   "by how much divergence and force may differ, as a share; beyond it ends with 1")
+                   "allowed difference of divergence and force, as a share; exit code 1 beyond it")
       ->check(NumberAbove(0, 10))
       ->capture_default_str();
-  command->add_flag("--tap", arguments->tap,
-                    "as root: delays by a network of real packets, in place of the conditioner");
+  command->add_flag(
+      "--tap", arguments->tap,
+      "as root: let a network of real packets make the delays, in place of the conditioner");
   command->add_option("--keep", arguments->keep,
-                      "keep recordings, hands and plans in this folder, a sub-folder for each try");
+                      "folder for recordings, hands and plans, with a sub-folder for each try");
   command->add_flag("--json", arguments->json, "print one JSON object");
   command->callback([arguments, &exit_code] {
     exit_code = RunStabilityLive(*arguments);

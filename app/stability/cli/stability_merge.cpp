@@ -43,10 +43,10 @@ int RunStabilityMerge(const MergeArguments& arguments) {
 void AddStabilityMerge(CLI::App& stability, int& exit_code) {
   auto arguments = std::make_shared<MergeArguments>();
   CLI::App* command =
-      stability.add_subcommand("merge", "The shards of a sweep, as if it had been run at once");
-  command->add_option("files", arguments->files, "results files, or the folders they are in")
+      stability.add_subcommand("merge", "Merge the shards of a sweep as if it had run at once");
+  command->add_option("files", arguments->files, "results files, or the folders that contain them")
       ->required();
-  command->add_option("--out", arguments->out, "a folder for cells.jsonl and summary.json");
+  command->add_option("--out", arguments->out, "folder for cells.jsonl and summary.json");
   command->add_flag("--json", arguments->json, "print one JSON object");
   command->callback([arguments, &exit_code] {
     exit_code = RunStabilityMerge(*arguments);

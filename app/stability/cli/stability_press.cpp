@@ -131,7 +131,7 @@ void Print(const std::vector<Row>& rows, const ordered_json& claims) {
                 result.mean_force, result.force_std, result.touches_per_s, result.peak_force,
                 1e3 * result.most_overlap, 1e3 * result.most_lag);
   }
-  std::printf("\nDoes delay leave users with bodies of their own at peace?\n");
+  std::printf("\nDo users with bodies of their own come to rest under delay?\n");
   for (const ordered_json& claim : claims) {
     std::printf("%-6s %-14s yes at %s; no at %s\n", claim.at("motion").get<std::string>().c_str(),
                 claim.at("mirror").get<std::string>().c_str(),
@@ -183,22 +183,25 @@ void AddStabilityPress(CLI::App& stability, int& exit_code) {
   auto arguments = std::make_shared<PressArguments>();
   CLI::App* command = stability.add_subcommand(
       "press",
-      "Two users who press, push and tap one another's bodies, with three kinds of mirror");
-  command->add_option("--delays-ms", arguments->delays_ms, "one way, as 0,20,100")
+      "Run two users who press, push and tap one another's bodies, with three kinds of mirror");
+  command->add_option("--delays-ms", arguments->delays_ms, "one-way delays, ms, such as 0,20,100")
       ->delimiter(',')
       ->check(NumberFrom(0, 1000))
       ->capture_default_str();
   command
-      ->add_option("--jitter-ms", arguments->conditions.jitter_ms, "up to so much more, at random")
+      ->add_option("--jitter-ms", arguments->conditions.jitter_ms,
+                   "greatest further delay, at random, ms")
       ->check(NumberFrom(0, 200));
   command->add_option("--loss", arguments->conditions.loss, "share of samples lost, 0 to 1")
       ->check(NumberFrom(0, 0.9));
-  command->add_option("--seed", arguments->conditions.seed, "of jitter and loss")
+  command->add_option("--seed", arguments->conditions.seed, "random seed of jitter and loss")
       ->check(WholeNumberFrom(0, kLargestSeed));
-  command->add_option("--publish-hz", arguments->publish_hz, "rate of states sent")
+  command->add_option("--publish-hz", arguments->publish_hz, "rate of published states, Hz")
       ->check(NumberFrom(10, 1000))
       ->capture_default_str();
-  command->add_option("--jobs", arguments->jobs, "runs at a time; default: as many as processors")
+  command
+      ->add_option("--jobs", arguments->jobs,
+                   "number of runs at a time; default: one for each processor")
       ->check(WholeNumberFrom(1, kMostThreads));
   command->add_flag("--json", arguments->json, "print one JSON object");
   command->callback([arguments, &exit_code] {

@@ -84,10 +84,10 @@ void Print(const RandomSummary& summary, std::span<const FailingCase> failing, d
   std::printf("%zu cells: %zu not stable, %zu of %zu predicted stable measured unstable\n",
               summary.cells, summary.not_stable, summary.predicted_stable_measured_unstable,
               summary.predicted_stable);
-  std::printf("  energy generated  %9.4f mJ at the most, %.0f allowed\n", summary.max_energy_mJ,
+  std::printf("  energy generated  at most %9.4f mJ, %.0f allowed\n", summary.max_energy_mJ,
               1e3 * kMostRandomEnergy);
-  std::printf("  tail RMS          %9.4f mm/s at the most, %.1f allowed\n",
-              summary.max_tail_rms_mm_s, 1e3 * kMostRandomTail);
+  std::printf("  tail RMS          at most %9.4f mm/s, %.1f allowed\n", summary.max_tail_rms_mm_s,
+              1e3 * kMostRandomTail);
   std::printf("  %.0f s simulated in %.0f s (%.0f s of processors), digest %s\n",
               summary.simulated_s, wall_s, summary.cpu_s, summary.digest.c_str());
   for (const FailingCase& one : failing) {
@@ -162,21 +162,25 @@ int RunStabilityRandom(const RandomArguments& arguments) {
 void AddStabilityRandom(CLI::App& stability, int& exit_code) {
   auto arguments = std::make_shared<RandomArguments>();
   CLI::App* command = stability.add_subcommand(
-      "random", "Cases drawn by seed under the default law; exit code 1 if one is not calm");
-  command->add_option("--seeds", arguments->seeds, "how many cases")
+      "random", "Run cases drawn by seed under the default law; exit code 1 if one is not calm");
+  command->add_option("--seeds", arguments->seeds, "number of cases")
       ->check(WholeNumberFrom(1, 250'000))
       ->capture_default_str();
-  command->add_option("--first", arguments->first, "the first case's seed; the next have the next")
+  command
+      ->add_option("--first", arguments->first,
+                   "seed of the first case; the next cases have the next seeds")
       ->check(WholeNumberFrom(0, 1'000'000'000))
       ->capture_default_str();
-  command->add_option("--jobs", arguments->jobs, "cases at a time; default: processors")
+  command
+      ->add_option("--jobs", arguments->jobs,
+                   "number of cases at a time; default: one for each processor")
       ->check(WholeNumberFrom(1, kMostThreads));
   command
       ->add_option("--print", arguments->print,
-                   "no run: print the case of this seed, as `stability run` reads it")
+                   "seed of a case to print, as `stability run` reads it; runs nothing")
       ->check(WholeNumberFrom(0, 1'000'000'000));
   command->add_flag("--progress", arguments->progress,
-                    "show how far it is even where stderr is no terminal");
+                    "show progress even if stderr is not a terminal");
   command->add_flag("--json", arguments->json, "print one JSON object");
   command->callback([arguments, &exit_code] {
     exit_code = RunStabilityRandom(*arguments);

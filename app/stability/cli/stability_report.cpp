@@ -73,7 +73,7 @@ void AddPictures(LabScenes& scenes, ReportSweep& sweep) {
 void Paint(const Folder& folder, const std::vector<Picture>& pictures) {
   const std::filesystem::path program = ProgramFolder() / "tandem-view";
   if (!std::filesystem::exists(program)) {
-    Say("no tandem-view beside this program: pictures are SVG alone");
+    Say("tandem-view is not beside this program, so pictures are SVG only");
     return;
   }
   const TemporaryFolder between;
@@ -83,7 +83,7 @@ void Paint(const Folder& folder, const std::vector<Picture>& pictures) {
       ChildProcess::Start({program.string(), "--paint", file.string(), "--into",
                            (folder.path() / "pictures").string()});
   const std::optional<int> ended = painter ? painter->Wait(kPaintingTakes) : std::nullopt;
-  if (ended != kExitOk) Say("tandem-view did not paint: pictures are SVG alone");
+  if (ended != kExitOk) Say("tandem-view painted no pictures, so pictures are SVG only");
 }
 
 }  // namespace
@@ -135,17 +135,17 @@ int MakeReport(const ReportRequest& request) {
 void AddStabilityReport(CLI::App& stability, int& exit_code) {
   auto request = std::make_shared<ReportRequest>();
   CLI::App* command = stability.add_subcommand(
-      "report", "A page with maps, courses in time and tables of what was measured");
+      "report", "Write a page with maps, time series and tables of what was measured");
   command
-      ->add_option("results", request->files,
-                   "folders or .jsonl files of sweeps; JSON that boundary, live and press print")
+      ->add_option(
+          "results", request->files,
+          "folders or .jsonl files of sweeps, and JSON files that boundary, live and press print")
       ->required()
       ->check(CLI::ExistingPath);
-  command->add_option("--out", request->folder, "a folder for report.html and its data")
-      ->required();
+  command->add_option("--out", request->folder, "folder for report.html and its data")->required();
   command
       ->add_option("--series", request->series,
-                   "cells to run again for their course in time; 0: none")
+                   "number of cells to run again for their time series; 0: none")
       ->check(WholeNumberFrom(0, 100))
       ->capture_default_str();
   command->callback([request, &exit_code] {

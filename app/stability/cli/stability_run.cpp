@@ -76,15 +76,15 @@ void PrintLength(const LabCase& test, const Timed& run) {
   if (m.blew_up) {
     std::printf(
         "  ended             %9.2f s after the loops closed, %s\n", lasted_s,
-        std::isfinite(m.last_apart) && m.peak_apart >= 0.5 ? "0.5 m apart" : "no number any more");
+        std::isfinite(m.last_apart) && m.peak_apart >= 0.5 ? "0.5 m apart" : "not a number");
   } else if (lasted_s > 1.5 * test.Lasts()) {
-    std::printf("  went on           %9.2f s in place of %.2f s, since it decayed\n", lasted_s,
+    std::printf("  extended          %9.2f s instead of %.2f s, because it decayed\n", lasted_s,
                 test.Lasts());
   }
   if (run.result.verdict == Verdict::kUndecided) {
     std::printf("  undecided         %s\n",
-                DecaysAboveRest(m) ? "it decays and is not at rest: give the case more seconds"
-                                   : "too short for a growth: give the case more seconds");
+                DecaysAboveRest(m) ? "it decays but is not at rest: give the case more seconds"
+                                   : "too short to measure growth: give the case more seconds");
   }
 }
 
@@ -107,10 +107,10 @@ void Print(const LabCase& test, const Timed& run) {
   } else {
     std::printf("  settles           %9.2f s after the last input\n", m.settle_s);
   }
-  std::printf("  turned apart      %9.3f rad at the most\n", m.peak_turn);
+  std::printf("  rotated apart     %9.3f rad at the most\n", m.peak_turn);
   std::printf("  RMS 0.2-5 Hz      %9.4f mm/s, 5-100 Hz %.4f mm/s\n", 1e3 * m.band_low_rms,
               1e3 * m.band_high_rms);
-  std::printf("  hand's force      %9.2f N, %.0f N/s at the most; held back in %.1f %%\n",
+  std::printf("  hand's force      %9.2f N, %.0f N/s at the most; limited in %.1f %%\n",
               m.peak_force, m.peak_force_rate, 1e2 * m.guarded_share);
   std::printf("  link's force      %9.2f N, %.0f N/s at the most; gate acts in %.1f %%\n",
               m.link_force, m.link_force_rate, 1e2 * m.clip_share);
@@ -121,7 +121,7 @@ void Print(const LabCase& test, const Timed& run) {
   if (run.predicted) {
     std::printf(
         "  theory            %s: %.1f N/m of all links of a user, unstable from %.1f N/m on (%s)\n",
-        run.predicted->is_stable() ? "stable" : "not surely stable", run.predicted->stiffness,
+        run.predicted->is_stable() ? "stable" : "not certainly stable", run.predicted->stiffness,
         run.predicted->critical, NameOf(run.predicted->covers));
   }
   std::printf("%.1f s simulated in %.2f s of processor time: %.0f times as fast\n",
@@ -169,10 +169,10 @@ int RunStabilityRun(const RunArguments& arguments) {
 void AddStabilityRun(CLI::App& stability, int& exit_code) {
   auto arguments = std::make_shared<RunArguments>();
   CLI::App* command = stability.add_subcommand(
-      "run", "One case, all that is measured of it; ends with 1 where it is not stable");
-  command->add_option("case", arguments->file, "case file (docs/stability.md)")->required();
-  command->add_option("--series", arguments->series, "write its time series there (CSV)");
-  command->add_option("--every-ms", arguments->every_ms, "with --series: a line every so many ms")
+      "run", "Run one case and print all its measures; exit code 1 if it is not stable");
+  command->add_option("case", arguments->file, "case file (JSON, docs/stability.md)")->required();
+  command->add_option("--series", arguments->series, "time series file to write (CSV)");
+  command->add_option("--every-ms", arguments->every_ms, "with --series: time between lines, ms")
       ->capture_default_str()
       ->check(WholeNumberFrom(1, 1000));
   command->add_flag("--json", arguments->json, "print one JSON object");

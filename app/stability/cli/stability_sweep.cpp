@@ -168,7 +168,7 @@ int RunStabilitySweep(const SweepArguments& arguments) {
     rest.push_back(cell);
     cost += cell.cost;
   }
-  if (before > 0) Say(std::to_string(before) + " cells are there already");
+  if (before > 0) Say(std::to_string(before) + " cells are done already");
 
   SweepRun run{.jobs = arguments.jobs != 0 ? arguments.jobs
                                            : std::max(1U, std::thread::hardware_concurrency()),
@@ -211,28 +211,31 @@ int RunStabilitySweep(const SweepArguments& arguments) {
 void AddStabilitySweep(CLI::App& stability, int& exit_code) {
   auto arguments = std::make_shared<SweepArguments>();
   CLI::App* command = stability.add_subcommand(
-      "sweep", "A grid of cases on all processors; exit code 1 if a row of its table fails");
-  command->add_option("file", arguments->file, "the sweep (docs/stability-cluster.md)")->required();
-  command->add_option("--out", arguments->out,
-                      "a folder for cells.jsonl and summary.json; what is there already is not run "
-                      "again");
+      "sweep", "Run a grid of cases on all processors; exit code 1 if a row of its table fails");
+  command->add_option("file", arguments->file, "sweep file (JSON, docs/stability-cluster.md)")
+      ->required();
+  command->add_option(
+      "--out", arguments->out,
+      "folder for cells.jsonl and summary.json; the sweep does not repeat cells that are there");
   command
       ->add_option("--shard", arguments->shard,
-                   "i/n: one of n parts alike, to be merged with the others")
+                   "part to run, i/n: one of n equal parts, to be merged with the others")
       ->capture_default_str();
-  command->add_option("--jobs", arguments->jobs, "cells at a time; default: processors")
+  command
+      ->add_option("--jobs", arguments->jobs,
+                   "number of cells at a time; default: one for each processor")
       ->check(WholeNumberFrom(1, kMostThreads));
   command
-      ->add_option("--print", arguments->print,
-                   "no run: print the case of the cell of this number, as `stability run` reads "
-                   "it")
+      ->add_option(
+          "--print", arguments->print,
+          "number of a cell whose case to print, as `stability run` reads it; runs nothing")
       ->check(WholeNumberFrom(0, 100'000'000));
   command->add_flag("--progress", arguments->progress,
-                    "show how far it is even where stderr is no terminal");
+                    "show progress even if stderr is not a terminal");
   command->add_flag("--json", arguments->json, "print one JSON object");
-  command->add_option("--report", arguments->report,
-                      "a folder for the report (tandem stability report), and for the results "
-                      "unless --out is given");
+  command->add_option(
+      "--report", arguments->report,
+      "folder for the report (tandem stability report), and for the results if --out is not given");
   command->callback([arguments, &exit_code] {
     if (arguments->out.empty()) arguments->out = arguments->report;
     exit_code = RunStabilitySweep(*arguments);

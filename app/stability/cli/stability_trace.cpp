@@ -42,19 +42,19 @@ int RunStabilityTrace(const TraceArguments& arguments) {
 
 void AddStabilityTrace(CLI::App& stability, int& exit_code) {
   auto arguments = std::make_shared<TraceArguments>();
-  CLI::App* command = stability.add_subcommand(
-      "trace", "Make the trace of a network by a model, for plans and cases");
+  CLI::App* command =
+      stability.add_subcommand("trace", "Make a network trace from a model, for plans and cases");
   std::string names;
   for (const TraceModel& model : TraceModels()) names += (names.empty() ? "" : ", ") + model.name;
-  command->add_option("model", arguments->name, "one of " + names)->required();
-  command->add_option("--out", arguments->out, "write the trace there (CSV)")->required();
+  command->add_option("model", arguments->name, "model of a network, one of " + names)->required();
+  command->add_option("--out", arguments->out, "trace file to write (CSV)")->required();
   command->add_option("--seconds", arguments->length.seconds, "length")
       ->capture_default_str()
       ->check(NumberAbove(0, 3600));
-  command->add_option("--rate", arguments->length.rate_hz, "samples a second each way")
+  command->add_option("--rate", arguments->length.rate_hz, "samples each way, Hz")
       ->capture_default_str()
       ->check(NumberFrom(1, kMostTraceHz));
-  command->add_option("--seed", arguments->length.seed, "of all that is random")
+  command->add_option("--seed", arguments->length.seed, "random seed")
       ->capture_default_str()
       ->check(WholeNumberFrom(0, kLargestSeed));
   command->add_flag("--json", arguments->json, "print one JSON object");

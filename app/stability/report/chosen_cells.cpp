@@ -70,10 +70,10 @@ const CellRecord* Nearest(const Results& results, bool stable) {
 std::string Unexpected(const CellRecord& record) {
   const Verdict verdict = record.outcome.result.verdict;
   if (record.cell.expect == Expectation::kStable && verdict != Verdict::kStable) {
-    return "held to be stable, but " + std::string(NameOf(verdict));
+    return "expected stable, but " + std::string(NameOf(verdict));
   }
   if (record.cell.expect == Expectation::kUnstable && verdict != Verdict::kUnstable) {
-    return "a control, but " + std::string(NameOf(verdict));
+    return "a control (expected unstable), but " + std::string(NameOf(verdict));
   }
   const bool predicted = record.outcome.predicted && record.outcome.predicted->is_stable();
   if (predicted && verdict != Verdict::kStable) {
@@ -109,19 +109,19 @@ std::vector<ChosenCell> ChooseCells(const Results& results, std::size_t most) {
                       [](const CellRecord& record) {
                         return OrWorst(record.outcome.result.metrics.tail_rms);
                       }),
-             "default law's worst tail");
+             "default law, worst tail");
   choice.Add(Greatest(of_default_law,
                       [](const CellRecord& record) {
                         return OrWorst(record.outcome.result.metrics.generated_J);
                       }),
-             "default law's most energy");
+             "default law, most energy generated");
   choice.Add(Greatest(of_default_law,
                       [](const CellRecord& record) {
                         return OrWorst(record.outcome.result.metrics.peak_apart);
                       }),
-             "default law's farthest apart");
+             "default law, farthest apart");
   for (std::size_t i = 0; i < std::min(controls.size(), kMostOfAKind); ++i) {
-    choice.Add(controls[i], "a control, which must be reported unstable");
+    choice.Add(controls[i], "a control, expected unstable");
   }
   for (const auto& scene : of_scene) choice.Add(scene.second, "one of scene " + scene.first);
   choice.Add(Nearest(results, true), "stable, nearest below the boundary");

@@ -67,7 +67,7 @@ std::vector<std::string> ValuesOf(const CellRecord& record) {
       facts.motion,
       record.cell.expect == Expectation::kNothing ? "" : NameOf(record.cell.expect),
       NameOf(outcome.result.verdict),
-      !predicted ? "" : (outcome.predicted->is_stable() ? "stable" : "not surely"),
+      !predicted ? "" : (outcome.predicted->is_stable() ? "stable" : "not certainly"),
       Exact(StiffnessOf(record, facts)),
       Exact(predicted ? outcome.predicted->critical : kNone)};
   for (const MetricField& field : MetricFields()) {

@@ -64,13 +64,13 @@ std::string HeadOf(const ReportData& data, const std::vector<SweepRow>& rows) {
   const bool all = static_cast<std::size_t>(passed) == rows.size();
   std::string out = "<h1>Stability of shared bodies under delay</h1>\n";
   if (rows.empty()) {
-    out += "<p><span class=\"verdict\">no claim is judged</span> ";
+    out += "<p><span class=\"verdict\">the report judges no claim</span> ";
   } else {
     out += "<p><span class=\"verdict " + std::string(all ? "pass" : "fail") + "\">" +
            std::to_string(passed) + " of " + std::to_string(rows.size()) + " rows pass</span> ";
   }
   if (data.cells() > 0) out += std::to_string(data.cells()) + " experiments ";
-  if (data.searches > 0) out += std::to_string(data.searches) + " boundaries searched for";
+  if (data.searches > 0) out += std::to_string(data.searches) + " boundaries searched";
   out += "</p>\n<dl>";
   out += Fact("this report", "<code>" + EscapedMarkup(data.command) + "</code>");
   out += Fact("made by", "tandem " + EscapedMarkup(data.version));
@@ -135,12 +135,11 @@ std::string CellRowOf(const CellRecord& record, std::size_t sweep, const std::st
 }
 
 std::string CellsOf(const ReportSweep& sweep, std::size_t index) {
-  std::string out =
-      "<h3>All cells of " + EscapedMarkup(sweep.results.header.sweep) +
-      "</h3>\n<p>A cell's number leads to its case. <code>tandem stability run "
-      "CASE --series course.csv</code> runs it again bit for bit and writes its course "
-      "in time; <code>tandem stability live CASE</code> runs it with real peers.</p>\n"
-      "<div class=\"wide\"><table><thead><tr>";
+  std::string out = "<h3>All cells of " + EscapedMarkup(sweep.results.header.sweep) +
+                    "</h3>\n<p>The number of a cell links to its case. <code>tandem stability run "
+                    "CASE --series course.csv</code> runs it again bit for bit and writes its time "
+                    "series; <code>tandem stability live CASE</code> runs it with real "
+                    "peers.</p>\n<div class=\"wide\"><table><thead><tr>";
   const std::vector<std::pair<const char*, bool>> columns{{"cell", true},
                                                           {"scene", false},
                                                           {"users", true},
@@ -169,13 +168,13 @@ std::string CellsOf(const ReportSweep& sweep, std::size_t index) {
 }
 
 constexpr const char* kMapCaption =
-    "A tile is one run of whole peers with modelled hands. Its colour is how fast the velocities "
-    "grow or die out after the last push; its mark is the verdict, which looks at growth, at what "
-    "is left at the end, and at 0.5 m apart. What came to rest, or went out of bounds, has the "
-    "colour of the fastest: 0.5 m apart, or above 100 mm/s at the end, as far as the limits of "
-    "force let it. Below the exact boundary every mode of the lumped coupling dies out. Below "
-    "the passive line it does so whatever the body touches, below the any-delay line however late "
-    "the states are.";
+    "A tile is one run of whole peers with modelled hands. Its colour shows how fast the "
+    "velocities grow or decay after the last push. Its mark is the verdict, which counts growth, "
+    "the motion left at the end, and a distance of 0.5 m. Runs that came to rest have the colour "
+    "of the fastest decay. Runs that went out of bounds have the colour of the fastest growth: 0.5 "
+    "m apart, or above 100 mm/s at the end. Below the exact boundary every mode of the lumped "
+    "coupling decays. Below the passive line every mode decays whatever the body touches. Below "
+    "the any-delay line every mode decays at any delay.";
 
 std::string MapsOf(const ReportSweep& sweep, std::size_t index) {
   std::string out;
@@ -190,8 +189,8 @@ std::string MapsOf(const ReportSweep& sweep, std::size_t index) {
   }
   for (const Picture& other : sweep.others) {
     out += FigureOf(other,
-                    "Each mark is a run. Growth is cut at 2/s. Runs that went out of bounds stand "
-                    "at the top, runs at rest at the bottom, as in the maps.",
+                    "Each mark is a run. Growth is cut at 2/s. Runs that went out of bounds are at "
+                    "the top, runs at rest at the bottom, as in the maps.",
                     index);
   }
   return out;
@@ -209,15 +208,15 @@ std::string HtmlOf(const ReportData& data) {
   out += HeadOf(data, rows);
   if (!rows.empty()) out += RowsOf(rows);
   for (std::size_t i = 0; i < data.sweeps.size(); ++i) out += MapsOf(data.sweeps[i], i);
-  if (!data.series.empty()) out += "<h2>Courses in time</h2>\n";
+  if (!data.series.empty()) out += "<h2>Time series</h2>\n";
   for (const ReportSeries& one : data.series) {
     out += FigureOf(one.picture,
                     one.why + ". " + one.cell + ". All values: " + one.csv +
-                        (one.same ? "" : ". Run again it has another digest than the sweep's."),
+                        (one.same ? "" : ". The repeated run has another digest than the sweep's."),
                     0);
   }
   if (!data.tables.empty()) {
-    out += data.sweeps.empty() ? "<h2>Tables</h2>\n" : "<h2>Beside the sweeps</h2>\n";
+    out += data.sweeps.empty() ? "<h2>Tables</h2>\n" : "<h2>Other results</h2>\n";
   }
   for (const Picture& picture : data.pictures) out += FigureOf(picture, "", 0);
   for (const ReportTable& table : data.tables) {

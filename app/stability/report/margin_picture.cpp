@@ -165,7 +165,7 @@ Picture MarginPictureOf(const Results& results, const std::string& name) {
                                          true,
                                          false});
   Chart chart(picture, kMarginPlot,
-              {"stiffness over that of the boundary (what is beyond stands at the edges)", kLeast,
+              {"stiffness divided by the boundary's (values beyond are drawn at the edges)", kLeast,
                kMost, true},
               {"growth, 1/s", -1.05 * kMostGrowth, 1.05 * kMostGrowth, false});
   chart.DrawGrid();

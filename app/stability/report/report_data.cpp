@@ -27,11 +27,11 @@ constexpr std::size_t kMostRows = 10'000;
 constexpr double kLongestBoundaryDelay = 1e6;  // s
 
 constexpr std::array<std::pair<std::string_view, const char*>, 5> kTitles{
-    {{"boundary", "Measured boundary beside the exact one"},
-     {"live", "Real time beside virtual time"},
-     {"comparison", "Real time beside virtual time"},
+    {{"boundary", "Measured boundary compared with the exact one"},
+     {"live", "Real time compared with virtual time"},
+     {"comparison", "Real time compared with virtual time"},
      {"type1", "Users with bodies of their own (type 1), by their mirrors"},
-     {"claim", "Does delay leave users with bodies of their own at peace?"}}};
+     {"claim", "Do users with bodies of their own come to rest under delay?"}}};
 
 std::string TitleOf(const std::string& key) {
   for (const auto& title : kTitles) {
@@ -94,7 +94,7 @@ ReportTable TableOf(const std::string& title, const std::string& note, const Ord
   if (rows.size() > kMostRows) {
     Add("rows " + std::to_string(rows.size() - kMostRows), left_out);
   }
-  if (!left_out.empty()) Add("left out here: " + left_out, table.note);
+  if (!left_out.empty()) Add("not shown here: " + left_out, table.note);
   for (const OrderedJson& row : rows) {
     if (table.rows.size() == kMostRows) break;
     std::vector<std::string>& texts = table.rows.emplace_back();
@@ -123,10 +123,10 @@ bool IsBoundary(const OrderedJson& row) {
 /// Adds the result of `tandem stability boundary`: a table in words, and a picture.
 void AddBoundary(const OrderedJson& rows, ReportData& data) {
   ReportTable table{TitleOf("boundary"),
-                    "Stiffness of all links of a user together. A bar stands for two users with "
-                    "constant gains and free hands alone.",
+                    "Stiffness of all links of a user together. The bar applies only to two users "
+                    "with constant gains and free hands.",
                     {"hand", "one-way delay, ms", "law", "users", "network", "seed", "exact, N/m",
-                     "measured, N/m", "measured over exact", "onset, Hz", "runs", "bar", "holds"},
+                     "measured, N/m", "measured / exact", "onset, Hz", "runs", "bar", "holds"},
                     {}};
   std::vector<BoundaryMark> marks;
   for (const OrderedJson& row : rows) {
@@ -141,7 +141,7 @@ void AddBoundary(const OrderedJson& rows, ReportData& data) {
     table.rows.push_back(
         {text("hand", ""), TableNumber(1e3 * delay_s), text("law", ""), text("users", ""), network,
          text("seed", "1"), NumberOr(row, "predicted_N_m", "-"),
-         !fault.empty() ? fault : NumberOr(row, "measured_N_m", "none to 4 times that"),
+         !fault.empty() ? fault : NumberOr(row, "measured_N_m", "none up to 4 times that"),
          NumberOr(row, "ratio", "-"), NumberOr(row, "onset_hz", "-"), text("runs", ""),
          !judged ? "none" : (delay_s < 0.1 ? ">= 0.95" : "0.95 to 1.25"),
          judged ? text("pass", "-") : "-"});
@@ -255,8 +255,7 @@ std::optional<Error> AddFile(const std::filesystem::path& file, ReportData& data
   if (const auto sound = JsonFile::Parse(*text, file.string()); !sound) return sound.error();
   const OrderedJson object = OrderedJson::parse(*text, nullptr, false);
   if (!object.is_object()) {
-    return Error{file.string() +
-                 ": holds neither a sweep's results (.jsonl) nor an object of JSON"};
+    return Error{file.string() + ": is neither a sweep's results (.jsonl) nor a JSON object"};
   }
   AddObject(file.stem().string(), object, data);
   return std::nullopt;

@@ -62,7 +62,7 @@ std::optional<ReportTable> SeedSpreadOf(const Results& results) {
     return one->cells.front();
   });
   ReportTable table{"Spread over seeds of " + results.header.sweep,
-                    "A row for each case that was run with several seeds.",
+                    "Each row is a case that ran with several seeds.",
                     {"first cell",
                      "scene",
                      "users",

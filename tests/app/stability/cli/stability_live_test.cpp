@@ -131,11 +131,12 @@ TEST(StabilityLive, CasesThatNoPeerCanRunAreRefusedInALine) {
       scratch.Write("jump.json", R"({"network": {"schedule": [{"at_s": 3, "delay_s": 0.3}]}})");
   for (const auto& [arguments, why] :
        {std::pair(file.string(), "peers never exchange forces"),
-        std::pair(outage.string(), "an outage ends links"),
-        std::pair("--tap " + jump.string(), "packets' delays do not change: leave --tap out")}) {
+        std::pair(outage.string(), "a live peer cannot simulate an outage"),
+        std::pair("--tap " + jump.string(),
+                  "the delays of real packets cannot change: leave --tap out")}) {
     const Said said = RunTandem("stability live " + arguments);
     EXPECT_EQ(said.exit_code, kExitUsage);
-    EXPECT_THAT(said.err, HasSubstr(std::string("cannot be run live: ") + why));
+    EXPECT_THAT(said.err, HasSubstr(std::string("cannot run live: ") + why));
     EXPECT_EQ(std::count(said.err.begin(), said.err.end(), '\n'), 1) << said.err;
   }
 }

@@ -62,7 +62,7 @@ TEST(StabilityReport, SaysWhatIsWrongWithWhatItIsGiven) {
   const std::string out = " --out " + (folder.path() / "out").string();
   const Said said = RunTandem("stability report " + file + out);
   EXPECT_EQ(said.exit_code, kExitFile);
-  EXPECT_THAT(said.err, HasSubstr("a.json: holds neither"));
+  EXPECT_THAT(said.err, HasSubstr("a.json: is neither"));
   EXPECT_FALSE(std::filesystem::exists(folder.path() / "out"));
   EXPECT_EQ(RunTandem("stability report " + out).exit_code, kExitUsage);
 }

@@ -112,12 +112,12 @@ TEST(StabilityRun, GoesOnWhereACaseDecaysAndIsNotAtRest) {
   EXPECT_EQ(said.exit_code, kExitOk) << said.out;
   EXPECT_THAT(said.out, HasSubstr("case: stable"));
   EXPECT_THAT(said.out,
-              ContainsRegex("  went on +[0-9.]+ s in place of 12.00 s, since it decayed"));
+              ContainsRegex("  extended +[0-9.]+ s instead of 12.00 s, because it decayed"));
   // a case that gives its length is not made longer
   const Said early = RunFile(folder, R"({"seconds": 12, )" + text);
   EXPECT_EQ(early.exit_code, kExitFailed);
   EXPECT_THAT(early.out, HasSubstr("case: undecided"));
-  EXPECT_THAT(early.out, HasSubstr("it decays and is not at rest: give the case more seconds"));
+  EXPECT_THAT(early.out, HasSubstr("it decays but is not at rest: give the case more seconds"));
 }
 
 TEST(StabilityRun, AFaultyCaseIsOneLine) {

@@ -67,7 +67,7 @@ TEST(StabilitySweep, ComesToTheSameWithAnyJobsAndInShards) {
 
   // all cells are there: nothing is run
   const Said again = RunSweep(folder, "--json" + out("one"));
-  EXPECT_NE(again.err.find("5 cells are there already"), std::string::npos) << again.err;
+  EXPECT_NE(again.err.find("5 cells are done already"), std::string::npos) << again.err;
   EXPECT_EQ(nlohmann::json::parse(again.out)["digest"], summary["digest"]);
   // the finished log is not taken for a shard's
   EXPECT_EQ(RunSweep(folder, "--shard 1/2" + out("one")).exit_code, kExitFile);

@@ -62,7 +62,7 @@ TEST(ChosenCells, BeginWithWhatIsNotAsHeld) {
   const std::vector<ChosenCell> chosen = ChooseCells(results, 3);
   ASSERT_EQ(chosen.size(), 3U);
   EXPECT_EQ(chosen[0].number, 0U);
-  EXPECT_THAT(chosen[0].why, HasSubstr("held to be stable, but unstable"));
+  EXPECT_THAT(chosen[0].why, HasSubstr("expected stable, but unstable"));
 }
 
 TEST(ChosenCells, LeaveOutWhatCouldNotBeRun) {

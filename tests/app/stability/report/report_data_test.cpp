@@ -96,7 +96,7 @@ TEST(ReportData, ShowsABoundaryInWordsAndAsAPicture) {
   EXPECT_THAT(
       data.tables[0].columns,
       ElementsAre("hand", "one-way delay, ms", "law", "users", "network", "seed", "exact, N/m",
-                  "measured, N/m", "measured over exact", "onset, Hz", "runs", "bar", "holds"));
+                  "measured, N/m", "measured / exact", "onset, Hz", "runs", "bar", "holds"));
   EXPECT_THAT(data.tables[0].rows.at(0),
               ElementsAre("off", "100", "p+dd", "2", "jitter 20 ms, loss 5 %", "3", "100", "104",
                           "1.04", "1.5", "9", "none", "-"));
@@ -151,7 +151,7 @@ TEST(ReportData, KeepsTheFirstRowsAndColumnsOfATableThatNobodyReads) {
   ASSERT_EQ(data.tables.size(), 1U);
   EXPECT_EQ(data.tables[0].columns.size(), 100U);
   EXPECT_EQ(data.tables[0].rows.size(), 10'000U);
-  EXPECT_EQ(data.tables[0].note, "left out here: columns 3, rows 2");
+  EXPECT_EQ(data.tables[0].note, "not shown here: columns 3, rows 2");
 }
 
 }  // namespace
