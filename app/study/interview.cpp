@@ -133,12 +133,12 @@ std::optional<std::string> Interview::Ask(const StudyQuestion& question) {
       Tell("  a number from 1" + (question.low.empty() ? "" : " (" + question.low + ")") + " to 7" +
            (question.high.empty() ? "" : " (" + question.high + ")"));
     } else {
-      Tell("  in your words, no names; an empty line is an answer too");
+      Tell("  in your own words, without names; an empty line is an answer too");
     }
     const std::optional<std::string> line = Line();
     if (!line) return std::nullopt;
     if (const auto answer = AnswerOf(question, *line)) return answer;
-    Tell("'" + PlainLine(line->substr(0, 40)) + "' is no answer to this question:");
+    Tell("'" + PlainLine(line->substr(0, 40)) + "' is not an answer to this question:");
   }
 }
 

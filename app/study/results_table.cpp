@@ -132,15 +132,16 @@ std::vector<ResultColumn> ColumnsOf(const Study& study) {
   std::vector<ResultColumn> columns{
       {"participant", "text", "", "pseudonym, drawn by the study's seed"},
       {"block", "text", "", "block of the study"},
-      {"trial", "whole number", "", "number of the trial, as the participant was told it"},
+      {"trial", "whole number", "", "number of the trial, as the participant saw it"},
       {"repetition", "whole number", "", "repetition of the block's conditions, from 1"},
       {"place", "whole number", "", "place in its repetition, from 1"},
-      {"practice", "truth", "", "TRUE: left out of the analysis"},
+      {"practice", "truth", "", "TRUE: the analysis leaves this trial out"},
       {"task", "text", "", "task of the block"},
       {"condition", "text", "", "name of the condition"},
       {"scene", "text", "", "scene of the trial"},
       {"condition_delay_ms", "number", "ms", "injected one-way delay, in both directions"},
-      {"condition_jitter_ms", "number", "ms", "further delay, evenly spread from 0 to this"},
+      {"condition_jitter_ms", "number", "ms",
+       "greatest further delay of a sample, evenly spread from 0"},
       {"condition_loss", "number", "0 to 1", "share of samples lost outside bursts"},
       {"condition_burst_enter", "number", "0 to 1",
        "chance, before each sample, that a burst begins"},
@@ -148,13 +149,13 @@ std::vector<ResultColumn> ColumnsOf(const Study& study) {
        "chance, before each sample, that a burst ends"},
       {"condition_burst_loss", "number", "0 to 1", "share of samples lost within a burst"},
       {"condition_law", "text", "", "law by which stiffness follows delay"},
-      {"condition_gains", "text", "", "limits of the law that differ from the default"},
+      {"condition_gains", "text", "", "limits of the law that differ from the defaults"},
       {"condition_gate", "truth", "", "TRUE: energy gates are on"},
       {"state", "text", "",
-       "done; unanswered: measured, and its questions are open; cut: to be run again; lost: cut as "
+       "done; unanswered: measured, and its questions are open; cut: must run again; lost: cut as "
        "often as the study allows; planned: not begun"},
-      {"attempts", "whole number", "", "how often the trial was begun"},
-      {"begun_at", "text", "UTC", "when its last attempt began"}};
+      {"attempts", "whole number", "", "number of times that the trial began"},
+      {"begun_at", "text", "UTC", "time at which its last attempt began"}};
   for (const TrialMeasure& measure : AllTrialMeasures()) {
     columns.push_back({std::string(measure.name), "number", std::string(measure.unit),
                        std::string(measure.about)});
@@ -203,11 +204,10 @@ std::string CodebookJson(const Study& study) {
 }
 
 std::string CodebookText(const Study& study) {
-  std::string out =
-      "# Codebook of " + study.title +
-      "\n\n`results.csv` has a row for each trial of each participant, in UTF-8, with "
-      "commas, as RFC 4180 says. An empty cell has no value.\n\n"
-      "| column | kind | unit | meaning |\n|---|---|---|---|\n";
+  std::string out = "# Codebook of " + study.title +
+                    "\n\n`results.csv` has a row for each trial of each participant. Its format is "
+                    "RFC 4180: UTF-8, with commas. An empty cell has no value.\n\n| column | kind "
+                    "| unit | meaning |\n|---|---|---|---|\n";
   for (const ResultColumn& column : ColumnsOf(study)) {
     out += "| `" + column.name + "` | " + column.kind + " | " + column.unit + " | " +
            InTable(column.about) + " |\n";

@@ -103,16 +103,18 @@ StudySuccess ReadSuccess(const JsonNode& node) {
   if (node.Has("out")) success.out = node["out"].TrueOrFalse();
   if (node.Has("moved_mm")) success.moved_mm = node["moved_mm"].NumberAbove(0);
   if (success.out && success.moved_mm) {
-    node["moved_mm"].Fault("a task is done by 'out' or by 'moved_mm', not by both");
+    node["moved_mm"].Fault(
+        "give 'out' or 'moved_mm', not both: one of them decides when the task is done");
   }
   if (node.Has("time_s")) success.time_s = node["time_s"].NumberAbove(0);
   if (success.time_s && !success.has_goal()) {
-    node["time_s"].Fault("is the time until 'out' or 'moved_mm' is reached: give one of them");
+    node["time_s"].Fault(
+        "needs 'out' or 'moved_mm', because it limits the time until that is reached");
   }
   if (node.Has("hold_s")) {
     success.hold_s = node["hold_s"].NumberBetween(0.1, 60);
     if (!success.has_goal()) {
-      node["hold_s"].Fault("is how long 'out' or 'moved_mm' is kept: give one of them");
+      node["hold_s"].Fault("needs 'out' or 'moved_mm', because it is how long that must be kept");
     }
   }
   if (node.Has("peak_force_N")) success.peak_force_N = node["peak_force_N"].NumberAbove(0);
@@ -137,7 +139,8 @@ StudyTask ReadTask(const JsonNode& node) {
   }
   if (node.Has("motion")) {
     task.motion = node["motion"].Text("the name of a motion");
-    if (task.hands.empty()) node["motion"].Fault("is of hands of the lab: name them in 'hands'");
+    if (task.hands.empty())
+      node["motion"].Fault("is a motion of the lab's hands: name hands in 'hands'");
   }
   return task;
 }
@@ -164,7 +167,7 @@ StudyBlock ReadBlock(const JsonNode& node, const Study& study) {
   for (const JsonNode& item : Items(node, "conditions", kMostConditions)) {
     block.conditions.push_back(Find(item, study.conditions));
     if (!seen.insert(block.conditions.back()).second) {
-      item.Fault("stands here twice: use 'repetitions'");
+      item.Fault("is given twice: use 'repetitions'");
     }
   }
   if (node.Has("repetitions")) {
@@ -208,12 +211,12 @@ StudyQuestion ReadQuestion(const JsonNode& node) {
       question.choices.push_back(item.Text("an answer"));
     }
   } else if (node.Has("choices")) {
-    node["choices"].Fault("only a question of the kind 'choice' has them");
+    node["choices"].Fault("only a question of kind 'choice' has choices");
   }
   for (const char* end : {"low", "high"}) {
     if (!node.Has(end)) continue;
     if (question.kind != QuestionKind::kScale) {
-      node[end].Fault("only a question of the kind 'scale' has an end of a scale");
+      node[end].Fault("only a question of kind 'scale' has words for its ends");
     }
     (end[0] == 'l' ? question.low : question.high) = node[end].Text("a meaning");
   }
@@ -225,7 +228,7 @@ template <typename Named>
 void NoneTwice(const JsonNode& list, const std::vector<Named>& all, std::string Named::*name) {
   std::set<std::string> seen;
   for (const Named& one : all) {
-    if (!seen.insert(one.*name).second) list.Fault("'" + one.*name + "' stands here twice");
+    if (!seen.insert(one.*name).second) list.Fault("'" + one.*name + "' is given twice");
   }
 }
 
@@ -259,7 +262,7 @@ Study ReadStudy(const JsonNode& root) {
               static_cast<std::size_t>(study.blocks.back().repetitions);
   }
   if (trials > kMostTrials) {
-    root["blocks"].Fault("have " + std::to_string(trials) + " trials, and the most are " +
+    root["blocks"].Fault("have " + std::to_string(trials) + " trials; a study has at most " +
                          std::to_string(kMostTrials));
   }
   if (root.Has("questions")) {

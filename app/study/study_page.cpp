@@ -62,7 +62,7 @@ std::string WhatWasRun(const Study& study, const std::vector<ResultRow>& rows,
          Fact("participants",
               OfAll(participants.size(), static_cast<std::size_t>(study.participants))) +
          Fact("trials done", OfAll(done, rows.size())) +
-         Fact("trials begun more than once", std::to_string(again)) +
+         Fact("trials with more than one attempt", std::to_string(again)) +
          Fact("trials lost", std::to_string(lost)) + Fact("seed", std::to_string(study.seed)) +
          "</dl>\n";
 }
@@ -73,11 +73,10 @@ std::string WhatIsModelled(const Study& study) {
   for (const StudyCondition& condition : study.conditions) {
     if (condition.planted_slower == 1) continue;
     planted += " In " + condition.name + " its hands take " + PageFigure(condition.planted_slower) +
-               " times as long: the analysis should find that again.";
+               " times as long; the analysis should find this difference.";
   }
-  return "<p><b>This is a dry run: all hands are modelled, and answers are drawn at random. It "
-         "says "
-         "nothing about persons.</b>" +
+  return "<p><b>This is a dry run: all hands are modelled, and answers are drawn at random. Its "
+         "figures say nothing about persons.</b>" +
          EscapedMarkup(planted) + "</p>\n";
 }
 
@@ -144,14 +143,14 @@ Picture PictureOf(const Study& study, const MeasureEffect& effect) {
   picture.shapes.emplace_back(RectangleShape{plot, {}, Stroke{kBlack, 1, {}}, {}});
   picture.shapes.emplace_back(LabelShape{
       {22, plot.y + 0.5 * plot.height}, y.label, 13, TextAnchor::kMiddle, kBlack, false, true});
-  picture.shapes.emplace_back(
-      LabelShape{{plot.x, plot.bottom() + 48},
-                 "dots: means over participants with 95 % intervals; thin lines: participants",
-                 12,
-                 TextAnchor::kStart,
-                 {80, 80, 80},
-                 false,
-                 false});
+  picture.shapes.emplace_back(LabelShape{
+      {plot.x, plot.bottom() + 48},
+      "dots: means over participants with 95 % intervals; thin lines: single participants",
+      12,
+      TextAnchor::kStart,
+      {80, 80, 80},
+      false,
+      false});
   return picture;
 }
 
@@ -166,10 +165,10 @@ std::string StudyPage(const Study& study, const std::vector<ResultRow>& rows,
       "<h2>Conditions</h2>\n" + ConditionsTable(study) +
       "<h2>Effects</h2>\n<p>Each participant counts once in a condition, by the mean of their "
       "trials. Differences are paired within participants. Intervals are Student's, of 95 %. "
-      "d<sub>z</sub> is the mean of the differences over their standard deviation. A difference "
-      "is bold where its interval leaves out zero; no correction is made for many measures, so "
-      "look at those that were named before the study began. Practice trials are left "
-      "out.</p>\n" +
+      "d<sub>z</sub> is the mean of the differences divided by their standard deviation. A "
+      "difference is bold if its interval excludes zero. The page makes no correction for many "
+      "measures, so look at those that were named before the study began. It leaves practice "
+      "trials out.</p>\n" +
       SummaryTable(study, effects) +
       "<div style=\"display: grid; grid-template-columns: repeat(auto-fit, minmax(28em, 1fr))\">\n";
   std::string same;
@@ -182,18 +181,17 @@ std::string StudyPage(const Study& study, const std::vector<ResultRow>& rows,
   }
   out += "</div>\n";
   if (!same.empty()) {
-    out += "<p>The same for all participants in all conditions, and not drawn: " +
-           EscapedMarkup(same) + ".</p>\n";
+    out +=
+        "<p>The same for all participants in all conditions, so not drawn: " + EscapedMarkup(same) +
+        ".</p>\n";
   }
   const std::string choices = ChoicesTable(study, rows);
   if (!choices.empty()) {
     out +=
-        "<h2>Answers</h2>\n<p>Trials in which each answer was given; practice is left "
-        "out.</p>\n" +
+        "<h2>Answers</h2>\n<p>Number of trials with each answer, without practice trials.</p>\n" +
         choices;
   }
-  return out +
-         "<h2>Trials</h2>\n<p>codebook.md says what each column is, and in which unit.</p>\n" +
+  return out + "<h2>Trials</h2>\n<p>codebook.md explains each column and its unit.</p>\n" +
          TrialsTable(study, rows) + "</body></html>\n";
 }
 

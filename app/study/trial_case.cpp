@@ -59,7 +59,7 @@ Result<std::array<HandScript, 2>> HandsOf(const StudyTask& task, const LabScene&
     }
     if (user == scripts.size()) return scripts;
     return Error{"task " + task.name + ": its scene has no two hands on '" + body +
-                 "': give the task its 'hands'"};
+                 "': give 'hands' in the task"};
   }
   OrderedJson hands = OrderedJson::array();
   for (const std::string& hand : task.hands) {

@@ -168,7 +168,7 @@ Result<TrialLog> TrialLog::Open(const std::filesystem::path& file, const TrialLo
   log.descriptor_ = open(file.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC, 0666);
   if (log.descriptor_ < 0) return FaultOf(file, std::strerror(errno));
   if (flock(log.descriptor_, LOCK_EX | LOCK_NB) != 0) {
-    return FaultOf(file, "another 'tandem study' is at work with it: let that one end");
+    return FaultOf(file, "another 'tandem study' uses it: wait until that one ends");
   }
   std::ostringstream text;
   text << std::ifstream(file, std::ios::binary).rdbuf();
@@ -183,12 +183,12 @@ Result<TrialLog> TrialLog::Open(const std::filesystem::path& file, const TrialLo
   }
   if (log.header_.study_hash != header.study_hash) {
     return FaultOf(file,
-                   "is of another study file: finish with that one (study.json beside this "
-                   "log is a copy), or begin in another folder");
+                   "belongs to another study file: finish with that one (study.json beside this "
+                   "log is a copy), or use another folder");
   }
   if (log.header_.mode != header.mode || log.header_.site != header.site) {
-    return FaultOf(file, "is of '" + log.header_.mode + "' at the site '" + log.header_.site +
-                             "': begin '" + header.mode + "' at the site '" + header.site +
+    return FaultOf(file, "belongs to '" + log.header_.mode + "' at the site '" + log.header_.site +
+                             "': run '" + header.mode + "' at the site '" + header.site +
                              "' in another folder");
   }
   return log;

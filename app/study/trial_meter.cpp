@@ -14,11 +14,11 @@ constexpr double kApartS = 0.1;      // contacts less far apart in time count as
 constexpr double kLeastStep = 1e-4;  // m; length of a path's steps, so that noise adds nothing
 
 constexpr std::array kMeasures{
-    TrialMeasure{"success", "0 or 1", "1 where all criteria of the task are met",
+    TrialMeasure{"success", "0 or 1", "1 if all criteria of the task are met",
                  &TrialMeasures::success},
     TrialMeasure{"completion_s", "s",
-                 "time from the hand's start until the goal (out, or moved_mm) is reached and kept "
-                 "to the trial's end, looked at every 10 ms; empty where it is not reached",
+                 "time from the hand's start until the goal (out, or moved_mm) is reached and then "
+                 "kept to the trial's end, checked every 10 ms; empty if it is not reached",
                  &TrialMeasures::completion_s},
     TrialMeasure{"duration_s", "s", "length of the trial, from the hand's start",
                  &TrialMeasures::duration_s},
@@ -31,20 +31,21 @@ constexpr std::array kMeasures{
                  &TrialMeasures::collisions},
     TrialMeasure{"contact_s", "s", "time in contact", &TrialMeasures::contact_s},
     TrialMeasure{"path_mm", "mm",
-                 "length of the way of the body's centre of mass, in steps of 0.1 mm",
+                 "length of the path of the body's centre of mass, in steps of 0.1 mm",
                  &TrialMeasures::path_mm},
     TrialMeasure{"moved_mm", "mm",
                  "distance of the body's centre of mass from its first place, at the end",
                  &TrialMeasures::moved_mm},
     TrialMeasure{"divergence_mm", "mm",
                  "largest distance between the two instances of the body at equal times; with a "
-                 "partner at another site, of what was heard of it, its clock by the echoes",
+                 "partner at another site, from received poses, with clocks compared by echoes",
                  &TrialMeasures::divergence_mm},
     TrialMeasure{"delay_ms", "ms", "measured one-way delay: half the mean loop age",
                  &TrialMeasures::delay_ms},
-    TrialMeasure{"missed_share", "0 to 1",
-                 "share of frames that the participant's peer missed: the quality of the trial",
-                 &TrialMeasures::missed_share}};
+    TrialMeasure{
+        "missed_share", "0 to 1",
+        "share of frames that the participant's peer missed: a measure of the trial's quality",
+        &TrialMeasures::missed_share}};
 static_assert(sizeof(TrialMeasures) == kMeasures.size() * sizeof(double));  // none is missing
 
 }  // namespace

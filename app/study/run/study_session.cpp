@@ -34,16 +34,15 @@ namespace fs = std::filesystem;
 using OrderedJson = nlohmann::ordered_json;
 
 constexpr const char* kConsentQuestion =
-    "Nothing is recorded before you agree. What you do and answer is kept under the pseudonym that "
-    "you were given, never under your name. You may stop at any time, without a reason. Do you "
-    "agree to take part?";
+    "Nothing is recorded before you agree. The study keeps what you do and answer under your "
+    "pseudonym, never under your name. You may stop at any time, without a reason. Do you agree to "
+    "take part?";
 constexpr const char* kMouse =
     "In the window, press on the part and drag it. With the button held, the wheel moves it "
-    "towards "
-    "you and away, and Ctrl turns it. Space is the emergency stop, Ctrl and Space its end.";
+    "towards you and away, and Ctrl rotates it. Space is the emergency stop; Ctrl and Space end "
+    "it.";
 constexpr const char* kInputEnded =
-    "the input ended before all was answered: run the same command "
-    "again, it goes on there";
+    "the input ended before all questions were answered: run the same command again to go on there";
 
 std::string ModeOf(const StudyRequest& request) {
   if (!request.dry_run) return "persons";
@@ -126,13 +125,13 @@ std::optional<int> StudySession::WhoseTurn() const {
 
 int StudySession::Withdraw() {
   if (std::ranges::find(pseudonyms_, request_.withdraw) == pseudonyms_.end()) {
-    return Fail(kExitUsage, "--withdraw: that is no pseudonym of this study");
+    return Fail(kExitUsage, "--withdraw: this is not a pseudonym of this study");
   }
   std::error_code failed;
   fs::remove_all(request_.folder / request_.withdraw, failed);
   if (failed) return Fail(kExitFile, request_.folder.string() + ": " + failed.message());
   if (const auto fault = log_.Withdraw(request_.withdraw)) return Fail(kExitFile, fault->what);
-  Say(request_.withdraw + " has withdrawn: all that was kept of them is removed");
+  Say(request_.withdraw + " has withdrawn: the study has removed all their data");
   return kExitOk;
 }
 
@@ -161,7 +160,7 @@ StudySession::Ended StudySession::AskForConsent(int participant) {
 void StudySession::Pause(double seconds) {
   if (request_.dry_run || seconds <= 0) return;
   interview_.Tell("Pause of at least " + std::to_string(static_cast<long>(seconds)) +
-                  " s. What comes next is told when it is over.");
+                  " s. The study then tells you what comes next.");
   const auto until = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);
   // lines typed during the pause answer nothing
   while (std::chrono::steady_clock::now() < until) {
@@ -191,7 +190,7 @@ StudySession::Ended StudySession::Try(const TrialOfParticipant& trial, const fs:
                              trial.pseudonym + ", attempt " + std::to_string(attempts) +
                              ", was cut: " + measures.error().what;
     // a person must look at what is wrong before the next attempt
-    if (!request_.dry_run) return Failed(kExitFailed, line + "; run the same command to go on");
+    if (!request_.dry_run) return Failed(kExitFailed, line + "; run the same command to continue");
     Say(line);
     return {};
   }
@@ -234,8 +233,8 @@ StudySession::Ended StudySession::RunTrial(const TrialOfParticipant& trial) {
     if (!request_.dry_run) {
       char text[200];
       std::snprintf(text, sizeof text,
-                    "Trial %d. It ends by itself %safter %g s; press Enter when you are done "
-                    "before. Press Enter to begin.",
+                    "Trial %d. It ends by itself %safter %g s; press Enter if you are done "
+                    "earlier. Press Enter to begin.",
                     trial.plan.number, task.success.has_goal() ? "at its goal, or " : "",
                     task.time_limit_s);
       interview_.ForgetTyped();
@@ -287,8 +286,8 @@ int StudySession::Run() {
       // the typed word is not repeated, because it may be a person's name
       if (found == pseudonyms_.end()) {
         return Fail(kExitUsage,
-                    "--participant: that is no pseudonym of this study; names are never kept: give "
-                    "the pseudonym that the study told, such as " +
+                    "--participant: this is not a pseudonym of this study; the study keeps no "
+                    "names: give the pseudonym that it printed, such as " +
                         pseudonyms_.front() + ", or leave it out for the next participant");
       }
       who = static_cast<int>(found - pseudonyms_.begin());
@@ -311,12 +310,12 @@ int StudySession::Run() {
   });
   if (lost > lost_) {
     Say(Counted(static_cast<std::uint64_t>(lost), "trial") +
-        " of this study lost by now: cut as often as the study allows");
+        " of this study lost so far: cut as often as the study allows");
   }
   Say("results are in " + request_.folder.string() + ": results.csv, codebook.md, report.html");
   return lost_ == 0 ? kExitOk
                     : Fail(kExitFailed, Counted(static_cast<std::uint64_t>(lost_), "trial") +
-                                            " was cut as often as the study allows");
+                                            " lost: cut as often as the study allows");
 }
 
 }  // namespace
@@ -326,7 +325,7 @@ int RunStudy(const StudyRequest& request) {
   if (!study) return Fail(kExitFile, study.error().what);
   if (request.partner_site && study->modelled_partner) {
     return Fail(kExitUsage,
-                "--site partner: the study's partner is modelled: give it \"partner\": "
+                "--site partner: the study's partner is modelled: give the study file \"partner\": "
                 "\"person\"");
   }
   std::ostringstream text;

@@ -64,7 +64,7 @@ std::optional<Error> EndOf(std::vector<ChildProcess>& peers, bool& ended) {
     ended = ended && code.has_value();
     if (code && *code != kExitOk) {
       return Error{"a peer ended with exit code " + std::to_string(*code) +
-                   "; what it said is in the trial's folder"};
+                   "; its output is in the trial's folder"};
     }
   }
   return std::nullopt;
@@ -108,8 +108,8 @@ Result<const LabScene*> TrialRunner::SceneOf(const PlannedTrial& plan) {
   Result<LabScene> scene = LoadLabScene(test, LabSceneFolder());
   if (!scene) return scene.error();
   if (task.success.out && !scene->model->has_fixture) {
-    return Error{"task " + task.name + ": nothing is fixed in the scene " + name +
-                 " that its body could be out of"};
+    return Error{"task " + task.name + ": the scene " + name +
+                 " has no fixed body that the task's body could come out of"};
   }
   return &scenes_.emplace(key, *std::move(scene)).first->second;
 }
@@ -293,7 +293,7 @@ Result<TrialMeasures> TrialRunner::Measure(const PlannedTrial& plan, const LabSc
   if (report.is_discarded()) return Error{NameOfUser(own) + " left no report"};
   Result<std::vector<TraceSample>> trace = ReadTrace(file.string() + ".trace");
   if (!trace) return trace.error();
-  if (trace->empty()) return Error{"the participant's hand never had the body"};
+  if (trace->empty()) return Error{"the participant's hand never held the body"};
   const double limit_s = study_.tasks[study_.blocks[plan.block].task].time_limit_s;
   TrialMeter meter = MeterOf(plan, scene);
   std::size_t counted = 0;

@@ -48,7 +48,7 @@ TEST(Interview, AsksUntilTheAnswerIsOne) {
   Typed typed("8\n\nseven\n 7 \n");
   EXPECT_EQ(typed.interview().Ask(ExampleStudy().questions[0]), "7");
   EXPECT_THAT(typed.shown(), HasSubstr("a number from 1 (easy) to 7 (hard)"));
-  EXPECT_THAT(typed.shown(), HasSubstr("'seven' is no answer"));
+  EXPECT_THAT(typed.shown(), HasSubstr("'seven' is not an answer"));
 }
 
 TEST(Interview, AChoiceIsItsNumberOrItsWords) {

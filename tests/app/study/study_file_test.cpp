@@ -43,7 +43,7 @@ TEST(StudyFile, NamesThePlaceOfAFault) {
   EXPECT_THAT(RefusalOf("[\"near\", \"far\", \"bursty\"]", "[\"near\", \"fare\"]"),
               HasSubstr("expected one of near, far, bursty"));
   EXPECT_THAT(RefusalOf("[\"near\", \"far\", \"bursty\"]", "[\"near\", \"near\"]"),
-              HasSubstr("stands here twice"));
+              HasSubstr("is given twice"));
   EXPECT_THAT(RefusalOf("\"kind\": \"text\"", "\"kind\": \"words\""),
               HasSubstr("questions[2].kind: expected choice, scale or text"));
   EXPECT_THAT(RefusalOf("\"constant_stiffness\"", "\"linear_stiffness\""),

@@ -102,7 +102,7 @@ TEST_F(TrialLogTest, RefusesAnotherStudyAndASecondProgram) {
   ASSERT_TRUE(log);
   Result<TrialLog> second = Open();
   ASSERT_FALSE(second);
-  EXPECT_THAT(second.error().what, HasSubstr("another 'tandem study' is at work"));
+  EXPECT_THAT(second.error().what, HasSubstr("another 'tandem study' uses it"));
   { const TrialLog gone = *std::move(log); }
   TrialLogHeader other = kHeader;
   other.study_hash = "00fe";

@@ -257,7 +257,8 @@ TEST_F(StudyCommand, ReadsInThreeLinesOfPython) {
 TEST_F(StudyCommand, RefusesANameAndKeepsNoneOfIt) {
   const fs::path folder = scratch_.path() / "results";
   const Said said = Run(folder, "--dry-run --participant Gwendolyn");
-  ExpectRefused(said, kExitUsage, "that is no pseudonym of this study; names are never kept");
+  ExpectRefused(said, kExitUsage,
+                "this is not a pseudonym of this study; the study keeps no names");
   EXPECT_EQ(said.err.find("Gwendolyn"), std::string::npos);
   const std::string found = "grep -r Gwendolyn " + folder.string() + " >/dev/null 2>&1";
   EXPECT_NE(std::system(found.c_str()), 0);
@@ -286,7 +287,7 @@ TEST_F(StudyCommand, SaysWhatIsWrongBeforeAnybodyConsents) {
   const fs::path file = scratch_.Write("out.json", text);
   ExpectRefused(RunTandem("study --dry-run " + file.string() + " --into " +
                           (scratch_.path() / "none").string()),
-                kExitFile, "nothing is fixed in the scene free");
+                kExitFile, "the scene free has no fixed body");
 }
 
 // The repository's example can be run.

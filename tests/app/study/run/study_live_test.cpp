@@ -134,7 +134,7 @@ TEST(StudyLive, APersonIsAskedAndToldNothingOfTheCondition) {
   const std::string shown = ContentOf(out);
   EXPECT_THAT(shown, HasSubstr("Your pseudonym is P"));
   EXPECT_THAT(shown, HasSubstr("Trial 1."));
-  EXPECT_THAT(shown, HasSubstr("'9' is no answer"));
+  EXPECT_THAT(shown, HasSubstr("'9' is not an answer"));
   EXPECT_THAT(shown, HasSubstr("That was the last trial."));
   EXPECT_THAT(shown, Not(HasSubstr("late")));
   EXPECT_THAT(shown, Not(HasSubstr("150")));
