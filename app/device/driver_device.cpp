@@ -86,7 +86,7 @@ Result<bool> DriverDevice::Begin(const std::string& options, const Pose& X_WB0) 
   host_.now_ns = [] {
     return MonotonicNowNs();
   };
-  if (driver_->init(&host_) < 0) return refuse("the driver does not begin");
+  if (driver_->init(&host_) < 0) return refuse("the driver does not start");
   initialised_ = true;
 
   handle_.X_WA = X_WD0_ = X_WB0;
@@ -100,7 +100,8 @@ Result<bool> DriverDevice::Begin(const std::string& options, const Pose& X_WB0) 
     return refuse("the device does not open");
   }
   told_.struct_size = sizeof told_;
-  if (driver_->capabilities(device_, &told_) < 0) return refuse("it does not say what it can");
+  if (driver_->capabilities(device_, &told_) < 0)
+    return refuse("it does not report its capabilities");
   can_ = CapabilitiesOf(told_);
   if (told_.asks != 0) mailbox_ = std::make_unique<VendorMailbox>(can_.peak);
   if (driver_->start(device_) < 0) return refuse("the device does not start");
@@ -231,7 +232,7 @@ std::string DriverDevice::Trouble() const {
   if (!failed()) return {};
   char text[320] = "";
   if (driver_->last_error(device_, text, sizeof text) != TANDEM_OK || text[0] == '\0') {
-    return std::string(driver_->name) + ": the device is in trouble, and does not say why";
+    return std::string(driver_->name) + ": the device has a fault that it does not explain";
   }
   return std::string(driver_->name) + ": " + text;
 }

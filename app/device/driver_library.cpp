@@ -19,7 +19,7 @@ std::string LackOf(const TandemDriver& driver) {
   if (driver.abi_major != TANDEM_DEVICE_ABI_MAJOR) {
     return "it is built for version " + std::to_string(driver.abi_major) +
            " of the interface, and this program has version " +
-           std::to_string(TANDEM_DEVICE_ABI_MAJOR) + ": build it anew";
+           std::to_string(TANDEM_DEVICE_ABI_MAJOR) + ": build it again";
   }
   const bool is_whole =
       driver.name != nullptr && driver.kind != nullptr && driver.options != nullptr &&
@@ -27,7 +27,7 @@ std::string LackOf(const TandemDriver& driver) {
       driver.open != nullptr && driver.close != nullptr && driver.capabilities != nullptr &&
       driver.start != nullptr && driver.read != nullptr && driver.write != nullptr &&
       driver.stop != nullptr && driver.last_error != nullptr;
-  return is_whole ? "" : "a function or a text of its table is missing";
+  return is_whole ? "" : "its table lacks a function or a text";
 }
 
 bool IsDriverName(const std::string& name) {
@@ -47,13 +47,13 @@ Result<const TandemDriver*> DriverLibrary::Load(const std::filesystem::path& fil
   }
   const auto* driver = static_cast<const TandemDriver*>(dlsym(library, "tandem_driver"));
   if (driver == nullptr)
-    return Error{file.string() + ": no driver, for it exports no tandem_driver"};
+    return Error{file.string() + ": is not a driver, because it exports no tandem_driver"};
   if (const std::string lack = LackOf(*driver); !lack.empty()) {
     return Error{file.string() + ": " + lack};
   }
   if (file.stem() != driver->name) {
-    return Error{file.string() + ": its driver is called '" + driver->name + "': name the file " +
-                 driver->name + ".so"};
+    return Error{file.string() + ": its driver is called '" + driver->name +
+                 "': rename the file to " + driver->name + ".so"};
   }
   return driver;
 }

@@ -38,7 +38,7 @@ std::string DevicesOf(const std::string& name) {
     return MonotonicNowNs();
   };
   if (driver.init(&host) < 0) {
-    out["error"] = "the driver does not begin";
+    out["error"] = "the driver does not start";
     return JsonText(out, 2);
   }
   std::vector<TandemDeviceFound> found(kMostFound);

@@ -78,7 +78,9 @@ int Serve(const DeviceArguments& arguments) {
   }
   auto& memory = *static_cast<DeviceMemory*>(shared->data());
   if (memory.version != DeviceMemory::kVersion) {
-    return FailWith(memory, "tandem-device is of another version than the program that started it");
+    return FailWith(memory,
+                    "tandem-device and the program that started it have different versions: "
+                    "install both of one version");
   }
   DeviceWatch watch(controller, kPriority + 1);
   Result<std::unique_ptr<DriverDevice>> driver = OpenDriver(arguments.driver, AsPose(memory.home));
@@ -132,31 +134,31 @@ int Serve(const DeviceArguments& arguments) {
 
 int Run(int argc, char** argv) {
   CLI::App app{
-      "Tandem's device process: has one device in hand, and is the last guard before its "
-      "motors. 'tandem peer --device' starts it."};
+      "Tandem's device process: it runs one device, and is the last guard before its motors. "
+      "'tandem peer --device' starts it."};
   app.name("tandem-device");
   app.set_version_flag("--version", TANDEM_VERSION);
   DeviceArguments arguments;
-  app.add_option("--driver", arguments.driver, "driver, as NAME[:OPTIONS]");
+  app.add_option("--driver", arguments.driver, "driver of the device, as NAME[:OPTIONS]");
   app.add_option("--memory", arguments.memory, "file descriptor of the shared memory")
       ->check(WholeNumberFrom(0, 1'000'000));
-  app.add_option("--most-force", arguments.users.force, "N, the user's setting")
+  app.add_option("--most-force", arguments.users.force, "force limit that the user set, N")
       ->check(NumberAbove(0, kMostForAHand.force))
       ->capture_default_str();
-  app.add_option("--most-moment", arguments.users.moment, "N m, the user's setting")
+  app.add_option("--most-moment", arguments.users.moment, "moment limit that the user set, N m")
       ->check(NumberAbove(0, kMostForAHand.moment))
       ->capture_default_str();
   app.add_flag("--passivity-control", arguments.passivity_control,
-               "damp a port that gives out more energy than it took");
-  app.add_option("--core", arguments.core, "processor core that the loop keeps to")
+               "passivity control: damp a device that gives out more energy than it took in");
+  app.add_option("--core", arguments.core, "processor core of the loop")
       ->check(WholeNumberFrom(0, 1023));
   app.add_flag("--drivers", arguments.names, "print the drivers' names");
   app.add_option("--list", arguments.list,
-                 "print what there is for a driver, and what is missing, as one JSON object");
+                 "print the devices of a driver, and what is missing, as one JSON object");
   app.add_option(
       "--try", arguments.tried,
-      "read the device NAME[:OPTIONS] for a while, without force; print one JSON object");
-  app.add_option("--seconds", arguments.seconds, "how long --try takes")
+      "read the device NAME[:OPTIONS] for a while without force, and print one JSON object");
+  app.add_option("--seconds", arguments.seconds, "duration of --try, s")
       ->check(NumberFrom(0, 3600))
       ->capture_default_str();
   app.add_option("--to", arguments.to, "file descriptor for what --drivers, --list and --try print")
@@ -177,8 +179,8 @@ int Run(int argc, char** argv) {
   }
   if (arguments.driver.empty() || arguments.memory < 0) {
     std::fprintf(stderr,
-                 "tandem-device: --driver and --memory are wanted: 'tandem peer --device' "
-                 "starts it; see tandem-device --help\n");
+                 "tandem-device: give --driver and --memory; 'tandem peer --device' does that for "
+                 "you (tandem-device --help)\n");
     return kExitUsage;
   }
   return Serve(arguments);

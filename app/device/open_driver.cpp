@@ -37,7 +37,7 @@ Result<const TandemDriver*> DriverNamed(const std::string& name) {
   }
   std::string known;
   for (const std::string& one : DriverNames()) known += " " + one;
-  return Error{"no driver is called '" + name + "'; there are" + known};
+  return Error{"there is no driver '" + name + "'; the drivers are" + known};
 }
 
 Result<std::unique_ptr<DriverDevice>> OpenDriver(const std::string& asked, const Pose& X_WB0) {

@@ -44,7 +44,7 @@ class Options {
       if (word.empty()) continue;
       const std::size_t equals = word.find('=');
       if (equals == std::string_view::npos) {
-        Blame("'" + std::string(word) + "': KEY=VALUE is wanted");
+        Blame("'" + std::string(word) + "': expected KEY=VALUE");
         continue;
       }
       values_[std::string(word.substr(0, equals))] = std::string(word.substr(equals + 1));
@@ -68,19 +68,19 @@ class Options {
     if (is_number && (is_any || (number >= least && number <= most))) return number;
     char range[80] = "";
     if (!is_any) std::snprintf(range, sizeof range, " from %g to %g", least, most);
-    Blame(key + ": a number" + range + " is wanted, not '" + text + "'");
+    Blame(key + ": expected a number" + range + ", got '" + text + "'");
     return fallback;
   }
   bool Flag(const std::string& key, bool fallback) {
     const std::string text = Text(key);
     if (text.empty()) return fallback;
-    if (text != "yes" && text != "no") Blame(key + ": yes or no is wanted, not '" + text + "'");
+    if (text != "yes" && text != "no") Blame(key + ": expected yes or no, got '" + text + "'");
     return text == "yes";
   }
   /// Returns the first fault, or names an option that was given and not taken.
   std::string Fault() const {
     if (!fault_.empty() || values_.empty()) return fault_;
-    return "'" + values_.begin()->first + "' is none of its options";
+    return "'" + values_.begin()->first + "' is not an option of this driver";
   }
 
  private:

@@ -34,7 +34,7 @@ static int32_t List(TandemDeviceFound* found, int32_t room) {
 static int32_t Open(const TandemDeviceOpen* how, TandemDevice** device) {
   double radius_mm = 20;
   if (how->options[0] != '\0' && (sscanf(how->options, "radius_mm=%lf", &radius_mm) != 1 || !(radius_mm > 0 && radius_mm <= 100))) {
-    snprintf(fault, sizeof fault, "'%.40s': radius_mm=NUMBER is wanted, up to 100", how->options);
+    snprintf(fault, sizeof fault, "'%.40s': expected radius_mm=NUMBER, up to 100", how->options);
     return TANDEM_FAILED;
   }
   *device = calloc(1, sizeof **device);

@@ -149,9 +149,9 @@ TEST_F(DeviceCommand, AKilledPeerLeavesNoForceAndNoProcess) {
 
 TEST_F(DeviceCommand, SaysWhichDeviceCannotBe) {
   ExpectRefused(Run("one", "--name anna --hold right --device omega:7"), kExitDevice,
-                "no driver is called 'omega'");
+                "there is no driver 'omega'");
   ExpectRefused(Run("one", "--name anna --hold right --device omega"), kExitDevice,
-                "no driver is called 'omega'");
+                "there is no driver 'omega'");
   ExpectRefused(Run("one", "--name anna --hold right --device :7"), kExitUsage,
                 "expected NAME[:OPTIONS]; see 'tandem devices'");
   ExpectRefused(Run("one", "--name anna --hold right --device-force 31"), kExitUsage,

@@ -68,13 +68,14 @@ TEST(DevicesCommand, TriesADeviceWithoutForce) {
   EXPECT_EQ(out.at("ticks"), 800);
   EXPECT_NEAR(out.at("moved_mm").get<double>(), 5, 1e-6);
   EXPECT_EQ(out.at("failed"), 50);
-  EXPECT_THAT(out.at("troubles").at(0).get<std::string>(), HasSubstr("it was asked to fail"));
+  EXPECT_THAT(out.at("troubles").at(0).get<std::string>(),
+              HasSubstr("the driver was asked to fail"));
   EXPECT_EQ(out.at("allocations"), 0);
   EXPECT_GT(out.at("read_us").at("p99").get<double>(), 0);
 
   const Said none = RunTandem("devices --try omega --seconds 0.1");
   EXPECT_EQ(none.exit_code, kExitDevice);
-  EXPECT_THAT(none.err, HasSubstr("no driver is called 'omega'"));
+  EXPECT_THAT(none.err, HasSubstr("there is no driver 'omega'"));
 }
 
 }  // namespace

@@ -245,10 +245,10 @@ TEST(DeviceProcess, EndsInAnOrderlyWayWhenItIsToldTo) {
 TEST(DeviceProcess, SaysWhyThereIsNoDevice) {
   const auto none = DeviceProcess::Start({.driver = "omega:7"});
   ASSERT_FALSE(none);
-  EXPECT_THAT(none.error().what, ::testing::HasSubstr("no driver is called 'omega'"));
+  EXPECT_THAT(none.error().what, ::testing::HasSubstr("there is no driver 'omega'"));
   const auto wrong = DeviceProcess::Start({.driver = "fake:peak_N=lots"});
   ASSERT_FALSE(wrong);
-  EXPECT_THAT(wrong.error().what, ::testing::HasSubstr("a number is wanted, not 'lots'"));
+  EXPECT_THAT(wrong.error().what, ::testing::HasSubstr("expected a number, got 'lots'"));
 }
 
 TEST(DeviceProcess, TheProgramAloneSaysWhatStartsIt) {

@@ -114,7 +114,7 @@ class Fake {
     const std::string record = options.Text("record");
     fault = options.Fault();
     if (fault.empty() && vendor_asks_ && !(can_.rate_hz >= 100 && can_.rate_hz <= 10'000)) {
-      fault = "vendor=1 wants a rate_hz from 100 to 10000";
+      fault = "vendor=1 needs a rate_hz from 100 to 10000";
     }
     if (!fault.empty()) return false;
     can_.asks = vendor_asks_ ? 1 : 0;
@@ -225,7 +225,7 @@ const TandemDriver tandem_driver = {
     TANDEM_DEVICE_ABI_MINOR,
     0,
     "fake",
-    "for tests: keeps what its motor gets, and misbehaves on request",
+    "for tests: records the forces for its motor, and misbehaves on request",
     "record=FILE,x_mm=MM,fail_at=TICK,...",
     [](const TandemDeviceHost* given) {
       tandem::driver::host = given;
@@ -266,7 +266,8 @@ const TandemDriver tandem_driver = {
       tandem::driver::Of(device).Stop();
     },
     [](TandemDevice* device, char* text, std::uint32_t room) {
-      const char* said = device == nullptr ? tandem::driver::fault.c_str() : "it was asked to fail";
+      const char* said =
+          device == nullptr ? tandem::driver::fault.c_str() : "the driver was asked to fail";
       return tandem::driver::Put(text, room, said);
     },
     nullptr};

@@ -50,9 +50,9 @@ std::string Arm::Open() {
     std::string why = "the device does not open: ";
     why += said != nullptr ? said : "no reason given";
     if (fault == kDhdNoDriver) {
-      why += ": its USB driver has no right: see 'tandem devices'";
+      why += ": you have no right to use its USB driver: see 'tandem devices'";
     } else if (fault == kDhdBusy || fault == kDhdInUse) {
-      why += ": end the other program that has it";
+      why += ": another program uses it: end that one";
     } else {
       why += ": plug it in and switch it on";
     }
@@ -68,14 +68,15 @@ std::string Arm::Open() {
 
 std::string Arm::FindReference() {
   if (!dhd_.drdIsInitialized(id_)) {
-    host_->say(host_->context, "forcedimension: the arm moves itself now: keep your hands off it");
+    host_->say(host_->context,
+               "forcedimension: the arm moves by itself now: keep your hands off it");
     if (dhd_.drdAutoInit(id_) < 0) {
       return "the device did not find its reference: move the handle to the middle, and try again";
     }
   }
   // ends the library's own control of the arm, and leaves the force on
   if (dhd_.drdStop(true, id_) < 0) {
-    return "the library does not give the arm back: switch the device off and on, and try again";
+    return "the library does not release the arm: switch the device off and on, and try again";
   }
   return {};
 }
@@ -83,16 +84,16 @@ std::string Arm::FindReference() {
 std::string Arm::Prepare() {
   const bool is_guarded = dhd_.EnableExpertMode() >= 0 && dhd_.SetWatchdog(kWatchdog, id_) >= 0;
   if (!is_guarded) {
-    return "the device's watchdog cannot be set, without which a crash may leave a force";
+    return "the watchdog of the device cannot be set; without it a crash may leave a force on";
   }
   if (dhd_.SetMaxForce(most_force_, id_) < 0 ||
       (drives_wrist_ && dhd_.SetMaxTorque(most_moment_, id_) < 0)) {
-    return "the device's limit of force cannot be set";
+    return "the force limit of the device cannot be set";
   }
   if (dhd_.SetBrakes(0, id_) < 0 || dhd_.EnableForce(1, id_) < 0 ||
       dhd_.SetForceAndTorque(0, 0, 0, 0, 0, 0, id_) < 0) {
     const char* said = dhd_.ErrorGetLastStr();
-    return std::string("the device's motors cannot be switched on: ") +
+    return std::string("the motors of the device cannot be switched on: ") +
            (said != nullptr ? said : "no reason given");
   }
   // active while forces are sent; a device without it goes without
@@ -155,7 +156,7 @@ std::string Arm::Trouble() const {
   if (!line.empty()) return line;
   Sample sample;
   if (sample_.Read(sample) && MonotonicNowNs() - sample.time_ns > kOldNs) {
-    return "a call to the device's library hangs; its own watchdog ends the force";
+    return "a call to the device's library does not return; the device's watchdog ends the force";
   }
   return {};
 }

@@ -23,13 +23,13 @@ std::array<double, 3> InV(const double (&of)[3]) {
 const char* WhyNoForce(int cause) {
   switch (cause) {
     case kDhdByButton:
-      return "its force is switched off: press the force button at the device";
+      return "the force is switched off: press the force button on the device";
     case kDhdBySpeed:
-      return "the handle was too fast for the device, which braked: hold it still";
+      return "the handle moved too fast, so the device braked: hold it still";
     case kDhdByWatchdog:
-      return "the device got no force for 20 ms and switched it off";
+      return "the device received no force for 20 ms and switched its force off";
     case kDhdByUsb:
-      return "the device switched its force off, for USB failed";
+      return "the device switched its force off because USB failed";
     case kDhdByDeadMan:
       return "the device feels no hand: take hold of the handle";
     default:
@@ -134,18 +134,18 @@ std::int32_t Arm::LookAtStatus() noexcept {
   int status[17] = {};
   if (dhd_.GetStatus(status, id_) < 0) {
     if (status_ == TANDEM_FAILED) {
-      trouble_.Say("the device does not tell its state: switch it off and on");
+      trouble_.Say("the device does not report its state: switch it off and on");
     }
     return status_;
   }
   if (status[kDhdConnected] == 0) {
-    Lose("the device is not connected any more: plug it in");
+    Lose("the device is no longer connected: plug it in");
     return TANDEM_UNPLUGGED;
   }
   if (status[kDhdReset] == 0) {
     trouble_.Say(
         "the device has not found its reference: move the handle through its whole range, or give "
-        "calibrate=yes, by which the arm moves itself");
+        "calibrate=yes to let the arm move itself");
     return TANDEM_UNCALIBRATED;
   }
   if (status[kDhdForce] == 0) {

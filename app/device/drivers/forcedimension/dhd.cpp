@@ -45,7 +45,7 @@ std::string LoadDhd(const std::string& file, Dhd& dhd) {
   library.Take(dhd.drdAutoInit, "drdAutoInit");
   library.Take(dhd.drdStop, "drdStop");
   if (library.missing().empty()) return {};
-  return "the library has no function " + library.missing() + ": version 3.17 of the SDK is wanted";
+  return "the library has no function " + library.missing() + ": install version 3.17 of the SDK";
 }
 
 }  // namespace tandem::driver

@@ -12,9 +12,9 @@ namespace {
 constexpr const char* kMendLibrary =
     "install the Force Dimension SDK and set FDSDK to its folder, or give library=FILE";
 constexpr const char* kMendDevice =
-    "plug it in and switch it on; for its rights write SUBSYSTEM==\"usb\", "
+    "plug it in and switch it on; for the right to use it, write SUBSYSTEM==\"usb\", "
     "ATTR{idVendor}==\"1451\", MODE=\"0666\" (a Falcon: \"0403\") into "
-    "/etc/udev/rules.d/80-forcedimension.rules and plug it in anew";
+    "/etc/udev/rules.d/80-forcedimension.rules and plug it in again";
 
 /// Returns how to mend a library that the loader refused with `why`.
 const char* MendOf(const std::string& why) {

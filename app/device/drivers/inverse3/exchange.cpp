@@ -116,7 +116,7 @@ bool Exchange::TalkWhileConnected(std::string& fault) {
       trouble_.Say(condition == TANDEM_OK ? std::string() : line);
     } else if (++unsound > kMostUnsound) {
       fault = "the Inverse Service's messages cannot be read (" + why +
-              "): this driver knows version 3.5 of it; update the service";
+              "): this driver works with its version 3.5: update the service";
       socket_.Close(kByeNs);
       return false;
     }
@@ -154,21 +154,20 @@ std::int32_t Exchange::ConditionOf(std::string& line) {
   }
   if (!told_.calibrated) {
     line =
-        "the Inverse3 is not calibrated: lay its arm into the rest position, as Haply's guide "
-        "shows";
+        "the Inverse3 is not calibrated: lay its arm into the rest position, as in Haply's guide";
     return TANDEM_UNCALIBRATED;
   }
   if (!told_.ready) {
-    line = "the Inverse3 is not ready: wait; if it stays so, look into Haply Hub";
+    line = "the Inverse3 is not ready: wait; if that does not help, look into Haply Hub";
     return TANDEM_UNPLUGGED;
   }
   if (choice_.grip && !told_.grip) {
-    line = "the VerseGrip '" + choice_.grip->id + "' is gone or asleep: press one of its buttons";
+    line = "the VerseGrip '" + choice_.grip->id + "' does not answer: press one of its buttons";
     return TANDEM_UNPLUGGED;
   }
   if (ignored_) {
     const bool newer = choice_.form == ForceForm::kVector;
-    line = std::string("the Inverse Service does not follow forces written as ") +
+    line = std::string("the Inverse Service ignores forces written as ") +
            (newer ? "'vector': try the option force=values, or update the service"
                   : "'values': try the option force=vector");
     return TANDEM_FAILED;
@@ -238,7 +237,7 @@ void Exchange::Take(const Event& event) {
       break;
     case Event::Kind::kBusy:
       note.condition = TANDEM_UNPLUGGED;
-      line = "another program has the Inverse3: end that one";
+      line = "another program uses the Inverse3: end that one";
       break;
     case Event::Kind::kSafety:
       note.condition = TANDEM_UNPLUGGED;

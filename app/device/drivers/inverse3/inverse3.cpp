@@ -119,14 +119,14 @@ std::int32_t Inverse3::List(TandemDeviceFound* found, std::int32_t room) {
     Put(arm.name, std::string("Inverse3") + (grip ? " with VerseGrip" : ""));
     Put(arm.options, "device=" + one.id);
     if (!grip) {
-      Put(arm.missing, "a VerseGrip: without one the handle does not turn");
+      Put(arm.missing, "a VerseGrip: without it the handle does not rotate");
       Put(arm.mend, "pair a wireless VerseGrip in Haply Hub, or plug in a wired one");
     }
   }
   if (count > 0) return count;
   found->present = 0;
   Put(found->name, "Inverse3");
-  Put(found->missing, "an Inverse3: the Inverse Service runs and sees none");
+  Put(found->missing, "an Inverse3: the Inverse Service runs but sees none");
   Put(found->mend, "plug in its power supply and its USB cable");
   return 1;
 }
@@ -146,12 +146,12 @@ std::unique_ptr<Inverse3> Inverse3::Open(const char* text, const TandemDeviceHos
   place.rate_hz = options.Number("rate", place.rate_hz, 100, 4000);
   fault = options.Fault();
   if (fault.empty() && form != "vector" && form != "values" && form != "none") {
-    fault = "force: vector, values or none is wanted, not '" + form + "'";
+    fault = "force: expected vector, values or none, got '" + form + "'";
   }
   if (fault.empty() && !std::ranges::all_of(choice.preset, [](char c) {
         return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_' || c == '-';
       })) {
-    fault = "preset: letters, digits, '_' and '-' are wanted, as in arm_front_centered";
+    fault = "preset: expected letters, digits, '_' and '-', as in arm_front_centered";
   }
   if (!fault.empty()) return nullptr;
   choice.form = form == "vector"   ? ForceForm::kVector
@@ -177,7 +177,7 @@ std::unique_ptr<Inverse3> Inverse3::Open(const char* text, const TandemDeviceHos
     fault = "the Inverse Service sees no Inverse3 '" + choice.arm + "'; there are" + arms;
   } else if (!ChooseGrip(*there, grip, choice.grip)) {
     fault = "the Inverse Service sees no VerseGrip '" + grip +
-            "': connect it, or give grip=none for a handle that does not turn";
+            "': connect it, or give grip=none for a handle that does not rotate";
   }
   if (!fault.empty()) return nullptr;
   device->exchange_ = std::make_unique<Exchange>(place, choice, host);
@@ -201,7 +201,7 @@ std::string Inverse3::Trouble() const {
   Reading reading;
   if (!trouble.empty() || !exchange_->Newest(reading)) return trouble;
   const std::int64_t age_ns = MonotonicNowNs() - reading.time_ns;
-  if (reading.number == 0) return "no state has come from the Inverse Service yet: wait";
+  if (reading.number == 0) return "the Inverse Service has sent no state yet: wait";
   if (age_ns <= kStaleNs) return {};
   return "the Inverse Service has been silent for " + std::to_string(age_ns / 1'000'000) +
          " ms: wait, or restart it: systemctl restart haply-inverse-service";

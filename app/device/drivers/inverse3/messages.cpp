@@ -102,7 +102,7 @@ bool ReadGrip(const json& message, const Named& grip, Told& told, std::string& w
   if (!told.grip) return true;
   const json* state = Member(device, "state");
   if (!ReadOrientation(Member(state, "orientation"), told.orientation)) {
-    why = "the grip's orientation is none";
+    why = "the grip's orientation is missing or invalid";
     return false;
   }
   const json* buttons = Member(state, "buttons");
@@ -145,7 +145,7 @@ std::optional<std::vector<Named>> ReadInventory(std::string_view text) {
 bool ReadState(std::string_view text, const Choice& choice, Told& told, std::string& why) {
   const json message = json::parse(text, nullptr, false);
   if (!message.is_object()) {
-    why = "it is no JSON object";
+    why = "it is not a JSON object";
     return false;
   }
   Told next = told;
@@ -155,11 +155,11 @@ bool ReadState(std::string_view text, const Choice& choice, Told& told, std::str
   if (arm != nullptr) {
     const json* state = Member(arm, "state");
     if (!ReadVector(Member(state, "cursor_position"), kMostPosition, next.position)) {
-      why = "the arm's position is none";
+      why = "the arm's position is missing or invalid";
       return false;
     }
     if (!ReadVector(Member(state, "cursor_velocity"), kMostVelocity, next.velocity)) {
-      why = "the arm's velocity is none";
+      why = "the arm's velocity is missing or invalid";
       return false;
     }
     Vec3 force;

@@ -41,7 +41,7 @@ class Mouse {
                    : hold == "side"  ? BTN_SIDE
                                      : kAlways;
     if (fault.empty() && mouse->hold_ == kAlways && hold != "none") {
-      fault = "hold: middle, right, side or none is wanted, not '" + hold + "'";
+      fault = "hold: expected middle, right, side or none, got '" + hold + "'";
     }
     if (fault.empty()) fault = mouse->source_.Open(path, IsMouse, kName);
     return fault.empty() ? std::move(mouse) : nullptr;

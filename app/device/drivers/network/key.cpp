@@ -35,9 +35,9 @@ bool Key::Read(const std::string& file, std::string& fault) {
   std::array<std::uint8_t, kMost + 1> room{};
   ssize_t size = -1;
   if (fstat(descriptor, &about) != 0 || !S_ISREG(about.st_mode)) {
-    fault = file + " is no file";
+    fault = file + " is not a file";
   } else if (about.st_uid != geteuid() || (about.st_mode & 077U) != 0) {
-    fault = file + " can be read by others: make it yours alone, chmod 600 " + file;
+    fault = file + " is readable by others: make it yours alone with chmod 600 " + file;
   } else {
     size = read(descriptor, room.data(), room.size());
     if (size < 0) fault = file + ": " + std::strerror(errno);

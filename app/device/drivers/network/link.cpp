@@ -51,7 +51,7 @@ bool Link::Open(const Address& here, std::string& fault) {
   const int error = errno;
   fault =
       here.text() + ": " + std::strerror(error) +
-      (error == EADDRINUSE ? "; end the program that has it, or give another listen=ADDRESS:PORT"
+      (error == EADDRINUSE ? "; end the program that uses it, or give another listen=ADDRESS:PORT"
                            : "; give an address of this machine as listen=ADDRESS:PORT");
   return false;
 }

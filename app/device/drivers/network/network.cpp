@@ -74,7 +74,7 @@ std::int32_t NetworkDevice::List(TandemDeviceFound* found, std::int32_t room) {
   found->present = 0;
   Put(found->name, "network");
   Put(found->options, std::string("listen=") + kHere);
-  Put(found->missing, "a device calls by itself, on the address that 'listen' gives");
+  Put(found->missing, "a device connects by itself, to the address of 'listen'");
   Put(found->mend,
       "start the device's program, as python3 docs/examples/device/network_device.py "
       "127.0.0.1:47111, within 'wait' seconds of Tandem's start");
@@ -95,26 +95,26 @@ std::unique_ptr<NetworkDevice> NetworkDevice::Open(const char* text, const Tande
   fault = options.Fault();
   Address here;
   if (fault.empty() && !ReadAddress(listen, here)) {
-    fault = "listen: a numeric ADDRESS:PORT is wanted, as " + std::string(kHere) + ", not '" +
+    fault = "listen: expected a numeric ADDRESS:PORT such as " + std::string(kHere) + ", got '" +
             listen + "'";
   }
   Key key, secret;
   if (!fault.empty() || (!key_file.empty() && !key.Read(key_file, fault))) return nullptr;
   if (key.empty() && !here.IsOfThisMachine()) {
     fault = "listen=" + listen +
-            ": other machines reach that address, so a key is needed: (umask 077; openssl rand "
-            "-hex 32 > device.key), then key=device.key";
+            ": other machines reach this address, so the driver needs a key: (umask 077; openssl "
+            "rand -hex 32 > device.key), then key=device.key";
     return nullptr;
   }
   if (!secret.Make()) {
-    fault = "this machine gives no random numbers";
+    fault = "this machine supplies no random numbers";
     return nullptr;
   }
   device->link_ = std::make_unique<Link>(std::move(key), std::move(secret), rules, host);
   if (!device->link_->Open(here, fault)) return nullptr;
   if (!device->link_->Await(static_cast<std::int64_t>(1e9 * wait))) {
     const std::string refusals = device->link_->session().Refusals();
-    fault = "no device has called on " + listen + ": start its program, then Tandem again" +
+    fault = "no device has connected to " + listen + ": start its program, then Tandem again" +
             (refusals.empty() ? "" : " (" + refusals + ")");
     return nullptr;
   }

@@ -151,15 +151,15 @@ PacketWriter Session::EndPacket(std::int64_t now_ns) {
 std::string Session::Refusals() const {
   static constexpr std::array<const char*, kRefusals> kWords{
       "",
-      "are no packets of this protocol: see docs/devices.md",
+      "are not packets of this protocol: see docs/devices.md",
       "are of another version of this protocol: update the older end",
       "have a wrong code: give both ends the same key",
       "came twice or in a wrong order",
-      "came too late: the network is slow; raise stale_ms",
+      "came too late: the network is slow, so raise stale_ms",
       "came from another address, without a key",
       "belong to no session",
       "came from a second device: end one of them",
-      "came from a device that can other things than the first one: open it anew",
+      "came from a device with other capabilities than the first one: open the device again",
       "have numbers out of range"};
   std::uint64_t all = 0;
   for (const std::uint64_t count : refused_) all += count;

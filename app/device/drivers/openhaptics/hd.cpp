@@ -66,7 +66,7 @@ std::string LoadHd(const std::string& file, Hd& hd) {
   library.Take(hd.ScheduleAsynchronous, "hdScheduleAsynchronous");
   library.Take(hd.Unschedule, "hdUnschedule");
   if (library.missing().empty()) return {};
-  return "the library has no function " + library.missing() + ": OpenHaptics 3 is wanted";
+  return "the library has no function " + library.missing() + ": install OpenHaptics 3";
 }
 
 }  // namespace tandem::driver

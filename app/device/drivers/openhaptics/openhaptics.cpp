@@ -23,7 +23,7 @@ std::string MendOf(const std::string& why) {
   if (library.find(".so") == std::string::npos || library.find("libHD") != std::string::npos) {
     return kMendLibrary;
   }
-  return "install the device's driver of 3D Systems anew: " + library + " belongs to it";
+  return "install 3D Systems' device driver again: " + library + " belongs to it";
 }
 
 /// Returns whether the vendor's setup has stored the settings of a device.

@@ -45,7 +45,7 @@ std::string Stylus::Init() {
     const char* said = hd_.GetErrorString(code);
     why = "'" + name + "' does not open (" + (said != nullptr ? said : "no reason given") + ")";
     if (code == kHdNoLicence) return why + ": the vendor's licence is missing or has ended";
-    if (code == kHdAlreadyInitiated) return why + ": end the other program that has it";
+    if (code == kHdAlreadyInitiated) return why + ": another program uses it: end that one";
   }
   return why + ": plug it in, switch it on, and set it up by the vendor's Touch_Setup";
 }
@@ -101,7 +101,7 @@ std::string Stylus::BeginScheduler(bool is_first) {
         return kHdContinue;
       },
       this, kHdHighestPriority);
-  std::string fault = fault_of("the vendor's scheduler has no place");
+  std::string fault = fault_of("the vendor's scheduler has no free place");
   if (!fault.empty()) return fault;
   is_scheduled_ = true;
   hd_.Enable(kHdForceOutput);
@@ -110,7 +110,7 @@ std::string Stylus::BeginScheduler(bool is_first) {
   hd_.SetSchedulerRate(1000);
   // only the main thread may speak
   if (TakeErrors(hd_) != 0 && is_first) {
-    host_->say(host_->context, "openhaptics: the device keeps a rate of its own, not 1000 Hz");
+    host_->say(host_->context, "openhaptics: the device runs at its own rate, not 1000 Hz");
   }
   hd_.StartScheduler();
   return fault_of("the vendor's scheduler does not start");
@@ -184,7 +184,7 @@ std::string Stylus::Trouble() const {
   if (!line.empty()) return line;
   Sample sample;
   if (sample_.Read(sample) && MonotonicNowNs() - sample.time_ns > kOldNs) {
-    return "the vendor's scheduler stands still: switch the device off and on";
+    return "the vendor's scheduler has stopped: switch the device off and on";
   }
   return {};
 }

@@ -28,7 +28,7 @@ const char* WhatOf(unsigned code) {
     case 0x200:
       return "its motors are too warm: let it rest for a minute";
     case 0x201:
-      return "it was asked for more force than it can give";
+      return "a program asked for more force than it can give";
     case 0x202:
       return "its force changed too fast for it";
     case 0x203:
@@ -73,7 +73,8 @@ void Stylus::Tick() noexcept {
   if (IsStuck(transform)) {
     calibration_ = TANDEM_UNCALIBRATED;
     trouble_.Say(
-        "the device does not know where its stylus is: put it into the inkwell, and take it out");
+        "the device does not know where its stylus is: put the stylus into the inkwell, and take "
+        "it out");
   }
   WriteForce(code);
   hd_.EndFrame(device_);
@@ -182,7 +183,7 @@ void Stylus::TakeFault(unsigned code) noexcept {
   } else {
     char line[120];
     std::snprintf(line, sizeof line,
-                  "the vendor's library is in trouble (%#x): end this program and begin anew",
+                  "the vendor's library reports a fault (%#x): end this program and start it again",
                   code);
     trouble_.Say(line);
     broken_.store(true);

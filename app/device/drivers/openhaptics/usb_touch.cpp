@@ -13,7 +13,7 @@ constexpr const char* kVendor = "2988";  // USB vendor of 3D Systems' Touch devi
 constexpr const char* kMendSerial = "sudo usermod -aG dialout $USER, then log in again";
 constexpr const char* kMendHid =
     "write KERNEL==\"hidraw*\", ATTRS{idVendor}==\"2988\", MODE=\"0666\" into "
-    "/etc/udev/rules.d/80-touch.rules and plug it in anew";
+    "/etc/udev/rules.d/80-touch.rules and plug it in again";
 
 std::string FirstLineOf(const std::filesystem::path& file) {
   std::ifstream in(file);

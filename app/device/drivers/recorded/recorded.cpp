@@ -19,7 +19,7 @@ struct RecordedHand {
   static constexpr const char* kKind = "hand of a recording ('tandem peer --record')";
   static constexpr const char* kOptions = "RECORDING";
   static Result<std::unique_ptr<Device>> Open(const std::string& file, const Pose& X_WB0) {
-    if (file.empty()) return Error{"which recording? Give recorded:FILE"};
+    if (file.empty()) return Error{"no recording is given: write recorded:FILE"};
     Result<std::vector<Anchor>> poses = RecordedDevice::PosesOf(file);
     if (!poses) return poses.error();
     const double gap = (poses->front().X_WA.p - X_WB0.p).norm();

@@ -25,7 +25,8 @@ Result<std::unique_ptr<Device>> OpenScripted(const std::string& file, const Pose
 
 struct ScriptedHand {
   static constexpr const char* kName = "scripted";
-  static constexpr const char* kKind = "hand that a script moves, and that feels and gives way";
+  static constexpr const char* kKind =
+      "simulated hand that a script moves, and that feels force and yields";
   static constexpr const char* kOptions = "HAND-FILE";
   static Result<std::unique_ptr<Device>> Open(const std::string& file, const Pose& X_WB0) {
     return OpenScripted<ScriptedDevice>(file, X_WB0);
@@ -34,7 +35,7 @@ struct ScriptedHand {
 
 struct PassiveHand {
   static constexpr const char* kName = "none";
-  static constexpr const char* kKind = "hand that a script moves, without force feedback";
+  static constexpr const char* kKind = "simulated hand that a script moves, without force feedback";
   static constexpr const char* kOptions = "HAND-FILE";
   static Result<std::unique_ptr<Device>> Open(const std::string& file, const Pose& X_WB0) {
     return OpenScripted<PassiveDevice>(file, X_WB0);

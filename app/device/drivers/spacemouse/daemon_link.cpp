@@ -62,7 +62,7 @@ std::string DaemonLink::Connect(const std::string& socket) {
     Close();
     return socket + ": " + why;
   }
-  const std::string gone = socket + ": the daemon hung up";
+  const std::string gone = socket + ": the daemon closed the connection";
   if (!Send(&kHello, sizeof kHello)) return gone;
   const auto until = std::chrono::steady_clock::now() + std::chrono::milliseconds(kHandshakeMs);
   while (version_ == 0 && IsReadable(socket_, MillisecondsUntil(until))) {

@@ -25,7 +25,7 @@ constexpr const char* kNoDaemon = "spacenavd does not answer at ";
 constexpr const char* kMendDaemon = "apt install spacenavd && systemctl start spacenavd";
 constexpr const char* kNoPuck = "no SpaceMouse is plugged in";
 constexpr const char* kMendPuck =
-    "plug it in; 'journalctl -u spacenavd' tells what the daemon sees";
+    "plug it in; 'journalctl -u spacenavd' shows what the daemon sees";
 
 /// The driver `spacemouse`.
 class SpaceMouse {
@@ -69,7 +69,7 @@ class SpaceMouse {
     mouse->socket_ = options.Text("socket", DaemonLink::DefaultSocket());
     fault = options.Fault();
     if (fault.empty() && mode != "object" && mode != "camera") {
-      fault = "mode: object or camera is wanted, not '" + mode + "'";
+      fault = "mode: expected object or camera, got '" + mode + "'";
     }
     if (!fault.empty()) return nullptr;
     if (!mouse->Connect()) {
@@ -192,7 +192,7 @@ class SpaceMouse {
       link_.Close();
       now_ = {};
       push_.Write(now_);
-      trouble_.Say("spacenavd does not answer any more: systemctl start spacenavd");
+      trouble_.Say("spacenavd no longer answers: systemctl start spacenavd");
       const auto until = std::chrono::steady_clock::now() + retry;
       while (!over_.load() && std::chrono::steady_clock::now() < until) {
         std::this_thread::sleep_for(std::chrono::milliseconds(10));

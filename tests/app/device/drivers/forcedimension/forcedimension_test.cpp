@@ -67,11 +67,11 @@ TEST_F(ForceDimensionTest, SaysWhyADeviceDoesNotOpen) {
   for (const int code : {3, 20}) {
     fake_->open_error = code;
     EXPECT_EQ(trial_->Open(""), TANDEM_FAILED);
-    EXPECT_THAT(trial_->Error(), HasSubstr("end the other program"));
+    EXPECT_THAT(trial_->Error(), HasSubstr("another program uses it"));
   }
   fake_->open_error = 4;
   EXPECT_EQ(trial_->Open(""), TANDEM_FAILED);
-  EXPECT_THAT(trial_->Error(), HasSubstr("has no right"));
+  EXPECT_THAT(trial_->Error(), HasSubstr("you have no right"));
   fake_->open_error = 0;
   EXPECT_EQ(trial_->Open("device=7"), TANDEM_FAILED);
   EXPECT_THAT(trial_->Error(), HasSubstr("plug it in"));
@@ -79,7 +79,7 @@ TEST_F(ForceDimensionTest, SaysWhyADeviceDoesNotOpen) {
   EXPECT_EQ(trial_->Open(""), TANDEM_FAILED);
   EXPECT_THAT(trial_->Error(), HasSubstr("watchdog"));
   EXPECT_EQ(trial_->Open("speed=3"), TANDEM_FAILED);
-  EXPECT_THAT(trial_->Error(), HasSubstr("'speed' is none of its options"));
+  EXPECT_THAT(trial_->Error(), HasSubstr("'speed' is not an option of this driver"));
 }
 
 TEST_F(ForceDimensionTest, ReadsTheHandleInItsAxesAndGivesTheForce) {
@@ -188,7 +188,7 @@ TEST_F(ForceDimensionTest, MovesTheArmWhereThatIsAllowedAlone) {
   EXPECT_EQ(fake_->auto_inits, 0);  // only start() moves it
   EXPECT_EQ(trial_->Start(), TANDEM_FAILED);
   EXPECT_THAT(trial_->Error(), HasSubstr("did not find its reference"));
-  EXPECT_THAT(trial_->said(), Contains(HasSubstr("the arm moves itself now")));
+  EXPECT_THAT(trial_->said(), Contains(HasSubstr("the arm moves by itself now")));
   trial_->Close();
   fake_->auto_init = 0;
   OpenAndStart("calibrate=yes");

@@ -282,12 +282,12 @@ TEST(Network, OpenSaysWhatIsMissing) {
                                                 : ::testing::AssertionFailure() << text;
   };
   const std::string listen = "listen=127.0.0.1:" + std::to_string(FreePort());
-  EXPECT_TRUE(has(refused(listen + ",wait=0.05"), "no device has called"));
+  EXPECT_TRUE(has(refused(listen + ",wait=0.05"), "no device has connected"));
   EXPECT_TRUE(has(refused("listen=here"), "ADDRESS:PORT"));
   EXPECT_TRUE(has(refused("listen=::1:47111"), "ADDRESS:PORT"));
-  EXPECT_TRUE(has(refused("listen=0.0.0.0:47111"), "a key is needed"));
-  EXPECT_TRUE(has(refused("listen=[::]:47111"), "a key is needed"));
-  EXPECT_TRUE(has(refused("listen=203.0.113.7:47111"), "a key is needed"));
+  EXPECT_TRUE(has(refused("listen=0.0.0.0:47111"), "the driver needs a key"));
+  EXPECT_TRUE(has(refused("listen=[::]:47111"), "the driver needs a key"));
+  EXPECT_TRUE(has(refused("listen=203.0.113.7:47111"), "the driver needs a key"));
   EXPECT_TRUE(has(refused(listen + ",wait=forever"), "a number from 0"));
   EXPECT_TRUE(has(refused(listen + ",key=/nowhere/key"), "make a key"));
   EXPECT_TRUE(has(refused(listen + ",key=/dev/null"), "is no file"));

@@ -77,7 +77,7 @@ TEST_F(OpenHapticsTest, AFatalErrorIsForGood) {
     ASSERT_TRUE(Gives(Vec3(2, 0, 0)));
     fake_->frame_error = code;
     EXPECT_TRUE(Reads(TANDEM_BROKEN)) << code;
-    EXPECT_THAT(trial_->Error(), HasSubstr("begin anew"));
+    EXPECT_THAT(trial_->Error(), HasSubstr("start it again"));
     EXPECT_TRUE(Gives(Vec3::Zero()));
     trial_->Ticks(50);
     EXPECT_EQ(trial_->read(), TANDEM_BROKEN);

@@ -77,7 +77,7 @@ TEST_F(SpaceMouseTest, SaysWhatIsMissingAndWhatMendsIt) {
   EXPECT_EQ(trial_.Open("mode=sideways"), TANDEM_FAILED);
   EXPECT_THAT(trial_.Error(), HasSubstr("object or camera"));
   EXPECT_EQ(trial_.Open("speed=3"), TANDEM_FAILED);
-  EXPECT_THAT(trial_.Error(), HasSubstr("'speed' is none of its options"));
+  EXPECT_THAT(trial_.Error(), HasSubstr("'speed' is not an option of this driver"));
 }
 
 TEST_F(SpaceMouseTest, SpeaksBothVersionsOfTheProtocol) {
