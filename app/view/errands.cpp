@@ -109,8 +109,8 @@ void Errands::TakePicture() {
   look_.stop();
   if (!PictureIsComplete()) {
     const MessagePage* page = window_.page();
-    Say("the picture shows what there is: " +
-        (page != nullptr ? OneLine(page->text()) : "no poses came"));
+    Say("the picture is incomplete: " +
+        (page != nullptr ? OneLine(page->text()) : "no poses arrived"));
   }
   if (window_.view() != nullptr && !window_.view()->warning().isEmpty()) {
     Say(OneLine(window_.view()->warning()));
@@ -125,8 +125,7 @@ void Errands::TakePicture() {
     Say(options_.screenshot + ": cannot be written");
     exit_code_ = kExitFile;
   } else if (window_.view() == nullptr) {
-    Say("the picture has no scene in it: " +
-        window_.page()->text().split('\n').last().toStdString());
+    Say("the picture shows no scene: " + window_.page()->text().split('\n').last().toStdString());
     exit_code_ = kExitDisplay;
   }
   if (options_.seconds <= 0) End(exit_code_);

@@ -89,7 +89,7 @@ FetchFunction FetchBy(const std::shared_ptr<SceneFetcher>& fetcher) {
   return [fetcher, consent](const SceneManifest& manifest,
                             const LoadProgress& progress) -> Result<std::filesystem::path> {
     std::stop_source stop;
-    std::string what = "asking for its files";
+    std::string what = "requesting its files";
     SessionSceneOptions options;
     options.say = [&what](const std::string& line) {
       what = line;
@@ -103,7 +103,7 @@ FetchFunction FetchBy(const std::shared_ptr<SceneFetcher>& fetcher) {
     options.stop = stop.get_token();
     const SessionScene scene = fetcher->Fetch(manifest, options);
     if (!scene.file.empty()) return scene.file;
-    return Error{scene.fault.empty() ? "it was not fetched to its end" : scene.fault};
+    return Error{scene.fault.empty() ? "the fetch did not finish" : scene.fault};
   };
 }
 

@@ -45,54 +45,60 @@ bool LocalDisplayAnswers(const std::string& number) {
 
 /// Adds the options on the session, the scene and the hand.
 void AddHandOptions(CLI::App& app, ViewOptions& options) {
-  AddSessionOption(app, options.join.session, "join this session at once");
-  app.add_option("--scene", options.scene, "scene file; otherwise the session's, if it is here");
+  AddSessionOption(app, options.join.session, "name of a session to join at once");
+  app.add_option("--scene", options.scene,
+                 "scene file; default: the session's scene, if it is on this machine");
   CLI::Option* open = app.add_option(
-      "--open", options.open, "take part in this scene (file): alone, or with others in --session");
-  CLI::Option* part =
-      app.add_flag("--take-part", options.take_part, "in --session, with a hand of your own")
-          ->needs("--session");
-  app.add_option("--control", options.hand.control, "name of the controller that is started");
-  app.add_flag("--attach", options.attach, "take up the controller --control, which runs already")
+      "--open", options.open, "scene file to take part in: alone, or with others in --session");
+  CLI::Option* part = app.add_flag("--take-part", options.take_part,
+                                   "take part in --session with a hand of your own")
+                          ->needs("--session");
+  app.add_option("--control", options.hand.control,
+                 "name of the controller that the window starts");
+  app.add_flag("--attach", options.attach, "attach to the running controller --control")
       ->needs("--control")
       ->excludes(open)
       ->excludes(part);
   app.add_option("--device", options.hand.device,
-                 "device that moves the hand, given as for 'tandem peer --device'; default: the mouse");
+                 "device that moves the hand, as for 'tandem peer --device'; default: the mouse");
   app.add_option("--peer-options", options.peer_options,
-                 "further options of the controller (tandem peer --help), in one text");
-  app.add_flag("--own", options.own, "with --attach: the controller ends with the window")
+                 "further options of the controller (see tandem peer --help), in one text");
+  app.add_flag("--own", options.own, "with --attach: end the controller when the window closes")
       ->needs("--attach");
-  app.add_option("--name", options.join.name, "how others see you")->capture_default_str();
+  app.add_option("--name", options.join.name, "name that others see")->capture_default_str();
   AddReachOptions(app, options.reach);
-  app.add_flag("--from-relay", options.join.from_relay, "look through a relay (tandem relay)");
+  app.add_flag("--from-relay", options.join.from_relay,
+               "connect to a relay of the session ('tandem relay')");
   app.add_flag("--proximity", options.proximity,
-               "show distances from the start: colours, near voxels, the least distance (key P)");
+               "show distances from the start: colours, near voxels, least distance (key P)");
   app.add_flag("--blind", options.blind,
                "show the scene alone: no figures of delay or force, no tables, no menus");
 }
 
 /// Adds the options on pictures and reports.
 void AddPictureOptions(CLI::App& app, ViewOptions& options) {
-  app.add_option("--screenshot", options.screenshot,
-                 "write the window as a picture (PNG), then end unless --seconds is given");
+  app.add_option(
+      "--screenshot", options.screenshot,
+      "picture file (PNG) of the window; the program then ends, unless --seconds is given");
   app.add_option("--screenshot-after", options.screenshot_after,
-                 "seconds from when scene and poses are there")
+                 "time of the picture after scene and poses have arrived, s")
       ->check(NumberFrom(0, kLongestRun))
       ->capture_default_str();
   app.add_flag("--fit", options.fit,
-               "with --screenshot: fit all bodies into the picture where they are then");
-  app.add_option("--report", options.report, "write what was received (JSON) there at the end");
-  app.add_option("--paint", options.paint,
-                 "no window: paint the pictures of this file (JSON, of a report) as PNG, then end")
+               "with --screenshot: fit all bodies into the picture before it is taken");
+  app.add_option("--report", options.report,
+                 "report file (JSON) for what was received, written at the end");
+  app.add_option(
+         "--paint", options.paint,
+         "open no window: paint the pictures in this file (JSON, of a report) as PNG, then end")
       ->check(CLI::ExistingFile);
-  app.add_option("--into", options.paint_into, "with --paint: the folder for them")
+  app.add_option("--into", options.paint_into, "with --paint: folder for the pictures")
       ->default_val(".");
-  CLI::Option* time =
-      app.add_option("--time-pictures", options.time_pictures,
-                     "no window: write how long pictures of --scene take (JSON) there, then end")
-          ->needs("--scene");
-  app.add_option("--rounds", options.rounds, "with --time-pictures: times that all is measured")
+  CLI::Option* time = app.add_option("--time-pictures", options.time_pictures,
+                                     "open no window: measure how long pictures of --scene take, "
+                                     "write it to this file (JSON), then end")
+                          ->needs("--scene");
+  app.add_option("--rounds", options.rounds, "with --time-pictures: number of measurements")
       ->needs(time)
       ->check(WholeNumberFrom(1, 99))
       ->capture_default_str();
@@ -138,19 +144,19 @@ std::optional<ViewOptions> ReadOptions(int argc, char** argv, int& exit_code) {
   ViewOptions options;
   options.join.name = Environment("USER").empty() ? "viewer" : Environment("USER");
   CLI::App app{
-      "Look on at a session, or take part in one through a controller. Never simulates itself."};
+      "Look on at a session, or take part in it through a controller. The window itself simulates "
+      "nothing."};
   app.name("tandem-view");
   app.set_version_flag("--version", TANDEM_VERSION);
   AddHandOptions(app, options);
   AddPictureOptions(app, options);
-  app.add_option("--seconds", options.seconds, "end after this; 0: when the window is closed")
+  app.add_option("--seconds", options.seconds,
+                 "time until the program ends, s; 0: when the window is closed")
       ->check(NumberFrom(0, kLongestRun));
   app.footer(
       "Exit codes: 0 ok, 1 failed, 2 usage, 3 file, 4 no display or OpenGL, 5 network, 9 "
-      "security.\n"
-      "Without OpenGL the window opens all the same and says why; a picture then shows that page, "
-      "and the\n"
-      "exit code is 4.");
+      "security.\nWithout OpenGL the window opens and says why; a picture then shows that page, "
+      "and the exit code is\n4.");
   if (const std::optional<int> ended = ParseOrExplain(app, argc, argv)) {
     exit_code = *ended;
     return std::nullopt;
@@ -175,7 +181,7 @@ std::string DisplayTrouble() {
            "`tandem watch` needs none)";
   }
   if (display[0] == ':' && !LocalDisplayAnswers(display.substr(1, display.find('.') - 1))) {
-    return "no display: nobody answers at DISPLAY " + display;
+    return "no display: no program answers at DISPLAY " + display;
   }
   return {};
 }

@@ -15,7 +15,7 @@ std::string TextOf(const AnnouncedSession& session) {
 }  // namespace
 
 std::string NobodyHeard(const AnnouncedSession& own, const std::vector<AnnouncedSession>& nearby) {
-  const std::string head = "nobody heard in session " + TextOf({own.name, false});
+  const std::string head = "no peer answers in session " + TextOf({own.name, false});
   std::string others;
   for (const AnnouncedSession& session : nearby) {
     if (session.name != own.name) {

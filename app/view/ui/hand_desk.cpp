@@ -61,7 +61,7 @@ void HandDesk::MakeActions() {
   bar_->setMovable(false);
   grab_ = Add("hand_grab", tr("&Grab"), Qt::Key_G, tr("Take the body under the cursor in hand"));
   release_ =
-      Add("hand_release", tr("&Let go"), Qt::Key_L, tr("Let go of the part; it stays there"));
+      Add("hand_release", tr("&Let go"), Qt::Key_L, tr("Let go of the part; it stays where it is"));
   give_ = Add("hand_give", tr("&Hand over"), Qt::Key_H, tr("Hand the part to another user"));
   give_menu_ = new QMenu(&window_);
   connect(give_menu_, &QMenu::aboutToShow, this, &HandDesk::FillGiveMenu);
@@ -69,29 +69,30 @@ void HandDesk::MakeActions() {
              tr("Ask the user who holds the body under the cursor to hand it over"));
   menu_->addSeparator();
   back_ = Add("hand_back", tr("Drive &back"), Qt::Key_Escape,
-              tr("Drive the part back along its way to where it was taken"));
+              tr("Move the part back along its path to where you took it"));
   undo_ = Add("hand_undo", tr("&Undo"), QKeySequence::Undo,
-              tr("Drive the part that was let go of last back to where it had been taken"));
+              tr("Move the part you let go of last back to where you took it"));
   reset_ = Add("hand_reset", tr("&Reset"), QKeySequence(Qt::CTRL | Qt::SHIFT | Qt::Key_R),
-               tr("Drive all parts that were moved here back to their first places"));
+               tr("Move all parts that were moved here back to their first places"));
   menu_->addSeparator();
   triad_ = Add("hand_triad", tr("&Triad"), Qt::Key_T,
-               tr("Show handles at the part: arrows move it, squares too, rings turn it"));
+               tr("Show handles at the part: arrows and squares move it, rings rotate it"));
   triad_->setCheckable(true);
   clutch_ = Add("hand_clutch", tr("&Clutch"), Qt::Key_C,
-                tr("The device's handle moves alone; once more: it leads the part again"));
+                tr("Move the device\u2019s handle alone; click again to move the part with it"));
   clutch_->setCheckable(true);
   device_ = Add("hand_device", tr("&Device\u2026"), {},
-                tr("Choose the device that moves the hand: what there is, and what is missing"));
+                tr("Choose the device that moves the hand; lists the devices and what is missing"));
   scale_ = Add("hand_scale", tr("Device s&cale\u2026"), {},
-               tr("How far the part goes when the device's handle goes a metre"));
-  sound_ = Add("hand_sound", tr("&Sound on contact"), {}, tr("Beep when the part meets something"));
+               tr("Set how far the part moves when the device\u2019s handle moves a metre"));
+  sound_ =
+      Add("hand_sound", tr("&Sound on contact"), {}, tr("Beep when the part touches something"));
   sound_->setCheckable(true);
   menu_->addSeparator();
   stop_ = Add("hand_stop", tr("&Emergency stop"), Qt::Key_Space,
-              tr("The hand lets go, and a device gets no force, until you resume"));
+              tr("Stop: the hand lets go, and the device gets no force until you resume"));
   resume_ = Add("hand_resume", tr("Resu&me"), QKeySequence(Qt::CTRL | Qt::Key_Space),
-                tr("Go on after an emergency stop"));
+                tr("End the emergency stop"));
 }
 
 void HandDesk::FillBar() {
@@ -265,7 +266,7 @@ void HandDesk::AskScale() {
   auto* dialog = new QInputDialog(&window_);
   dialog->setAttribute(Qt::WA_DeleteOnClose);
   dialog->setWindowTitle(tr("Device scale"));
-  dialog->setLabelText(tr("Metres in the scene for a metre of the device's handle:"));
+  dialog->setLabelText(tr("Metres in the scene for each metre of the device\u2019s handle:"));
   dialog->setInputMode(QInputDialog::DoubleInput);
   dialog->setDoubleRange(0.01, 100);
   dialog->setDoubleDecimals(2);
@@ -319,13 +320,12 @@ QString HandDesk::StateText() const {
       break;
   }
   const ControllerSnapshot& now = hand_.snapshot();
-  if (hand_.stopped()) return tr("Emergency stop: Resume (Ctrl+Space) to go on");
+  if (hand_.stopped()) return tr("Emergency stop: press Resume (Ctrl+Space) to go on");
   if (const QString trouble = hand_.DeviceTrouble(); !trouble.isEmpty()) return trouble;
   const auto held = hand_.held();
   if (!held) return tr("Your hand is empty");
   const QString name = QString::fromStdString(now.bodies[*held].name);
-  QString text =
-      hand_.retracing() ? tr("%1 is driven back").arg(name) : tr("You hold %1").arg(name);
+  QString text = hand_.retracing() ? tr("%1 goes back").arg(name) : tr("You hold %1").arg(name);
   if (now.contact_points > 0) text += tr(", in contact");
   if (mouse_ != nullptr && mouse_->lock()) {
     const AxisLock& lock = *mouse_->lock();
@@ -339,7 +339,7 @@ QString HandDesk::StateText() const {
 void HandDesk::TakeUnderCursor() {
   const auto hit = mouse_ != nullptr ? mouse_->UnderCursor() : std::nullopt;
   if (!hit) {
-    Say(tr("Grab: put the cursor on a body"));
+    Say(tr("Grab: put the cursor on a body first"));
     return;
   }
   hand_.Grab(hit->body, hit->p_W);
@@ -348,7 +348,7 @@ void HandDesk::TakeUnderCursor() {
 void HandDesk::AskUnderCursor() {
   const auto hit = mouse_ != nullptr ? mouse_->UnderCursor() : std::nullopt;
   if (!hit) {
-    Say(tr("Ask for: put the cursor on a body"));
+    Say(tr("Ask for: put the cursor on a body first"));
     return;
   }
   hand_.AskFor(hit->body);

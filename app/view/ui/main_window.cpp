@@ -152,7 +152,7 @@ void MainWindow::OnSessionChanged() {
   QString text = Describe(state);
   if (state == SessionModel::State::kJoined) {
     text = tr("Joined \u201c%1\u201d").arg(QString::fromStdString(session_.request().session));
-    if (!session_.heard()) text += tr("; nobody heard");
+    if (!session_.heard()) text += tr("; no peer answers yet");
   } else if (!session_.error().isEmpty()) {
     text += ": " + session_.error();
   }
@@ -226,7 +226,7 @@ void MainWindow::ShowWarnings() {
   for (const ViewedPeer& peer : shown_.peers) {
     const std::string other = OtherProtocol(peer.info);
     if (other.empty() || peer.presence != ViewedPeer::Presence::kHere) continue;
-    warnings << tr("%1 %2. What is shown of it may be wrong.")
+    warnings << tr("%1 %2. What this window shows of it may be wrong.")
                     .arg(QString::fromStdString(DisplayName(peer)), QString::fromStdString(other));
   }
   if (desk_ != nullptr) {

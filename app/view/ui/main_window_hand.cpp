@@ -38,7 +38,7 @@ void MainWindow::OnHandChanged() {
   QString dock_text;
   if (hand.ready()) {
     const std::string& session = hand.request().session;
-    dock_text = session.empty() ? tr("You take part alone: the session is of this machine")
+    dock_text = session.empty() ? tr("You take part alone: the session exists on this machine only")
                                 : tr("You take part in \u201c%1\u201d as %2")
                                       .arg(QString::fromStdString(session),
                                            QString::fromStdString(hand.request().name));
@@ -49,7 +49,7 @@ void MainWindow::OnHandChanged() {
     QString text = desk_->StateText();
     if (hand.ready()) {
       const std::string& session = hand.request().session;
-      text = (session.empty() ? tr("On your own")
+      text = (session.empty() ? tr("Alone")
                               : tr("In \u201c%1\u201d as %2")
                                     .arg(QString::fromStdString(session),
                                          QString::fromStdString(hand.request().name))) +

@@ -79,8 +79,8 @@ SessionDock::SessionDock(SessionModel& session, SceneModel& scene, QWidget* pare
   state_->setObjectName("session_state");
   scene_size_->setObjectName("scene_size");
   scene_size_->setToolTip(
-      tr("in the mesh files; moving bodies are drawn by smaller triangles, so "
-         "that their colours can tell distances"));
+      tr("in the mesh files; moving bodies are drawn with smaller triangles, so that their colours "
+         "show distances"));
   session_->setPlaceholderText(tr("name that the peers use"));
   domain_->setRange(0, kLargestDomain);
   interface_->setEditable(true);
@@ -173,7 +173,7 @@ void SessionDock::ShowSession() {
     text += session_model_.request().secured ? tr("; secured: members only")
                                              : tr("; plain: anyone on the network can look on");
   } else if (state == SessionModel::State::kLeft) {
-    text += tr(" \u201c%1\u201d: what is shown is how it was then")
+    text += tr(" \u201c%1\u201d: the picture shows the moment you left")
                 .arg(QString::fromStdString(session_model_.request().session));
   }
   state_->setText(hand_text_.isEmpty() ? text : hand_text_);

@@ -191,7 +191,7 @@ TEST(Watch, OfASessionThatNobodyIsInItSaysWhatMayBeWrongAndNotThatItIsPlain) {
   EXPECT_TRUE(astray.WaitFor(there, 60)) << astray.said();
   EXPECT_EQ(astray.End(), 0);
   EXPECT_THAT(astray.said(),
-              AllOf(HasSubstr("nobody heard in session " + wrong), Not(HasSubstr("is plain"))));
+              AllOf(HasSubstr("no peer answers in session " + wrong), Not(HasSubstr("is plain"))));
   Running viewer("--interface lo --session " + there, folder.path() / "viewer", "watch");
   EXPECT_TRUE(viewer.WaitFor("session " + there + " is plain", 60)) << viewer.said();
   EXPECT_TRUE(viewer.WaitFor("this machine has it: " TANDEM_SCENES "/peg_in_slot.json", 60))
@@ -199,7 +199,7 @@ TEST(Watch, OfASessionThatNobodyIsInItSaysWhatMayBeWrongAndNotThatItIsPlain) {
   EXPECT_EQ(viewer.End(), 0);
   // it may say that nobody is heard before it heard the peer, but not afterwards
   EXPECT_THAT(viewer.said().substr(viewer.said().find(" is plain")),
-              Not(HasSubstr("nobody heard")));
+              Not(HasSubstr("no peer answers")));
   EXPECT_EQ(peer.End(), 0);
 }
 

@@ -128,7 +128,7 @@ void HandModel::Poll() {
   const bool attached = link_->attached();
   if (!attached && state_ == State::kReady) {
     ForgetGoal();
-    SetState(State::kLost, tr("The controller \u201c%1\u201d is not heard; waiting for it")
+    SetState(State::kLost, tr("The controller \u201c%1\u201d does not answer; waiting for it")
                                .arg(QString::fromStdString(request_.control)));
   } else if (attached && state_ == State::kLost) {
     SetState(State::kReady);
@@ -180,17 +180,18 @@ QString HandModel::DeviceTrouble() const {
     case Safety::kDamping:
     case Safety::kExpired:
     case Safety::kOverrun:
-      return tr("Device: no force, for something was late; it comes back by itself");
+      return tr("Device: no force, because something was late; force returns by itself");
     case Safety::kSuspended:
-      return tr("Device: no force, for this machine slept; it comes back by itself");
+      return tr("Device: no force, because this machine slept; force returns by itself");
     case Safety::kTooFast:
-      return tr("Device: the handle is too fast; force again when it is slow");
+      return tr(
+          "Device: no force, because the handle moved too fast; force returns when it is slow");
     case Safety::kFault:
       return tr("Device: no force after a fault; Resume (Ctrl+Space) brings it back");
     case Safety::kStopped:
       return tr("Device: emergency stop; Resume (Ctrl+Space) ends it");
     case Safety::kSilent:
-      return tr("Device: its process says nothing; your hand rests");
+      return tr("Device: its process does not answer; your hand stays in place");
   }
   return {};
 }
@@ -230,7 +231,7 @@ void HandModel::Grab(std::size_t body, const Vec3& p_W) {
     }
     grab_pending_ = false;
     goal_.reset();
-    Tell(tr("%1 is not taken: %2")
+    Tell(tr("Cannot grab %1: %2")
              .arg(QString::fromStdString(name), QString::fromStdString(answer.reason)));
   });
 }
@@ -243,7 +244,7 @@ void HandModel::SetGoal(const Pose& X_WG) {
 
 void HandModel::Ask(const QString& what, const ControlRequest& request) {
   if (!ready()) {
-    Tell(tr("%1: no controller is there").arg(what));
+    Tell(tr("%1: there is no controller").arg(what));
     return;
   }
   link_->Send(request, [this, what](const Answer& answer) {

@@ -94,7 +94,8 @@ QString ProximityModel::message() const {
     case State::kOn:
       break;
   }
-  if (picture_->nearest.other == SceneNearness::kNone) return tr("Proximity: one body only");
+  if (picture_->nearest.other == SceneNearness::kNone)
+    return tr("Proximity: the scene has only one body");
   QString text =
       tr("%1 \u2013 %2: %3")
           .arg(QString::fromStdString(picture_->part), QString::fromStdString(picture_->other),

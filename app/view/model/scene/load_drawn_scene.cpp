@@ -14,7 +14,7 @@ constexpr std::size_t kMostVertices = 200'000;
 }  // namespace
 
 Result<DrawnScene> LoadDrawnScene(const std::filesystem::path& file, const LoadProgress& progress) {
-  const Error given_up{"loading was given up"};
+  const Error given_up{"loading was cancelled"};
   if (!progress(0, 1, file.filename().string())) return given_up;
   const Result<Scene> scene = LoadScene(file);
   if (!scene) return scene.error();

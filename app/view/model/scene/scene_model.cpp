@@ -193,25 +193,27 @@ void SceneModel::ShowMissing(const Loaded& loaded) {
   const QString name = QString::fromStdString(manifest_->name);
   QString text;
   if (loaded.scene) {
-    text = tr("The session runs \u201c%1\u201d, but what lies at its path here is another one:\n%2")
+    text = tr("The session runs \u201c%1\u201d, but the file at its path here is a different "
+              "scene:\n%2")
                .arg(name, DifferenceText(*loaded.scene, *manifest_));
   } else {
     text = tr("The session runs \u201c%1\u201d, but its scene is not on this machine:\n%2")
-               .arg(name, manifest_->file.empty() ? tr("(no file was named)")
+               .arg(name, manifest_->file.empty() ? tr("(the session names no file)")
                                                   : QString::fromStdString(manifest_->file));
   }
   if (!offered_.empty()) {
     text +=
-        tr("\n\nSomebody in the session says that it is this file on this machine. Load it only if "
-           "you know what it is.");
+        tr("\n\nA peer in the session names this file on this machine. Load it only if you know "
+           "what it is.");
   }
   if (!loaded.searched.empty()) {
     QStringList folders;
     for (const std::filesystem::path& folder : loaded.searched) folders << FileText(folder);
-    text += tr("\n\nNo file with its content is in %1.").arg(folders.join(QStringLiteral(", ")));
+    text += tr("\n\nNo file with the scene\u2019s content is in %1.")
+                .arg(folders.join(QStringLiteral(", ")));
   }
   if (fetch_) {
-    text += tr("\n\nIts files can be fetched from a peer that has them, 1 GB at the most.");
+    text += tr("\n\nA peer can send its files, 1 GB at most.");
   }
   text +=
       tr("\n\nGet the same scene, with its meshes, and open it (Ctrl+O), or start with --scene "

@@ -29,9 +29,9 @@ void PeerTableModel::Update(const std::vector<ViewedPeer>& peers, PeerPalette& p
                                                       : tr("you left");
     row.remark = row.here && other_protocol ? row.name + QLatin1Char(' ') +
                                                   QString::fromStdString(OtherProtocol(peer.info))
-                 : row.here && IsTrapped(peer)
-                     ? tr("something fixed stands between its part and another\u2019s of the same")
-                 : row.here                         ? tr("heard within the last two seconds")
+                 : row.here && IsTrapped(peer) ? tr("something fixed stands between its body and "
+                                                    "another user\u2019s instance of that body")
+                 : row.here                    ? tr("heard within the last two seconds")
                  : peer.presence == Presence::kLost ? tr("fell silent without a goodbye")
                  : peer.presence == Presence::kLeft ? tr("said goodbye")
                                                     : tr("was here when you left");
@@ -134,23 +134,22 @@ QString Explanation(int section) {
     case PeerTableModel::kName:
       return PeerTableModel::tr("its name, and its colour in the picture");
     case PeerTableModel::kRole:
-      return PeerTableModel::tr(
-          "active: takes part; viewer: looks on; replay: a recording is shown");
+      return PeerTableModel::tr("active: takes part; viewer: looks on; replay: shows a recording");
     case PeerTableModel::kPresence:
-      return PeerTableModel::tr("whether it is here, left or fell silent (lost)");
+      return PeerTableModel::tr("here, left, or silent without a goodbye (lost)");
     case PeerTableModel::kDelay:
       return PeerTableModel::tr(
-          "half of what its words take to the farthest partner and back; \u2013: no partner");
+          "half the time that its messages take to the farthest partner and back; \u2013: no "
+          "partner");
     case PeerTableModel::kLag:
       return PeerTableModel::tr(
-          "how far others\u2019 bodies are, at this peer, from where they were said to be, at "
-          "most; "
-          "\u2013: not at all");
+          "largest distance at which this peer shows others\u2019 bodies from the poses it "
+          "received; \u2013: none");
     case PeerTableModel::kForce:
       return PeerTableModel::tr(
-          "the largest pull of others\u2019 hands on what it holds; \u2013: nobody else holds it");
+          "largest pull of others\u2019 hands on its body; \u2013: nobody else holds it");
     case PeerTableModel::kLimits:
-      return PeerTableModel::tr("share of frames in which something was given up; empty: in none");
+      return PeerTableModel::tr("share of frames in which its simulation hit a limit; empty: none");
     default:
       return {};
   }

@@ -42,7 +42,8 @@ void SessionModel::Join(const JoinRequest& request) {
   peer_ = request.peer != 0 ? request.peer : RandomPeerId();
   viewer_ = std::make_unique<Viewer>();
   heard_ = false;
-  nobody_heard_ = tr("nobody heard yet in session %1").arg(QString::fromStdString(request.session));
+  nobody_heard_ =
+      tr("no peer answers yet in session %1").arg(QString::fromStdString(request.session));
   SetState(State::kJoining);
   joiner_ = std::thread([this, request, peer = peer_, viewer = viewer_.get()] {
     join_result_.emplace(join_(request, peer, *viewer));

@@ -109,7 +109,7 @@ void DeviceDialog::ShowDevices(const QByteArray& json) {
         add(text("name"), is_present ? tr("there") : tr("missing"), text("kind"));
     const QString mend = text("missing").isEmpty()
                              ? QString()
-                             : tr("Missing: %1\nTo mend it: %2").arg(text("missing"), text("mend"));
+                             : tr("Missing: %1\nTo fix it: %2").arg(text("missing"), text("mend"));
     item->setData(kDevice, kMend, mend);
     if (!wanted.isEmpty() &&
         wanted.section(QLatin1Char(':'), 0, 0) == text("name").section(QLatin1Char(':'), 0, 0)) {

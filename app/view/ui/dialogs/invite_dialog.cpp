@@ -51,10 +51,10 @@ InviteDialog::InviteDialog(const HandRequest& session, QString program, QWidget*
   line_->setObjectName("invite_line");
   state_->setObjectName("invite_state");
   make_->setObjectName("invite_make");
-  name_->setPlaceholderText(tr("as the others see them"));
+  name_->setPlaceholderText(tr("name that the others see"));
   role_->addItem(tr("active: takes parts in hand"), QStringLiteral("active"));
   role_->addItem(tr("viewer: looks on"), QStringLiteral("viewer"));
-  keys_->setPlaceholderText(tr("folder of \u2018tandem keys session\u2019"));
+  keys_->setPlaceholderText(tr("folder that \u2018tandem keys session\u2019 made"));
   line_->setReadOnly(true);
   line_->setMinimumWidth(520);
   line_->setPlaceholderText(tr("the line to send, by mail or chat"));
@@ -130,14 +130,14 @@ QString InviteDialog::Fault() const {
   static const QRegularExpression name(QStringLiteral("^[A-Za-z0-9._-]{1,64}$"));
   if (!name.match(name_->text().trimmed()).hasMatch()) {
     return tr(
-        "Whom do you invite? A name has letters, digits, \u2018.\u2019, \u2018_\u2019 and "
-        "\u2018-\u2019.");
+        "Enter the name of the person you invite: letters, digits, \u2018.\u2019, \u2018_\u2019 "
+        "and \u2018-\u2019.");
   }
   if (!QDir(keys_->text().trimmed()).exists(QLatin1String(kAuthority)) ||
       keys_->text().trimmed().isEmpty()) {
     return tr(
-        "The session\u2019s keys are wanted: the folder of \u2018tandem keys session\u2019, "
-        "which whoever made the keys has.");
+        "Enter the folder of the session\u2019s keys that \u2018tandem keys session\u2019 made; "
+        "ask the person who made it.");
   }
   return {};
 }
@@ -179,11 +179,11 @@ void InviteDialog::ShowLine(const QByteArray& json) {
   line_->setCursorPosition(0);
   QGuiApplication::clipboard()->setText(line);
   state_->setText(answer.value(QStringLiteral("secured")).toBool()
-                      ? tr("Copied. Send it to %1 and to nobody else. It is good once, until %2, "
+                      ? tr("Copied. Send it to %1 and to nobody else. It works once, until %2, "
                            "while this window is open.")
                             .arg(answer.value(QStringLiteral("name")).toString(),
                                  answer.value(QStringLiteral("until")).toString())
-                      : tr("Copied. Whoever has it can join."));
+                      : tr("Copied. Everybody who has it can join."));
 }
 
 void InviteDialog::OnWords() {

@@ -81,10 +81,10 @@ JoinDialog::JoinDialog(QWidget* parent)
   fault_->setTextFormat(Qt::PlainText);
   role_->addItem(tr("active: take parts in hand"), true);
   role_->addItem(tr("viewer: look on"), false);
-  invitation_->setPlaceholderText(tr("tandem://\u2026 \u2013 the line that you were sent, if any"));
+  invitation_->setPlaceholderText(tr("tandem://\u2026 \u2013 the line that you received, if any"));
   sessions_->setMaximumHeight(kSessionsHeight);
-  session_->setPlaceholderText(tr("name that the others use"));
-  scene_->setPlaceholderText(tr("the session\u2019s, found on this machine"));
+  session_->setPlaceholderText(tr("name that the others see"));
+  scene_->setPlaceholderText(tr("default: the session\u2019s scene, found on this machine"));
   peers_->setPlaceholderText(tr("HOST[:PORT], \u2026 \u2013 the local network"));
   external_->setPlaceholderText(tr("IPv4 \u2013 only behind a router"));
   interface_->setPlaceholderText(tr("automatic"));
@@ -156,15 +156,16 @@ void JoinDialog::ShowSessions(const QByteArray& json) {
     const QJsonObject one = value.toObject();
     const QString name = one.value(QStringLiteral("session")).toString();
     if (one.value(QStringLiteral("relay")).toBool()) continue;
-    auto* item = new QListWidgetItem(one.value(QStringLiteral("secured")).toBool()
-                                         ? tr("%1 \u2013 secured: keys, or an invitation").arg(name)
-                                         : name,
-                                     sessions_);
+    auto* item =
+        new QListWidgetItem(one.value(QStringLiteral("secured")).toBool()
+                                ? tr("%1 \u2013 secured: needs keys or an invitation").arg(name)
+                                : name,
+                            sessions_);
     item->setData(Qt::UserRole, name);
     if (name == chosen) sessions_->setCurrentItem(item);
   }
   if (!found.isEmpty()) return;
-  auto* none = new QListWidgetItem(tr("none is announced on this network"), sessions_);
+  auto* none = new QListWidgetItem(tr("no session is announced on this network"), sessions_);
   none->setFlags(Qt::NoItemFlags);
 }
 
@@ -181,7 +182,7 @@ void JoinDialog::TakeLine() {
     domain_->setValue(static_cast<int>(read->domain));
     peers_->clear();
     secure_->clear();
-    secure_->setPlaceholderText(read->secured ? tr("the invitation gives them")
+    secure_->setPlaceholderText(read->secured ? tr("the invitation supplies them")
                                               : tr("none: a plain session"));
   }
   Check();
@@ -252,17 +253,18 @@ QString JoinDialog::Fault() const {
     if (!read) return QString::fromStdString(read.error().what);
   }
   const QString session = session_->text().trimmed();
-  if (session.isEmpty()) return tr("The session\u2019s name is missing.");
+  if (session.isEmpty()) return tr("Enter the name of the session.");
   if (session.toUtf8().size() > kLongestSession) {
-    return tr("The session\u2019s name is longer than %1 bytes.").arg(kLongestSession);
+    return tr("The session\u2019s name is longer than %1 bytes: shorten it.").arg(kLongestSession);
   }
-  if (name_->text().trimmed().isEmpty()) return tr("Your name is missing.");
+  if (name_->text().trimmed().isEmpty()) return tr("Enter your name.");
   for (const QString& host : Hosts(peers_->text())) {
-    if (!IsHost(host)) return tr("\u201c%1\u201d is not HOST or HOST:PORT.").arg(host);
+    if (!IsHost(host))
+      return tr("\u201c%1\u201d is not HOST or HOST:PORT: correct the peers.").arg(host);
   }
   const QString external = external_->text().trimmed();
   if (!external.isEmpty() && !IsAddress(external)) {
-    return tr("\u201c%1\u201d is not an IPv4 address.").arg(external);
+    return tr("\u201c%1\u201d is not an IPv4 address: correct the external address.").arg(external);
   }
   const QString scene = scene_->text().trimmed();
   if (!scene.isEmpty() && !QFileInfo(scene).isFile()) {

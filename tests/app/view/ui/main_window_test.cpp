@@ -35,19 +35,19 @@ TEST_F(Window, JoinsAndLeavesByItsButtons) {
 TEST_F(Window, SaysPlainOnlyOfASessionThatSomebodyWasHeardIn) {
   JoinSession();
   const auto* dock = Child<QLabel>("session_state");
-  EXPECT_TRUE(dock->text().contains("nobody heard"));
+  EXPECT_TRUE(dock->text().contains("no peer answers"));
   EXPECT_FALSE(dock->text().contains("plain"));
   ASSERT_TRUE(ProcessEventsUntil([&] {
     return window_.page() != nullptr &&
            window_.page()->text().contains("is its name, network, domain or --secure another one?");
   }));
-  EXPECT_TRUE(window_.page()->text().contains("\nNobody heard in session"));
-  EXPECT_TRUE(Child<QLabel>("status_session")->text().contains("nobody heard"));
+  EXPECT_TRUE(window_.page()->text().contains("\nNo peer answers in session"));
+  EXPECT_TRUE(Child<QLabel>("status_session")->text().contains("no peer answers"));
   fake_.inbox->OnPeerInfo(FakeSession::Info(5, "Anna", Role::kActive), 0);
   ASSERT_TRUE(ProcessEventsUntil([&] {
     return dock->text().contains("plain: anyone on the network can look on");
   }));
-  EXPECT_FALSE(Child<QLabel>("status_session")->text().contains("nobody heard"));
+  EXPECT_FALSE(Child<QLabel>("status_session")->text().contains("no peer answers"));
   EXPECT_TRUE(window_.page()->text().contains("has offered a scene yet"));
 }
 

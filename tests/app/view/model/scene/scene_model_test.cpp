@@ -105,7 +105,7 @@ TEST_F(SceneOfASession, IsFetchedFromAPeerWhenTheUserSaysSo) {
   EXPECT_FALSE(model.can_fetch());
   model.SetSessionScene(ManifestOf("/nowhere/bracket.json", hash_));
   ASSERT_TRUE(Settled(model));
-  EXPECT_TRUE(model.message().contains("can be fetched from a peer"));
+  EXPECT_TRUE(model.message().contains("A peer can send its files"));
   ASSERT_TRUE(model.can_fetch());
   EXPECT_EQ(fetched, 0);
   model.Fetch();

@@ -130,7 +130,7 @@ TEST(SessionModel, SaysOfASessionThatNobodyWasHeardInWhichOthersThereAre) {
     return session.state() == SessionModel::State::kJoined;
   }));
   EXPECT_FALSE(session.heard());
-  EXPECT_EQ(session.nobody_heard(), "nobody heard yet in session bracket");
+  EXPECT_EQ(session.nobody_heard(), "no peer answers yet in session bracket");
   others = {{"brackets", true}};
   ASSERT_TRUE(ProcessEventsUntil([&] {
     return session.nobody_heard().contains("brackets (secured)");

@@ -36,8 +36,8 @@ TEST(DeviceDialogTest, ListsTheMouseAndTheDevicesWithWhatMendsThem) {
   EXPECT_EQ(list->topLevelItem(1)->text(1), "missing");
   EXPECT_EQ(dialog.device(), "inverse3");
   EXPECT_EQ(ChildOf<QLabel>(dialog, "mend")->text(),
-            "Missing: the Haply service <b>does not answer</b>\n"
-            "To mend it: systemctl start haply-inverse-service");
+            "Missing: the Haply service <b>does not answer</b>\nTo fix it: systemctl start "
+            "haply-inverse-service");
   list->setCurrentItem(list->topLevelItem(2));
   EXPECT_EQ(dialog.device(), "spacemouse");
   EXPECT_EQ(ChildOf<QLabel>(dialog, "mend")->text(), "");
