@@ -121,7 +121,12 @@ TEST(Instances, AnInactiveSecondOneStaysWithTheFirstUntilItIsActive) {
   StepInputs::InstanceInput& first = both.inputs.instances[kBlock];
   first.drive = BodyDrive::kMirrored;
   first.mirror_WB = {Quat::Identity(), Vec3(0, 0.2, 0)};
-  both.MoveHandTo(0);
+  const auto wait_for_mirrors = [&both] {  // their travel is limited
+    bool met = false;
+    for (int i = 0; i < 5; ++i) met = both.MoveHandTo(0) || met;
+    return met;
+  };
+  EXPECT_FALSE(wait_for_mirrors());
   EXPECT_EQ(both.world.state(kBlocksSecond).X_WB.p, both.world.state(kBlock).X_WB.p);
   EXPECT_NEAR((both.world.state(kBlock).X_WB.p - Vec3(0, 0.2, 0)).norm(), 0, 1e-9);
   EXPECT_FALSE(both.MoveHandTo(0.06));
@@ -130,7 +135,7 @@ TEST(Instances, AnInactiveSecondOneStaysWithTheFirstUntilItIsActive) {
   StepInputs::InstanceInput& second = both.inputs.instances[kBlocksSecond];
   second.drive = BodyDrive::kMirrored;
   second.mirror_WB = {Quat::Identity(), Vec3(0.06, 0, 0)};
-  EXPECT_FALSE(both.MoveHandTo(0));
+  EXPECT_FALSE(wait_for_mirrors());
   EXPECT_NEAR(both.x_of(kBlocksSecond), 0.06, 1e-9);
   EXPECT_NEAR((both.world.state(kBlock).X_WB.p - Vec3(0, 0.2, 0)).norm(), 0, 1e-9);
   EXPECT_TRUE(both.MoveHandTo(0.06));
