@@ -10,25 +10,19 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
+#include "engine/base/simd-inl.h"
+
 HWY_BEFORE_NAMESPACE();
 namespace tandem::HWY_NAMESPACE {
 namespace {
-
-namespace hn = hwy::HWY_NAMESPACE;
 
 constexpr std::size_t kLanes = PointBlocks::kLanes;
 // blocks in flight at once: the next stage reads a stage's results several hundred instructions
 // later
 constexpr std::size_t kBatch = 8;
 
-using F = hn::CappedTag<float, kLanes>;
-using I = hn::RebindToSigned<F>;
-using U = hn::RebindToUnsigned<F>;
-
-using Floats = hn::Vec<F>;
-using Ints = hn::Vec<I>;
-using Uints = hn::Vec<U>;
 constexpr std::size_t kPart = hn::MaxLanes(F());  // lanes of a vector
+static_assert(kLanes % kPart == 0);
 constexpr std::size_t kParts = kLanes / kPart;
 
 /// One block between the stages, by lane. Addresses have 32 bits in maps that 32 bits can address.
@@ -71,24 +65,9 @@ struct MapView {
   std::array<float, 3> last{};  // middle of the box's last voxel
 };
 
-template <class D, class Mask>
-unsigned MaskBits(D d, Mask mask) {
-  std::uint64_t bits = 0;
-  hn::StoreMaskBits(d, mask, reinterpret_cast<std::uint8_t*>(&bits));
-  return static_cast<unsigned>(bits);
-}
-
-struct VoxelLanes {
-  Ints x, y, z;
-};
-
-struct PlaceLanes {
-  Floats x, y, z;
-};
-
 /// Returns where some of a block's points are, in voxels of V.
-HWY_INLINE PlaceLanes PlacesOf(const PointBlocks& blocks, const VoxelTransform& transform,
-                               std::uint32_t block, std::size_t lane) {
+HWY_INLINE Lanes3 PlacesOf(const PointBlocks& blocks, const VoxelTransform& transform,
+                           std::uint32_t block, std::size_t lane) {
   const F df;
   const PointBlocks::Lanes& p = blocks.positions()[block];
   const auto& a = transform.a;
@@ -103,19 +82,15 @@ HWY_INLINE PlaceLanes PlacesOf(const PointBlocks& blocks, const VoxelTransform& 
     y = hn::Add(y, hn::Mul(shift, hn::Load(df, &n.y[lane])));
     z = hn::Add(z, hn::Mul(shift, hn::Load(df, &n.z[lane])));
   }
-  // never fused: every processor must find the same voxel
   const auto row = [&](std::size_t r) HWY_ATTR {
-    const Floats along_xy =
-        hn::Add(hn::Mul(hn::Set(df, a[3 * r]), x), hn::Mul(hn::Set(df, a[3 * r + 1]), y));
-    const Floats along = hn::Add(along_xy, hn::Mul(hn::Set(df, a[3 * r + 2]), z));
-    return hn::Add(along, hn::Set(df, b[r]));
+    return hn::Add(Dot(Broadcast(&a[3 * r]), {x, y, z}), hn::Set(df, b[r]));
   };
   return {row(0), row(1), row(2)};
 }
 
 /// Returns the voxels of V at places. Places outside the box are taken to its outermost voxels,
 /// which belong to its empty border.
-HWY_INLINE VoxelLanes VoxelsAt(const PlaceLanes& places, const std::array<float, 3>& last) {
+HWY_INLINE IntLanes3 VoxelsAt(const Lanes3& places, const std::array<float, 3>& last) {
   const F df;
   const auto within = [&](Floats p, float most) HWY_ATTR {
     const Floats clamped = hn::Min(hn::Max(p, hn::Zero(df)), hn::Set(df, most));
@@ -191,7 +166,7 @@ HWY_INLINE void Place(const PointBlocks& blocks, const VoxelTransform& transform
   const U du;
   const hn::Rebind<std::uint16_t, I> dh;
   for (std::size_t lane = 0; lane < kLanes; lane += kPart) {
-    const VoxelLanes voxels = VoxelsAt(PlacesOf(blocks, transform, block, lane), view.last);
+    const IntLanes3 voxels = VoxelsAt(PlacesOf(blocks, transform, block, lane), view.last);
     const Uints x = hn::BitCast(du, voxels.x);
     const Uints y = hn::BitCast(du, voxels.y);
     const Uints z = hn::BitCast(du, voxels.z);
@@ -314,9 +289,9 @@ void TransformBlocks(const PointBlocks& blocks, const VoxelTransform& transform,
     unsigned contacts = 0;
     auto least = hn::Set(di, 255);
     for (std::size_t lane = 0; lane < kLanes; lane += hn::Lanes(di)) {
-      const PlaceLanes p = PlacesOf(blocks, transform, block, lane);
-      const VoxelLanes voxels{hn::ConvertTo(di, hn::Floor(p.x)), hn::ConvertTo(di, hn::Floor(p.y)),
-                              hn::ConvertTo(di, hn::Floor(p.z))};
+      const Lanes3 p = PlacesOf(blocks, transform, block, lane);
+      const IntLanes3 voxels{hn::ConvertTo(di, hn::Floor(p.x)), hn::ConvertTo(di, hn::Floor(p.y)),
+                             hn::ConvertTo(di, hn::Floor(p.z))};
       const auto cells =
           hn::BitCast(di, CellsOf(hn::BitCast(U(), voxels.x), hn::BitCast(U(), voxels.y),
                                   hn::BitCast(U(), voxels.z)));

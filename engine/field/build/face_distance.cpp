@@ -9,24 +9,14 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
+#include "engine/base/simd-inl.h"
+
 HWY_BEFORE_NAMESPACE();
 namespace tandem::HWY_NAMESPACE {
 namespace {
 
-namespace hn = hwy::HWY_NAMESPACE;
-
-using F = hn::CappedTag<float, 16>;
-using Floats = hn::Vec<F>;
-
-struct VectorLanes {
-  Floats x, y, z;
-};
-
-// never fused: every processor must find the same distance
-HWY_INLINE Floats Dot(const std::array<float, 3>& a, const VectorLanes& b) {
-  const F f;
-  const Floats xy = hn::Add(hn::Mul(hn::Set(f, a[0]), b.x), hn::Mul(hn::Set(f, a[1]), b.y));
-  return hn::Add(xy, hn::Mul(hn::Set(f, a[2]), b.z));
+HWY_INLINE Floats Dot(const std::array<float, 3>& a, const Lanes3& b) {
+  return Dot(Broadcast(a.data()), b);
 }
 
 struct DistanceAndHeight {
@@ -34,7 +24,7 @@ struct DistanceAndHeight {
 };
 
 HWY_INLINE DistanceAndHeight MeasureVector(const NearFace::View& face, unsigned edges,
-                                           const VectorLanes& p) {
+                                           const Lanes3& p) {
   const F f;
   const Floats height = hn::Sub(Dot(face.nhat, p), hn::Set(f, face.offset));
   const Floats absolute = hn::Abs(height);
@@ -62,7 +52,7 @@ HWY_INLINE DistanceAndHeight MeasureVector(const NearFace::View& face, unsigned 
   return {hn::Sqrt(squared), face.sheet ? absolute : height};
 }
 
-HWY_INLINE VectorLanes PlacesAt(const PlaceLanes& places, std::size_t i) {
+HWY_INLINE Lanes3 PlacesAt(const PlaceLanes& places, std::size_t i) {
   const F f;
   return {hn::Load(f, &places.x[i]), hn::Load(f, &places.y[i]), hn::Load(f, &places.z[i])};
 }
@@ -113,9 +103,8 @@ HWY_INLINE void VisitCube(const std::array<float, 3>& lowest, const Visit& visit
   for (std::size_t layer = 0; layer < kCubeSide; ++layer) {
     const Floats z = hn::Set(f, lowest[2] + static_cast<float>(layer));
     for (std::size_t i = 0; i < kLayer; i += hn::Lanes(f)) {
-      visit(layer * kLayer + i,
-            VectorLanes{hn::Add(hn::Set(f, lowest[0]), hn::Load(f, &kX[i])),
-                        hn::Add(hn::Set(f, lowest[1]), hn::Load(f, &kY[i])), z});
+      visit(layer * kLayer + i, Lanes3{hn::Add(hn::Set(f, lowest[0]), hn::Load(f, &kX[i])),
+                                       hn::Add(hn::Set(f, lowest[1]), hn::Load(f, &kY[i])), z});
     }
   }
 }
@@ -123,25 +112,16 @@ HWY_INLINE void VisitCube(const std::array<float, 3>& lowest, const Visit& visit
 void MeasureCubeLanes(const NearFace::View& face, const std::array<float, 3>& lowest,
                       float* distances) {
   const F f;
-  VisitCube(lowest, [&](std::size_t i, const VectorLanes& places) {
+  VisitCube(lowest, [&](std::size_t i, const Lanes3& places) {
     hn::StoreU(MeasureVector(face, NearFace::kAllEdges, places).distance, f, distances + i);
   });
 }
 
 void MeasureCubeLanesInto(const NearFace::View& face, const std::array<float, 3>& lowest,
                           float* distances, float* heights) {
-  VisitCube(lowest, [&](std::size_t i, const VectorLanes& places) {
+  VisitCube(lowest, [&](std::size_t i, const Lanes3& places) {
     AddNearest(MeasureVector(face, NearFace::kAllEdges, places), distances + i, heights + i);
   });
-}
-
-std::uint64_t BitsOf(hn::Mask<F> mask) {
-  const F f;
-  std::array<std::uint8_t, 8> bytes{};
-  hn::StoreMaskBits(f, mask, bytes.data());
-  std::uint64_t bits = bytes[0];
-  if (hn::Lanes(f) == 16) bits |= std::uint64_t{bytes[1]} << 8U;
-  return bits;
 }
 
 NearFace::CubeSides SidesOfLanes(const NearFace::View& face, const std::array<float, 3>& lowest) {
@@ -152,10 +132,10 @@ NearFace::CubeSides SidesOfLanes(const NearFace::View& face, const std::array<fl
     float reach = NearFace::kRounding;
     for (std::size_t axis = 0; axis < 3; ++axis) reach += std::abs(edge.inward[axis]) * 0.5F;
     const Floats aside = hn::Set(f, reach);
-    VisitCube(lowest, [&](std::size_t i, const VectorLanes& p) HWY_ATTR {
+    VisitCube(lowest, [&](std::size_t i, const Lanes3& p) HWY_ATTR {
       const Floats inward = hn::Sub(Dot(edge.inward, p), hn::Set(f, edge.inward_offset));
-      sides.before[k] |= BitsOf(hn::Le(inward, aside)) << i;
-      sides.beyond[k] |= BitsOf(hn::Lt(inward, hn::Neg(aside))) << i;
+      sides.before[k] |= std::uint64_t{MaskBits(F(), hn::Le(inward, aside))} << i;
+      sides.beyond[k] |= std::uint64_t{MaskBits(F(), hn::Lt(inward, hn::Neg(aside)))} << i;
     });
   }
   return sides;
@@ -175,7 +155,7 @@ CellErrors ErrorsOfLanes(const std::array<float, 8>& values, const std::array<fl
   Floats beyond = within_band;
   Floats most_over = within_band;
   for (std::size_t i = 0; i < places.count; i += hn::Lanes(f)) {
-    const VectorLanes p = PlacesAt(places, i);
+    const Lanes3 p = PlacesAt(places, i);
     const Floats x = hn::Sub(p.x, hn::Set(f, lowest[0]));
     const Floats y = hn::Sub(p.y, hn::Set(f, lowest[1]));
     const Floats z = hn::Sub(p.z, hn::Set(f, lowest[2]));
@@ -207,7 +187,7 @@ std::uint64_t CompareLanes(const float* values, const float* bounds, float margi
   std::uint64_t within = 0;
   for (std::size_t i = 0; i < count; i += hn::Lanes(f)) {
     const auto mask = hn::Le(hn::LoadU(f, values + i), hn::Add(hn::LoadU(f, bounds + i), more));
-    within |= BitsOf(mask) << i;
+    within |= std::uint64_t{MaskBits(f, mask)} << i;
   }
   return within;
 }

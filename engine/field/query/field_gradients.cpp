@@ -30,11 +30,6 @@ HWY_INLINE Floats OnSquare(const Square& values, Floats along, Floats across) {
                  across);
 }
 
-HWY_INLINE Axes FromCell(const FieldLanes& lanes, std::size_t at) {
-  const F f;
-  return {hn::LoadU(f, &lanes.x[at]), hn::LoadU(f, &lanes.y[at]), hn::LoadU(f, &lanes.z[at])};
-}
-
 /// The node beyond a cell along an axis, on the side that a place is nearer to.
 template <std::size_t kAxis>
 struct NodeBeyond {
@@ -49,8 +44,8 @@ struct NodeBeyond {
     elsewhere = hn::Or(hn::Lt(node, hn::Zero(i)), hn::Gt(node, hn::Set(i, kBrickCells)));
     along = hn::IfThenElse(elsewhere, hn::And(node, hn::Set(i, 3)), node);
   }
-  Axes from;
-  IntAxes in_brick;  // its place, from the row of the cell's lowest node
+  Lanes3 from;
+  IntLanes3 in_brick;  // its place, from the row of the cell's lowest node
   hn::Mask<F> upper;
   Ints offset;            // offset from the cell
   hn::Mask<I> elsewhere;  // it is in another brick than the cell
@@ -69,10 +64,8 @@ constexpr std::size_t kRows = kAxis == 0 ? 4 : 2;
 template <std::size_t kAxis>
 HWY_INLINE void FindBeyond(const FieldView& field, const FieldLanes& lanes, std::size_t at,
                            FieldLanes& beyond) {
-  const I i;
   const NodeBeyond<kAxis> node(lanes, at);
-  IntAxes cell{hn::LoadU(i, &lanes.cell_x[at]), hn::LoadU(i, &lanes.cell_y[at]),
-               hn::LoadU(i, &lanes.cell_z[at])};
+  IntLanes3 cell = CellsAt(lanes, at);
   Ints& along = Along<kAxis>(cell);
   along = hn::IfThenElse(node.elsewhere, hn::Add(along, node.offset), along);
   StoreTablePlaces(field, cell, at, beyond);
@@ -100,16 +93,15 @@ HWY_INLINE Square ValuesBeyond(const NodeBeyond<kAxis>& node, const FieldLanes& 
   const Bricks brick = LoadBricks(beyond, at);
   const Floats step = StepOf(brick.bits, brick.flags);
   const Floats along_x = hn::Mul(hn::Set(f, FieldBrick::kSlope), hn::ConvertTo(f, brick.slopes.x));
-  const Axes first{hn::ConvertTo(f, node.in_brick.x), hn::ConvertTo(f, node.in_brick.y),
-                   hn::ConvertTo(f, node.in_brick.z)};
+  const Lanes3 first = ToFloats(node.in_brick);
   const Floats one = hn::Set(f, 1.0F);
   const Ints first_bit = hn::Mul(NodeOf(node.in_brick), brick.bits);
   std::array<Floats, 4> low;
   std::array<Floats, 4> high;
   for (std::size_t row = 0; row < kRows<kAxis>; ++row) {
     const int nodes = RowsAcross<kAxis>()[row];
-    const Axes place{first.x, nodes % 25 != 0 ? hn::Add(first.y, one) : first.y,
-                     nodes >= 25 ? hn::Add(first.z, one) : first.z};
+    const Lanes3 place{first.x, nodes % 25 != 0 ? hn::Add(first.y, one) : first.y,
+                       nodes >= 25 ? hn::Add(first.z, one) : first.z};
     const Floats plane = PlaneAt(brick, place);
     const Ints bit = hn::Add(first_bit, hn::Mul(brick.bits, hn::Set(i, nodes)));
     const RowSteps steps = StepsOfRow(brick.bits, bit, hn::LoadU(i, &beyond.word[row][at]));
@@ -156,7 +148,6 @@ template <std::size_t kAxis>
 HWY_INLINE void TellGradients(const FieldView& field, std::size_t count, const Cubes& nodes,
                               const FieldLanes& lanes, FieldLanes& beyond, float* gradients) {
   const F f;
-  constexpr std::size_t kWidth = hn::MaxLanes(F());
   for (std::size_t at = 0; at < count; at += kWidth) FindBeyond<kAxis>(field, lanes, at, beyond);
   ReadBricks(field, count, beyond);
   beyond.near.fill(true);
@@ -170,13 +161,8 @@ HWY_INLINE void TellGradients(const FieldView& field, std::size_t count, const C
 void LookUpGradients(const FieldView& field, std::size_t count, FieldLanes& lanes,
                      FieldGradients& gradients) {
   const F f;
-  const I i;
-  constexpr std::size_t kWidth = hn::MaxLanes(F());
   for (std::size_t at = 0; at < count; at += kWidth) {
-    StoreTablePlaces(field,
-                     {hn::LoadU(i, &lanes.cell_x[at]), hn::LoadU(i, &lanes.cell_y[at]),
-                      hn::LoadU(i, &lanes.cell_z[at])},
-                     at, lanes);
+    StoreTablePlaces(field, CellsAt(lanes, at), at, lanes);
   }
   ReadBricks(field, count, lanes);
   lanes.near.fill(true);
@@ -189,7 +175,7 @@ void LookUpGradients(const FieldView& field, std::size_t count, FieldLanes& lane
     for (std::size_t corner = 0; corner < 8; ++corner) {
       hn::StoreU(corners[corner], f, &nodes[corner][at]);
     }
-    const Axes from = FromCell(lanes, at);
+    const Lanes3 from = FromCell(lanes, at);
     const Floats low = OnSquare({corners[0], corners[1], corners[2], corners[3]}, from.x, from.y);
     const Floats high = OnSquare({corners[4], corners[5], corners[6], corners[7]}, from.x, from.y);
     hn::StoreU(Between(low, high, from.z), f, &lanes.value[at]);

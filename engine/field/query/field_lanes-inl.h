@@ -17,23 +17,13 @@
 
 #include <hwy/highway.h>
 
+#include "engine/base/simd-inl.h"
+
 HWY_BEFORE_NAMESPACE();
 namespace tandem::HWY_NAMESPACE {
 namespace {
 
-namespace hn = hwy::HWY_NAMESPACE;
-
-using F = hn::CappedTag<float, 16>;
-using I = hn::RebindToSigned<F>;
-using Floats = hn::Vec<F>;
-using Ints = hn::Vec<I>;
-
-struct Axes {
-  Floats x, y, z;
-};
-struct IntAxes {
-  Ints x, y, z;
-};
+constexpr std::size_t kWidth = hn::MaxLanes(F());  // lanes of a vector
 
 HWY_INLINE Floats Between(Floats low, Floats high, Floats share) {
   return hn::Add(low, hn::Mul(share, hn::Sub(high, low)));
@@ -46,7 +36,7 @@ HWY_INLINE Ints SignedLow(Ints lanes) {
 }
 
 /// Stores where the bricks of cells of the lattice stand in the tables, for lanes from `at` on.
-HWY_INLINE void StoreTablePlaces(const FieldView& field, const IntAxes& cell, std::size_t at,
+HWY_INLINE void StoreTablePlaces(const FieldView& field, const IntLanes3& cell, std::size_t at,
                                  FieldLanes& lanes) {
   const I i;
   const Ints below_zero = hn::Set(i, -1);
@@ -72,7 +62,7 @@ HWY_INLINE void StoreTablePlaces(const FieldView& field, const IntAxes& cell, st
 /// A vector of bricks.
 struct Bricks {
   Floats mean;
-  IntAxes slopes;
+  IntLanes3 slopes;
   Ints bits, over_of_lists, flags, steps;
 };
 
@@ -93,11 +83,9 @@ HWY_INLINE Bricks LoadBricks(const FieldLanes& lanes, std::size_t at) {
 }
 
 /// Returns the value of bricks' planes at a place relative to their lowest nodes.
-HWY_INLINE Floats PlaneAt(const Bricks& brick, const Axes& place) {
+HWY_INLINE Floats PlaneAt(const Bricks& brick, const Lanes3& place) {
   const F f;
-  const Floats risen = hn::Add(hn::Add(hn::Mul(hn::ConvertTo(f, brick.slopes.x), place.x),
-                                       hn::Mul(hn::ConvertTo(f, brick.slopes.y), place.y)),
-                               hn::Mul(hn::ConvertTo(f, brick.slopes.z), place.z));
+  const Floats risen = Dot(ToFloats(brick.slopes), place);
   return hn::Add(brick.mean, hn::Mul(hn::Set(f, FieldBrick::kSlope), risen));
 }
 
@@ -136,17 +124,27 @@ HWY_INLINE RowSteps StepsOfRow(Ints bits, Ints first_bit, Ints word) {
           hn::ConvertTo(f, hn::Shr(hn::Shl(word, hn::Sub(left, bits)), unused))};
 }
 
-/// Returns the places of cells in their bricks.
-HWY_INLINE IntAxes InBricks(const FieldLanes& lanes, std::size_t at) {
+/// Returns the places in their cells.
+HWY_INLINE Lanes3 FromCell(const FieldLanes& lanes, std::size_t at) {
+  const F f;
+  return {hn::LoadU(f, &lanes.x[at]), hn::LoadU(f, &lanes.y[at]), hn::LoadU(f, &lanes.z[at])};
+}
+
+HWY_INLINE IntLanes3 CellsAt(const FieldLanes& lanes, std::size_t at) {
   const I i;
-  const Ints three = hn::Set(i, 3);
-  return {hn::And(hn::LoadU(i, &lanes.cell_x[at]), three),
-          hn::And(hn::LoadU(i, &lanes.cell_y[at]), three),
-          hn::And(hn::LoadU(i, &lanes.cell_z[at]), three)};
+  return {hn::LoadU(i, &lanes.cell_x[at]), hn::LoadU(i, &lanes.cell_y[at]),
+          hn::LoadU(i, &lanes.cell_z[at])};
+}
+
+/// Returns the places of cells in their bricks.
+HWY_INLINE IntLanes3 InBricks(const FieldLanes& lanes, std::size_t at) {
+  const Ints three = hn::Set(I(), 3);
+  const IntLanes3 cell = CellsAt(lanes, at);
+  return {hn::And(cell.x, three), hn::And(cell.y, three), hn::And(cell.z, three)};
 }
 
 /// Returns x + 5 y + 25 z.
-HWY_INLINE Ints NodeOf(const IntAxes& in_brick) {
+HWY_INLINE Ints NodeOf(const IntLanes3& in_brick) {
   const Ints zy = hn::Add(in_brick.y, hn::Add(in_brick.z, hn::ShiftLeft<2>(in_brick.z)));
   return hn::Add(in_brick.x, hn::Add(zy, hn::ShiftLeft<2>(zy)));
 }
@@ -156,10 +154,11 @@ HWY_INLINE void Unpack(std::size_t at, FieldLanes& lanes) {
   const F f;
   const I i;
   const Bricks brick = LoadBricks(lanes, at);
-  const IntAxes in_brick = InBricks(lanes, at);
-  const Axes place{hn::Add(hn::ConvertTo(f, in_brick.x), hn::LoadU(f, &lanes.x[at])),
-                   hn::Add(hn::ConvertTo(f, in_brick.y), hn::LoadU(f, &lanes.y[at])),
-                   hn::Add(hn::ConvertTo(f, in_brick.z), hn::LoadU(f, &lanes.z[at]))};
+  const IntLanes3 in_brick = InBricks(lanes, at);
+  const Lanes3 lowest = ToFloats(in_brick);
+  const Lanes3 from = FromCell(lanes, at);
+  const Lanes3 place{hn::Add(lowest.x, from.x), hn::Add(lowest.y, from.y),
+                     hn::Add(lowest.z, from.z)};
   hn::StoreU(PlaneAt(brick, place), f, &lanes.plane[at]);
   hn::StoreU(brick.bits, i, &lanes.bits[at]);
   hn::StoreU(brick.flags, i, &lanes.flags[at]);
@@ -198,20 +197,19 @@ HWY_INLINE hn::Mask<I> Listed(const FieldLanes& lanes, std::size_t at) {
 
 /// Returns the values at the eight nodes of a cell, x fastest.
 HWY_INLINE std::array<Floats, 8> NodesOf(const FieldLanes& lanes, const Bricks& brick,
-                                         const IntAxes& in_brick, std::size_t at) {
+                                         const IntLanes3& in_brick, std::size_t at) {
   const F f;
   const I i;
   const Floats step = StepOf(brick.bits, brick.flags);
   const Floats slope = hn::Set(f, FieldBrick::kSlope);
   const Floats along_x = hn::Mul(slope, hn::ConvertTo(f, brick.slopes.x));
   const std::array<Ints, 4> bit = RowBits(brick.bits, hn::LoadU(i, &lanes.first_bit[at]));
-  const Axes lowest{hn::ConvertTo(f, in_brick.x), hn::ConvertTo(f, in_brick.y),
-                    hn::ConvertTo(f, in_brick.z)};
+  const Lanes3 lowest = ToFloats(in_brick);
   std::array<Floats, 8> nodes;
   for (std::size_t row = 0; row < 4; ++row) {
     const Floats one = hn::Set(f, 1.0F);
-    const Axes place{lowest.x, (row & 1) != 0 ? hn::Add(lowest.y, one) : lowest.y,
-                     row >= 2 ? hn::Add(lowest.z, one) : lowest.z};
+    const Lanes3 place{lowest.x, (row & 1) != 0 ? hn::Add(lowest.y, one) : lowest.y,
+                       row >= 2 ? hn::Add(lowest.z, one) : lowest.z};
     const Floats plane = PlaneAt(brick, place);
     const RowSteps steps = StepsOfRow(brick.bits, bit[row], hn::LoadU(i, &lanes.word[row][at]));
     nodes[2 * row] = hn::Add(plane, hn::Mul(step, steps.low));

@@ -28,32 +28,31 @@ HWY_INLINE Floats OfBounds(Ints entries) {
 
 /// Returns the distance from the box of all faces, for places outside all tables, less what single
 /// precision may add.
-HWY_INLINE Floats OfBox(const FieldView& field, const Axes& place_L) {
+HWY_INLINE Floats OfBox(const FieldView& field, const Lanes3& place_L) {
   const F f;
   const auto beyond = [&](Floats place, float least, float most) HWY_ATTR {
     return hn::Max(hn::Zero(f),
                    hn::Max(hn::Sub(hn::Set(f, least), place), hn::Sub(place, hn::Set(f, most))));
   };
-  const Floats x = beyond(place_L.x, field.box_min[0], field.box_max[0]);
-  const Floats y = beyond(place_L.y, field.box_min[1], field.box_max[1]);
-  const Floats z = beyond(place_L.z, field.box_min[2], field.box_max[2]);
-  const Floats squared = hn::Add(hn::Add(hn::Mul(x, x), hn::Mul(y, y)), hn::Mul(z, z));
-  const Floats distance = hn::Mul(hn::Set(f, 0.999F), hn::Sqrt(squared));
+  const Lanes3 offset{beyond(place_L.x, field.box_min[0], field.box_max[0]),
+                      beyond(place_L.y, field.box_min[1], field.box_max[1]),
+                      beyond(place_L.z, field.box_min[2], field.box_max[2])};
+  const Floats distance = hn::Mul(hn::Set(f, 0.999F), hn::Sqrt(Dot(offset, offset)));
   return hn::Max(hn::Zero(f), hn::Sub(distance, hn::Set(f, 0.01F)));
 }
 
 /// Finds the cells of a vector of places relative to `base`.
-HWY_INLINE void Find(const FieldView& field, const GridIndex& base, const Axes& place_V,
+HWY_INLINE void Find(const FieldView& field, const GridIndex& base, const Lanes3& place_V,
                      std::size_t at, FieldLanes& lanes) {
   const F f;
   const I i;
   // from V to L
   const Floats half = hn::Set(f, 0.5F);
-  const Axes place{hn::Sub(place_V.x, half), hn::Sub(place_V.y, half), hn::Sub(place_V.z, half)};
-  const Axes floor{hn::Floor(place.x), hn::Floor(place.y), hn::Floor(place.z)};
-  const IntAxes cell{hn::Add(hn::ConvertTo(i, floor.x), hn::Set(i, base.x)),
-                     hn::Add(hn::ConvertTo(i, floor.y), hn::Set(i, base.y)),
-                     hn::Add(hn::ConvertTo(i, floor.z), hn::Set(i, base.z))};
+  const Lanes3 place{hn::Sub(place_V.x, half), hn::Sub(place_V.y, half), hn::Sub(place_V.z, half)};
+  const Lanes3 floor{hn::Floor(place.x), hn::Floor(place.y), hn::Floor(place.z)};
+  const IntLanes3 cell{hn::Add(hn::ConvertTo(i, floor.x), hn::Set(i, base.x)),
+                       hn::Add(hn::ConvertTo(i, floor.y), hn::Set(i, base.y)),
+                       hn::Add(hn::ConvertTo(i, floor.z), hn::Set(i, base.z))};
   hn::StoreU(hn::Sub(place.x, floor.x), f, &lanes.x[at]);
   hn::StoreU(hn::Sub(place.y, floor.y), f, &lanes.y[at]);
   hn::StoreU(hn::Sub(place.z, floor.z), f, &lanes.z[at]);
@@ -63,9 +62,9 @@ HWY_INLINE void Find(const FieldView& field, const GridIndex& base, const Axes& 
   StoreTablePlaces(field, cell, at, lanes);
   const Ints hyperbrick = hn::LoadU(i, &lanes.hyperbrick[at]);
   if (hn::AllTrue(i, hn::Gt(hyperbrick, hn::Set(i, -1)))) return;
-  const Axes place_L{hn::Add(place.x, hn::Set(f, static_cast<float>(base.x))),
-                     hn::Add(place.y, hn::Set(f, static_cast<float>(base.y))),
-                     hn::Add(place.z, hn::Set(f, static_cast<float>(base.z)))};
+  const Lanes3 place_L{hn::Add(place.x, hn::Set(f, static_cast<float>(base.x))),
+                       hn::Add(place.y, hn::Set(f, static_cast<float>(base.y))),
+                       hn::Add(place.z, hn::Set(f, static_cast<float>(base.z)))};
   hn::StoreU(OfBox(field, place_L), f, &lanes.value[at]);
 }
 
@@ -127,7 +126,6 @@ HWY_INLINE void TellBounds(std::size_t at, FieldLanes& lanes) {
 
 /// Reads the lanes whose cells have been found.
 HWY_INLINE void ReadAll(const FieldView& field, std::size_t count, FieldLanes& lanes) {
-  constexpr std::size_t kWidth = hn::MaxLanes(F());
   const auto near = [&](std::size_t at) HWY_ATTR {
     return lanes.near[at / FieldLanes::kVector];
   };
@@ -148,7 +146,6 @@ HWY_INLINE void ReadAll(const FieldView& field, std::size_t count, FieldLanes& l
 void LookUp(const FieldView& field, const GridIndex& base, const PlaceSpans& places,
             std::size_t count, FieldLanes& lanes) {
   const F f;
-  constexpr std::size_t kWidth = hn::MaxLanes(F());
   for (std::size_t at = 0; at < count; at += kWidth) {
     Find(field, base,
          {hn::LoadU(f, places.x + at), hn::LoadU(f, places.y + at), hn::LoadU(f, places.z + at)},
@@ -170,7 +167,6 @@ HWY_INLINE FieldReadings Sum(const FieldView& field, float reach, std::size_t at
                              const FieldLanes& lanes, float* bounds) {
   const F f;
   const I i;
-  constexpr std::size_t kWidth = hn::MaxLanes(F());
   Floats least = hn::Set(f, std::numeric_limits<float>::max());
   // beyond the fine band force may begin before the bound allows it
   const bool pushes_early = reach > field.fine_band;
@@ -195,12 +191,8 @@ HWY_INLINE FieldReadings Sum(const FieldView& field, float reach, std::size_t at
     least =
         hn::Min(least, hn::IfThenElse(open, least, pushes_early ? hn::Min(bound, told) : bound));
     hn::StoreU(bound, f, bounds + k);
-    std::array<std::uint8_t, 8> bits{};
-    hn::StoreMaskBits(f, open, bits.data());
-    listed |= (bits[0] | std::uint64_t{bits[1]} << 8U) << k;
-    bits = {};
-    hn::StoreMaskBits(f, is_within, bits.data());
-    within |= (bits[0] | std::uint64_t{bits[1]} << 8U) << k;
+    listed |= std::uint64_t{MaskBits(f, open)} << k;
+    within |= std::uint64_t{MaskBits(f, is_within)} << k;
   }
   return {hn::GetLane(hn::MinOfLanes(f, least)), static_cast<std::uint16_t>(within),
           static_cast<std::uint16_t>(listed)};
@@ -210,19 +202,13 @@ void LookUpBlocks(const FieldView& field, const std::array<float, 9>& R_VF, floa
                   std::span<const PlacedBlock> blocks, FieldLanes& lanes, float* bounds,
                   FieldReadings* readings) {
   const F f;
-  constexpr std::size_t kWidth = hn::MaxLanes(F());
   for (std::size_t b = 0; b < blocks.size(); ++b) {
     const PlacedBlock& block = blocks[b];
     for (std::size_t k = 0; k < kBlockPlaces; k += kWidth) {
-      const Floats x = hn::LoadU(f, block.places_F.x + k);
-      const Floats y = hn::LoadU(f, block.places_F.y + k);
-      const Floats z = hn::LoadU(f, block.places_F.z + k);
+      const Lanes3 place{hn::LoadU(f, block.places_F.x + k), hn::LoadU(f, block.places_F.y + k),
+                         hn::LoadU(f, block.places_F.z + k)};
       const auto along = [&](std::size_t axis) HWY_ATTR {
-        const auto turned = [&](Floats value, std::size_t column) HWY_ATTR {
-          return hn::Mul(hn::Set(f, R_VF[3 * axis + column]), value);
-        };
-        return hn::Add(hn::Set(f, block.from_base[axis]),
-                       hn::Add(hn::Add(turned(x, 0), turned(y, 1)), turned(z, 2)));
+        return hn::Add(hn::Set(f, block.from_base[axis]), Dot(Broadcast(&R_VF[3 * axis]), place));
       };
       Find(field, block.base, {along(0), along(1), along(2)}, kBlockPlaces * b + k, lanes);
     }

@@ -8,23 +8,12 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
+#include "engine/base/simd-inl.h"
+
 HWY_BEFORE_NAMESPACE();
 namespace tandem::HWY_NAMESPACE {
 namespace {
 
-namespace hn = hwy::HWY_NAMESPACE;
-
-using F = hn::CappedTag<float, 16>;
-using Floats = hn::Vec<F>;
-
-struct Lanes3 {
-  Floats x, y, z;
-};
-
-// never fused: every processor must find the same distance
-HWY_INLINE Floats Dot(const Lanes3& a, const Lanes3& b) {
-  return hn::Add(hn::Add(hn::Mul(a.x, b.x), hn::Mul(a.y, b.y)), hn::Mul(a.z, b.z));
-}
 HWY_INLINE Lanes3 Minus(const Lanes3& a, const Lanes3& b) {
   return {hn::Sub(a.x, b.x), hn::Sub(a.y, b.y), hn::Sub(a.z, b.z)};
 }

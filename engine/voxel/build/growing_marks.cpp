@@ -8,15 +8,13 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
+#include "engine/base/simd-inl.h"
+
 HWY_BEFORE_NAMESPACE();
 namespace tandem::HWY_NAMESPACE {
 namespace {
 
-namespace hn = hwy::HWY_NAMESPACE;
-
 using Layer = GrowingMarks::Layer;
-using W = hn::CappedTag<std::uint64_t, 8>;
-using Words = hn::Vec<W>;
 constexpr std::size_t kPart = hn::MaxLanes(W());  // rows of a vector
 
 constexpr int kHalo = GrowingMarks::kHalo;

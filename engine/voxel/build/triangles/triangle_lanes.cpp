@@ -7,19 +7,17 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
+#include "engine/base/simd-inl.h"
+
 HWY_BEFORE_NAMESPACE();
 namespace tandem::HWY_NAMESPACE {
 namespace {
 
-namespace hn = hwy::HWY_NAMESPACE;
-
 using Lanes = TriangleLanes;
 using Marks = TriangleMarks;
-using D = hn::CappedTag<double, Lanes::kLanes>;
-using U = hn::RebindToUnsigned<D>;
-using Doubles = hn::Vec<D>;
 using Flags = hn::Mask<D>;
 constexpr std::size_t kPart = hn::MaxLanes(D());
+static_assert(Lanes::kLanes % kPart == 0);
 constexpr std::size_t kMostRows = Lanes::kMostRows;
 
 using Corner = std::array<Doubles, 3>;
@@ -124,20 +122,14 @@ HWY_INLINE Flags InBlock(Doubles place) {
   return hn::And(hn::Ge(place, hn::Zero(d)), hn::Le(place, hn::Set(d, kHyperchunkSide - 1)));
 }
 
-HWY_INLINE unsigned LaneBits(Flags flags) {
-  std::array<std::uint8_t, 8> mask_bits{};
-  hn::StoreMaskBits(D(), flags, mask_bits.data());
-  return mask_bits[0];
-}
-
 HWY_INLINE void LoadTriangles(const Lanes& lanes, std::size_t part, Triangles& t) {
   const D d;
-  const U u;
+  const W w;
   const Doubles whole = hn::Set(d, kWholeBits);
   const Doubles unit = hn::Set(d, 1.0 / (1 << kSnapBits));
   for (std::size_t v = 0; v < 3; ++v) {
     for (std::size_t k = 0; k < 3; ++k) {
-      const auto units = hn::Or(hn::Load(u, &lanes.p[v][k][part]), hn::BitCast(u, whole));
+      const auto units = hn::Or(hn::Load(w, &lanes.p[v][k][part]), hn::BitCast(w, whole));
       t.c[v][k] = hn::Mul(unit, hn::Sub(hn::BitCast(d, units), whole));
     }
   }
@@ -268,17 +260,17 @@ HWY_INLINE void NarrowToPlane(const Triangles& t, const RowBounds& row, const La
 HWY_INLINE void StoreBits(const Triangles& t, const Interval& interval, Flags met,
                           std::uint64_t* to) {
   const D d;
-  const U u;
+  const W w;
   const Doubles whole = hn::Set(d, kWholeBits);
   const Doubles begin = hn::Max(hn::Zero(d), hn::Add(interval.low, t.offset[0]));
   const Doubles end = hn::Min(hn::Set(d, kHyperchunkSide - 1), hn::Add(interval.high, t.offset[0]));
-  const auto low_bits = hn::Set(u, 63);
-  const auto from = hn::And(hn::BitCast(u, hn::Add(begin, whole)), low_bits);
-  const auto length = hn::BitCast(u, hn::Add(hn::Sub(end, begin), whole));
+  const auto low_bits = hn::Set(w, 63);
+  const auto from = hn::And(hn::BitCast(w, hn::Add(begin, whole)), low_bits);
+  const auto length = hn::BitCast(w, hn::Add(hn::Sub(end, begin), whole));
   const auto unused = hn::And(hn::Sub(low_bits, length), low_bits);
-  const auto bits = hn::Shl(hn::Shr(hn::Set(u, ~std::uint64_t{0}), unused), from);
+  const auto bits = hn::Shl(hn::Shr(hn::Set(w, ~std::uint64_t{0}), unused), from);
   const Flags marked = hn::And(met, hn::Le(begin, end));
-  hn::Store(hn::IfThenElseZero(hn::RebindMask(u, marked), bits), u, to);
+  hn::Store(hn::IfThenElseZero(hn::RebindMask(w, marked), bits), w, to);
 }
 
 /// Notes the crossings of a row in `crossed`.
@@ -298,7 +290,7 @@ HWY_INLINE void StoreCrossings(const Triangles& t, Doubles row, const LayerBound
   crossed = hn::And(crossed, InBlock(place));
   const Doubles behind = hn::IfThenElseZero(hn::Gt(hn::Sub(x, cell), half), one);
   hn::Store(hn::Add(place, behind), d, &out.from[i][part]);
-  out.crossed[i] = static_cast<std::uint8_t>(out.crossed[i] | LaneBits(crossed) << part);
+  out.crossed[i] = static_cast<std::uint8_t>(out.crossed[i] | MaskBits(d, crossed) << part);
 }
 
 /// Marks the row y of a layer, which is row `i` of the result.
@@ -337,8 +329,8 @@ void MarkPart(const Lanes& lanes, std::size_t part, Marks& out) {
       MarkRow(t, y, rows[y], layer, part, y + rows_y * z, out, doubtful);
     }
   }
-  out.doubtful |= LaneBits(doubtful) << part;
-  out.facing_x |= LaneBits(hn::Gt(t.n[0], hn::Zero(d))) << part;
+  out.doubtful |= MaskBits(d, doubtful) << part;
+  out.facing_x |= MaskBits(d, hn::Gt(t.n[0], hn::Zero(d))) << part;
 }
 
 void MarkParts(const Lanes& lanes, Marks& out) {

@@ -8,18 +8,16 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
+#include "engine/base/simd-inl.h"
+
 HWY_BEFORE_NAMESPACE();
 namespace tandem::HWY_NAMESPACE {
 namespace {
 
-namespace hn = hwy::HWY_NAMESPACE;
-
 using View = TriangleRows::View;
-using D = hn::CappedTag<double, TriangleRows::kPadding>;
-using U = hn::RebindToUnsigned<D>;
-using Doubles = hn::Vec<D>;
 using Flags = hn::Mask<D>;
 constexpr std::size_t kPart = hn::MaxLanes(D());
+static_assert(kPart <= TriangleRows::kPadding);
 constexpr int kSide = kHyperchunkSide;
 /// Values by row, with room for a vector that begins at the last one.
 using ByRow = std::array<double, kSide + TriangleRows::kPadding>;
@@ -202,20 +200,20 @@ struct Strip {
 /// Sets the bits of the cells of a strip in the rows that `met` names.
 HWY_INLINE void SetBits(const Strip& strip, Flags met, const Block& block) {
   const D d;
-  const U u;
+  const W w;
   const Doubles shift_x = hn::Set(d, block.offset.x);
   const Doubles begin = hn::Max(hn::Zero(d), hn::Add(strip.low, shift_x));
   const Doubles end = hn::Min(hn::Set(d, block.side - 1), hn::Add(strip.high, shift_x));
   const Flags here = hn::And(met, hn::Le(begin, end));
   // whole numbers below 64 stand in the lowest bits of their sum with 2^52
   const Doubles whole = hn::Set(d, 4503599627370496.0);
-  const auto low_bits = hn::Set(u, 63);
-  const auto from = hn::And(hn::BitCast(u, hn::Add(begin, whole)), low_bits);
-  const auto length = hn::BitCast(u, hn::Add(hn::Sub(end, begin), whole));
+  const auto low_bits = hn::Set(w, 63);
+  const auto from = hn::And(hn::BitCast(w, hn::Add(begin, whole)), low_bits);
+  const auto length = hn::BitCast(w, hn::Add(hn::Sub(end, begin), whole));
   const auto unused = hn::And(hn::Sub(low_bits, length), low_bits);
-  const auto bits = hn::Shl(hn::Shr(hn::Set(u, ~std::uint64_t{0}), unused), from);
+  const auto bits = hn::Shl(hn::Shr(hn::Set(w, ~std::uint64_t{0}), unused), from);
   std::uint64_t* rows = block.rows + strip.row;
-  hn::StoreU(hn::Or(hn::LoadU(u, rows), hn::IfThenElseZero(hn::RebindMask(u, here), bits)), u,
+  hn::StoreU(hn::Or(hn::LoadU(w, rows), hn::IfThenElseZero(hn::RebindMask(w, here), bits)), w,
              rows);
 }
 
