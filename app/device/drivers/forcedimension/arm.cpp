@@ -132,7 +132,7 @@ std::string Arm::Start() {
 }
 
 std::int32_t Arm::Read(TandemDeviceState& state) noexcept {
-  Sample sample;
+  HandleSample sample;
   if (!sample_.Read(sample)) return TANDEM_REPEATED;
   if (MonotonicNowNs() - sample.time_ns > kOldNs) return TANDEM_FAILED;
   if (sample.result < 0) return sample.result;
@@ -141,20 +141,14 @@ std::int32_t Arm::Read(TandemDeviceState& state) noexcept {
     return TANDEM_REPEATED;
   }
   read_ns_ = sample.time_ns;
-  state.valid = sample.valid;
-  state.time_ns = sample.time_ns;
-  state.buttons = sample.buttons;
-  std::ranges::copy(sample.p_VD, state.position);
-  std::ranges::copy(sample.q_VD, state.orientation);
-  std::ranges::copy(sample.v_VD, state.velocity);
-  std::ranges::copy(sample.w_VD, state.angular_velocity);
+  sample.CopyTo(state);
   return TANDEM_OK;
 }
 
 std::string Arm::Trouble() const {
   const std::string line = trouble_.line();
   if (!line.empty()) return line;
-  Sample sample;
+  HandleSample sample;
   if (sample_.Read(sample) && MonotonicNowNs() - sample.time_ns > kOldNs) {
     return "a call to the device's library does not return; the device's watchdog ends the force";
   }

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "app/device/drivers/forcedimension/dhd.h"
+#include "app/device/drivers/handle_sample.h"
 #include "app/device/drivers/trouble.h"
 #include "app/device/tandem_device.h"
 #include "engine/realtime/periodic_thread.h"
@@ -52,24 +53,13 @@ class Arm {
   std::string Trouble() const;
 
  private:
-  struct Sample {
-    std::int64_t time_ns = 0;
-    std::int32_t result = TANDEM_FAILED;
-    std::uint32_t valid = 0;
-    std::uint32_t buttons = 0;
-    std::array<double, 3> p_VD{};
-    std::array<double, 4> q_VD{};
-    std::array<double, 3> v_VD{};
-    std::array<double, 3> w_VD{};
-  };
-
   /// Makes the arm find its reference by itself. Returns the fault; empty: none.
   std::string FindReference();
   /// Sets up the device after each opening. Returns the fault; empty: none.
   std::string Prepare();
   void Turn(std::int64_t now_ns) noexcept;
   /// Reads the handle. False: a call failed.
-  bool Measure(Sample& sample) noexcept;
+  bool Measure(HandleSample& sample) noexcept;
   /// Asks the host for the force and writes it. False: the call failed.
   bool WriteForce() noexcept;
   /// Handles a failed call. Returns whether the device is gone.
@@ -91,7 +81,7 @@ class Arm {
   double most_force_ = 0;   // N
   double most_moment_ = 0;  // N m
   std::unique_ptr<PeriodicThread> thread_;
-  Seqlock<Sample> sample_;
+  Seqlock<HandleSample> sample_;
   driver::Trouble trouble_;
   std::atomic<bool> stopped_{false};
   std::int64_t read_ns_ = 0;  // time of the newest sample that Read() returned

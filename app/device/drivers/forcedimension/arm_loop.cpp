@@ -48,7 +48,7 @@ void Arm::Turn(std::int64_t now_ns) noexcept {
     status_ = LookAtStatus();
     if (lost_) return;
   }
-  Sample sample;
+  HandleSample sample;
   const bool is_well = Measure(sample) && WriteForce();
   if (is_well) {
     failing_since_ns_ = 0;
@@ -76,7 +76,7 @@ bool Arm::TakeFault(std::int64_t now_ns) noexcept {
   return false;
 }
 
-bool Arm::Measure(Sample& sample) noexcept {
+bool Arm::Measure(HandleSample& sample) noexcept {
   double p[3] = {0, 0, 0};
   double R[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
   // 1 and 2 are no errors: no newer sample, or a motor at its limit
@@ -171,14 +171,14 @@ void Arm::Lose(const char* why) noexcept {
   reopen_ns_ = MonotonicNowNs() + kReopenNs;
   dhd_.Close(id_);
   id_ = -1;
-  Sample sample;
+  HandleSample sample;
   sample.time_ns = MonotonicNowNs();
   sample.result = TANDEM_UNPLUGGED;
   sample_.Write(sample);
 }
 
 void Arm::Reopen(std::int64_t now_ns) noexcept {
-  Sample sample;
+  HandleSample sample;
   sample.time_ns = MonotonicNowNs();
   sample.result = TANDEM_UNPLUGGED;
   sample_.Write(sample);

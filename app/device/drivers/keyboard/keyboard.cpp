@@ -6,7 +6,7 @@
 
 #include "app/device/drivers/driver_table.h"
 #include "app/device/drivers/event_source.h"
-#include "app/device/drivers/rate_hand.h"
+#include "app/device/drivers/rate_hand_driver.h"
 
 namespace tandem::driver {
 namespace {
@@ -25,7 +25,7 @@ constexpr std::array kMovingKeys{MovingKey{KEY_RIGHT, 0, 1},    MovingKey{KEY_LE
 
 /// The driver `keyboard`: arrows and page keys of the machine's keyboard move the hand while the
 /// guard key is down; with Shift they turn it.
-class Keyboard {
+class Keyboard : public RateHandDriver {
  public:
   static constexpr const char* kName = "keyboard";
   static constexpr const char* kKind = "keyboard of this machine, without a window";
@@ -47,11 +47,6 @@ class Keyboard {
     return fault.empty() ? std::move(keyboard) : nullptr;
   }
 
-  static std::string Capabilities(TandemDeviceCapabilities& can) {
-    can.freedoms_in = 6;
-    RateHand::Bear(can);
-    return {};
-  }
   std::string Start() {
     source_.Start();
     return {};
@@ -81,14 +76,9 @@ class Keyboard {
     hand_.Tell(state);
     return TANDEM_OK;
   }
-  std::int32_t Write(const TandemDeviceForce& force) noexcept {
-    hand_.Feel(force);
-    return TANDEM_OK;
-  }
-  static void Stop() noexcept {}  // no motors
 
  private:
-  explicit Keyboard(const TandemDeviceHost& host) : host_(&host) {}
+  explicit Keyboard(const TandemDeviceHost& host) : RateHandDriver(host) {}
 
   void Take(const input_event& event) noexcept {
     if (event.type == EV_SYN && event.code == SYN_DROPPED) {
@@ -110,7 +100,6 @@ class Keyboard {
     }
   }
 
-  const TandemDeviceHost* host_;
   EventSource source_;
   bool guards_ = true;
   double speed_ = 0;  // m/s
@@ -121,7 +110,6 @@ class Keyboard {
   std::array<bool, kMovingKeys.size()> down_{};
   bool guard_ = false;
   bool shift_ = false;
-  RateHand hand_;
 };
 
 }  // namespace

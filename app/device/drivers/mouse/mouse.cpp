@@ -5,7 +5,7 @@
 
 #include "app/device/drivers/driver_table.h"
 #include "app/device/drivers/event_source.h"
-#include "app/device/drivers/rate_hand.h"
+#include "app/device/drivers/rate_hand_driver.h"
 
 namespace tandem::driver {
 namespace {
@@ -17,7 +17,7 @@ constexpr const char* kNoMouse = "the mouse is unplugged: plug it in";
 
 /// The driver `mouse`: any mouse of the machine moves the hand while a button is held, whichever
 /// window has the focus.
-class Mouse {
+class Mouse : public RateHandDriver {
  public:
   static constexpr const char* kName = "mouse";
   static constexpr const char* kKind = "mouse of this machine, without a window";
@@ -47,11 +47,6 @@ class Mouse {
     return fault.empty() ? std::move(mouse) : nullptr;
   }
 
-  static std::string Capabilities(TandemDeviceCapabilities& can) {
-    can.freedoms_in = 6;
-    RateHand::Bear(can);
-    return {};
-  }
   std::string Start() {
     source_.Start();
     return {};
@@ -72,16 +67,11 @@ class Mouse {
     hand_.Tell(state);
     return TANDEM_OK;
   }
-  std::int32_t Write(const TandemDeviceForce& force) noexcept {
-    hand_.Feel(force);
-    return TANDEM_OK;
-  }
-  static void Stop() noexcept {}  // no motors
 
  private:
   static constexpr int kAlways = -1;
 
-  explicit Mouse(const TandemDeviceHost& host) : host_(&host) {}
+  explicit Mouse(const TandemDeviceHost& host) : RateHandDriver(host) {}
 
   void Take(const input_event& event) noexcept {
     if (event.type == EV_SYN && event.code == SYN_DROPPED) {
@@ -114,7 +104,6 @@ class Mouse {
     }
   }
 
-  const TandemDeviceHost* host_;
   EventSource source_;
   int hold_ = BTN_MIDDLE;
   double way_ = 0;   // m for each count
@@ -124,7 +113,6 @@ class Mouse {
   // used by the loop alone
   bool held_ = false;
   bool turns_ = false;
-  RateHand hand_;
 };
 
 }  // namespace

@@ -163,26 +163,21 @@ void Stylus::Keep() {
 std::int32_t Stylus::Read(TandemDeviceState& state) noexcept {
   if (broken_.load()) return TANDEM_BROKEN;
   if (lost_.load()) return TANDEM_UNPLUGGED;
-  Sample sample;
+  HandleSample sample;
   if (!sample_.Read(sample)) return TANDEM_REPEATED;
   if (sample.result < 0) return sample.result;
   if (MonotonicNowNs() - sample.time_ns > kOldNs) return TANDEM_FAILED;
   state.buttons = sample.buttons;
   if (sample.time_ns == read_ns_) return TANDEM_REPEATED;
   read_ns_ = sample.time_ns;
-  state.valid = sample.valid;
-  state.time_ns = sample.time_ns;
-  std::ranges::copy(sample.p_VD, state.position);
-  std::ranges::copy(sample.q_VD, state.orientation);
-  std::ranges::copy(sample.v_VD, state.velocity);
-  std::ranges::copy(sample.w_VD, state.angular_velocity);
+  sample.CopyTo(state);
   return TANDEM_OK;
 }
 
 std::string Stylus::Trouble() const {
   const std::string line = trouble_.line();
   if (!line.empty()) return line;
-  Sample sample;
+  HandleSample sample;
   if (sample_.Read(sample) && MonotonicNowNs() - sample.time_ns > kOldNs) {
     return "the vendor's scheduler has stopped: switch the device off and on";
   }

@@ -6,6 +6,7 @@
 #include <string>
 #include <thread>
 
+#include "app/device/drivers/handle_sample.h"
 #include "app/device/drivers/openhaptics/hd.h"
 #include "app/device/drivers/trouble.h"
 #include "app/device/tandem_device.h"
@@ -54,17 +55,6 @@ class Stylus {
   std::string Trouble() const;
 
  private:
-  struct Sample {
-    std::int64_t time_ns = 0;
-    std::int32_t result = TANDEM_FAILED;
-    std::uint32_t valid = 0;
-    std::uint32_t buttons = 0;
-    std::array<double, 3> p_VD{};
-    std::array<double, 4> q_VD{};
-    std::array<double, 3> v_VD{};
-    std::array<double, 3> w_VD{};
-  };
-
   /// Says if a device has an optional quantity. It is known after the first frame.
   enum class Has : std::uint8_t { kUnknown, kYes, kNot };
 
@@ -97,7 +87,7 @@ class Stylus {
   std::atomic<bool> lost_{false};
   std::atomic<bool> broken_{false};
   std::atomic<bool> stopped_{false};
-  Seqlock<Sample> sample_;
+  Seqlock<HandleSample> sample_;
   driver::Trouble trouble_;
   std::int64_t read_ns_ = 0;  // time of the newest sample that Read() returned
 

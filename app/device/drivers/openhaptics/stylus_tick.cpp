@@ -82,7 +82,7 @@ void Stylus::Tick() noexcept {
   if (const unsigned style = std::exchange(update_, 0U); style != 0) hd_.UpdateCalibration(style);
   TakeFault(Worse(code, TakeErrors(hd_)));
 
-  Sample sample;
+  HandleSample sample;
   sample.time_ns = MonotonicNowNs();
   if (lost_.load()) {
     sample.result = TANDEM_UNPLUGGED;

@@ -8,7 +8,7 @@
 #include <thread>
 
 #include "app/device/drivers/driver_table.h"
-#include "app/device/drivers/rate_hand.h"
+#include "app/device/drivers/rate_hand_driver.h"
 #include "app/device/drivers/spacemouse/daemon_link.h"
 #include "app/device/drivers/spacemouse/puck.h"
 #include "app/device/drivers/trouble.h"
@@ -28,7 +28,7 @@ constexpr const char* kMendPuck =
     "plug it in; 'journalctl -u spacenavd' shows what the daemon sees";
 
 /// The driver `spacemouse`.
-class SpaceMouse {
+class SpaceMouse : public RateHandDriver {
  public:
   static constexpr const char* kName = "spacemouse";
   static constexpr const char* kKind = "SpaceMouse of 3Dconnexion, by spacenavd";
@@ -85,11 +85,6 @@ class SpaceMouse {
   SpaceMouse(const SpaceMouse&) = delete;
   SpaceMouse& operator=(const SpaceMouse&) = delete;
 
-  static std::string Capabilities(TandemDeviceCapabilities& can) {
-    can.freedoms_in = 6;
-    RateHand::Bear(can);
-    return {};
-  }
   std::string Start() {
     thread_ = std::thread([this] {
       Listen();
@@ -115,11 +110,6 @@ class SpaceMouse {
     if (pressed(stop_)) state.buttons |= TANDEM_BUTTON_STOP;
     return TANDEM_OK;
   }
-  std::int32_t Write(const TandemDeviceForce& force) noexcept {
-    hand_.Feel(force);
-    return TANDEM_OK;
-  }
-  static void Stop() noexcept {}  // no motors
 
  private:
   /// The puck's state. The daemon reports changes alone, so the last state holds.
@@ -129,7 +119,7 @@ class SpaceMouse {
     std::uint32_t buttons = 0;
   };
 
-  explicit SpaceMouse(const TandemDeviceHost& host) : host_(&host) {}
+  explicit SpaceMouse(const TandemDeviceHost& host) : RateHandDriver(host) {}
 
   bool Connect() {
     if (!link_.Connect(socket_).empty()) return false;
@@ -202,7 +192,6 @@ class SpaceMouse {
     }
   }
 
-  const TandemDeviceHost* host_;
   PuckSettings settings_;
   int clutch_ = 0;
   int stop_ = -1;
@@ -221,7 +210,6 @@ class SpaceMouse {
   // used by the loop alone
   Push newest_;
   std::size_t dominant_ = 0;
-  RateHand hand_;
 };
 
 }  // namespace
