@@ -1,7 +1,6 @@
 #include "collab/dds/control/control_port.h"
 
 #include <algorithm>
-#include <array>
 #include <atomic>
 #include <filesystem>
 #include <random>
@@ -13,6 +12,7 @@
 #include <unistd.h>
 
 #include "collab/dds/control/control_domain.h"
+#include "collab/dds/cyclone/take_samples.h"
 #include "collab/dds/security/keys.h"
 #include "collab/dds/wire/control_wire.h"
 
@@ -79,23 +79,6 @@ class NameLock {
   std::filesystem::path path_;
 };
 
-/// Calls use(sample) for all waiting samples of a reader that have data.
-template <typename Wire, typename Use>
-void TakeValid(dds_entity_t reader, Use use) {
-  constexpr std::size_t kBatch = 32;
-  dds_return_t taken = 0;
-  do {
-    std::array<void*, kBatch> samples{};
-    std::array<dds_sample_info_t, kBatch> infos{};
-    taken = dds_take(reader, samples.data(), infos.data(), kBatch, kBatch);
-    for (int i = 0; i < taken; ++i) {
-      const auto k = static_cast<std::size_t>(i);
-      if (infos[k].valid_data) use(*static_cast<const Wire*>(samples[k]));
-    }
-    if (taken > 0) dds_return_loan(reader, samples.data(), taken);
-  } while (taken == static_cast<dds_return_t>(kBatch));
-}
-
 class DdsControlPort final : public ControlPort {
  public:
   DdsControlPort(NameLock lock, ControlDomain domain)
@@ -137,11 +120,11 @@ class DdsControlPort final : public ControlPort {
   void Wake() override { dds_set_guardcondition(wake_, true); }
 
   void Take(ControlServer& server, std::int64_t now_ns) override {
-    TakeValid<tandem_control_Goal>(goals_, [&](const tandem_control_Goal& wire) {
+    TakeData<tandem_control_Goal>(goals_, [&](const tandem_control_Goal& wire) {
       HostGoal goal;
       if (FromWire(wire, goal)) server.OnGoal(wire.host, goal, now_ns);
     });
-    TakeValid<tandem_control_Request>(requests_, [&](const tandem_control_Request& wire) {
+    TakeData<tandem_control_Request>(requests_, [&](const tandem_control_Request& wire) {
       const std::optional<ControlRequest> request =
           wire.version == kControlVersion ? FromWire(wire) : std::nullopt;
       if (request) {

@@ -1,9 +1,10 @@
 #include "collab/dds/control/controller_link.h"
 
 #include <algorithm>
-#include <array>
 
 #include <pthread.h>
+
+#include "collab/dds/cyclone/take_samples.h"
 
 namespace tandem {
 
@@ -142,30 +143,16 @@ void Controller::Link::Run() {
 }
 
 void Controller::Link::Receive() {
-  const auto take = [](dds_entity_t reader, auto use) {
-    std::array<void*, 16> samples{};
-    std::array<dds_sample_info_t, 16> infos{};
-    dds_return_t taken = 0;
-    while ((taken = dds_take(reader, samples.data(), infos.data(), 16, 16)) > 0) {
-      for (int i = 0; i < taken; ++i) {
-        const auto k = static_cast<std::size_t>(i);
-        if (infos[k].valid_data) use(samples[k]);
-      }
-      dds_return_loan(reader, samples.data(), taken);
-    }
-  };
   bool heard = false;
   const std::lock_guard lock(mutex_);
-  take(scenes_, [&](const void* sample) {
-    const auto& scene = *static_cast<const tandem_control_Scene*>(sample);
+  TakeData<tandem_control_Scene>(scenes_, [&](const tandem_control_Scene& scene) {
     other_version_ = scene.version == kControlVersion ? 0 : scene.version;
     replaced_ = replaced_ || (controller_ != 0 && controller_ != scene.controller);
     controller_ = scene.controller;
     if (other_version_ == 0) scene_.Keep(scene);
   });
-  take(snapshots_, [&](const void* sample) {
+  TakeData<tandem_control_Snapshot>(snapshots_, [&](const tandem_control_Snapshot& wire) {
     heard_ns_ = MonotonicNow_ns();
-    const auto& wire = *static_cast<const tandem_control_Snapshot*>(sample);
     // they come at the highest rate that any host has asked for
     if (heard_ns_ < next_snapshot_ns_ && wire.scene_number == newest_.scene_number) return;
     const auto period_ns = static_cast<std::int64_t>(1e9 / rate_hz_);
@@ -173,8 +160,7 @@ void Controller::Link::Receive() {
     if (!FromWire(wire, scene_.wire, newest_)) return;
     fresh_ = heard = true;
   });
-  take(answers_reader_, [&](const void* sample) {
-    const auto& wire = *static_cast<const tandem_control_Answer*>(sample);
+  TakeData<tandem_control_Answer>(answers_reader_, [&](const tandem_control_Answer& wire) {
     if (wire.host != id_) return;
     answers_.push_back(FromWire(wire));
     heard = true;

@@ -1,36 +1,18 @@
 #include "collab/dds/transport/control_thread.h"
 
 #include <algorithm>
-#include <array>
 #include <utility>
 #include <vector>
 
 #include <pthread.h>
 
 #include "collab/dds/cyclone/partitions.h"
+#include "collab/dds/cyclone/take_samples.h"
 #include "collab/dds/transport/fast_reader.h"
 #include "collab/dds/wire/wire.h"
 
 namespace tandem {
 namespace {
-
-// Calls use(sample, info) for all waiting samples of a reader; a sample without data has only its
-// key.
-template <typename Wire, typename Use>
-void TakeAll(dds_entity_t reader, Use use) {
-  constexpr std::size_t kBatch = 16;
-  dds_return_t taken = 0;
-  do {
-    std::array<void*, kBatch> samples{};
-    std::array<dds_sample_info_t, kBatch> infos{};
-    taken = dds_take(reader, samples.data(), infos.data(), kBatch, kBatch);
-    for (int i = 0; i < taken; ++i) {
-      const auto k = static_cast<std::size_t>(i);
-      use(*static_cast<const Wire*>(samples[k]), infos[k]);
-    }
-    if (taken > 0) dds_return_loan(reader, samples.data(), taken);
-  } while (taken == static_cast<dds_return_t>(kBatch));
-}
 
 std::vector<dds_instance_handle_t> MatchedWriters(dds_entity_t reader) {
   std::vector<dds_instance_handle_t> writers(64);
@@ -139,7 +121,7 @@ bool ControlThread::IsOwn(PeerId peer, const WriterFacts& facts) const {
 template <typename Wire>
 void ControlThread::TakePresence(dds_entity_t reader) {
   PeerInfo info;
-  TakeAll<Wire>(reader, [&](const Wire& wire, const dds_sample_info_t& sample) {
+  TakeSamples<Wire>(reader, [&](const Wire& wire, const dds_sample_info_t& sample) {
     if (!sample.valid_data) return;
     if (FromWire(wire, info)) return Hear(info, reader, sample.publication_handle);
     const PeerId speaker = Facts(reader, sample.publication_handle).owner.peer;
@@ -217,8 +199,8 @@ void ControlThread::EndPresence() {
 
 void ControlThread::TakeScenes() {
   SceneManifest manifest;
-  TakeAll<tandem_SceneManifest>(sources_.scene, [&](const tandem_SceneManifest& wire,
-                                                    const dds_sample_info_t& sample) {
+  TakeSamples<tandem_SceneManifest>(sources_.scene, [&](const tandem_SceneManifest& wire,
+                                                        const dds_sample_info_t& sample) {
     if (!sample.valid_data || wire.offered_by == self_) return;
     const WriterFacts& facts = Facts(sources_.scene, sample.publication_handle);
     if (facts.participant == 0 || facts.owner.peer == self_) return;
@@ -285,7 +267,7 @@ void ControlThread::EndScenes() {
 
 void ControlThread::TakeEvents() {
   Event event;
-  TakeAll<tandem_Event>(
+  TakeSamples<tandem_Event>(
       sources_.event, [&](const tandem_Event& wire, const dds_sample_info_t& sample) {
         if (!sample.valid_data || wire.peer == self_ || !FromWire(wire, event)) return;
         const WriterFacts& facts = Facts(sources_.event, sample.publication_handle);
