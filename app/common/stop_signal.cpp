@@ -15,13 +15,13 @@
 #include <sys/prctl.h>
 #include <unistd.h>
 
+#include "engine/base/units.h"
 #include "engine/realtime/clock.h"
 #include "engine/realtime/line_writer.h"
 
 namespace tandem {
 namespace {
 
-constexpr std::int64_t kMsNs = 1'000'000;
 constexpr std::size_t kEndingStackBytes = 1024 * 1024;
 
 std::atomic<bool> stop_asked{false};
@@ -64,7 +64,7 @@ void OnStopSignal(int signal) {
 /// Waits for a signal up to `ns`, or without end where `ns` is below 0. Returns whether it came.
 bool SignalWithin(std::int64_t ns) {
   pollfd wait{signal_came, POLLIN, 0};
-  const timespec time{ns / 1'000'000'000, ns % 1'000'000'000};
+  const timespec time{ns / kSecondNs, ns % kSecondNs};
   if (ppoll(&wait, 1, ns < 0 ? nullptr : &time, nullptr) <= 0) return false;
   std::uint64_t count = 0;
   return read(signal_came, &count, sizeof count) == sizeof count;
@@ -80,9 +80,8 @@ void AwaitItsOwnEnd() {
   }
   News().changed.notify_all();
   for (;;) {
-    const std::int64_t until_ns =
-        std::min(newest_step_ns.load() + kEndingPatience.count() * kMsNs,
-                 asked_ns + kLongestEnding.count() * kMsNs);
+    const std::int64_t until_ns = std::min(newest_step_ns.load() + kEndingPatience.count() * kMs,
+                                           asked_ns + kLongestEnding.count() * kMs);
     const std::int64_t left_ns = until_ns - MonotonicNowNs();
     if (left_ns <= 0 || SignalWithin(left_ns)) return;
   }

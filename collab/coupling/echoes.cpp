@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "collab/receive/newer.h"
+#include "engine/base/units.h"
 
 namespace tandem {
 
@@ -11,9 +12,6 @@ namespace {
 constexpr std::int64_t kStillNew = 1'000'000'000;    // ns; a stamp is echoed for this long
 constexpr std::int64_t kStillKnown = 2'000'000'000;  // ns; a loop's peak is kept this long after it
 
-double Seconds(std::int64_t ns) {
-  return 1e-9 * static_cast<double>(ns);
-}
 }  // namespace
 
 void Echoes::OnMembership(const MembershipChange& change) noexcept {
@@ -48,7 +46,7 @@ void Echoes::OnLinks(const CouplingLinks& links) noexcept {
 Echoes::Loop Echoes::LoopTo(Other& other, std::int64_t now_ns, bool holding) noexcept {
   if (std::exchange(other.heard, false)) other.heard_ns = now_ns;
   Loop loop{.peer = other.peer};
-  if (other.heard_ns != 0) loop.heard_s = Seconds(now_ns - other.heard_ns);
+  if (other.heard_ns != 0) loop.heard_s = ToSeconds(now_ns - other.heard_ns);
   if (!holding || !other.holds) {
     other.since_ns = 0;
     other.echo_ns = 0;
@@ -59,11 +57,11 @@ Echoes::Loop Echoes::LoopTo(Other& other, std::int64_t now_ns, bool holding) noe
   other.ended_ns = now_ns;
   loop.peak_s = other.meter.peak_loop_age_s();
   if (other.echo_ns == 0) {
-    loop.peak_s = std::max(loop.peak_s, Seconds(now_ns - other.since_ns));
+    loop.peak_s = std::max(loop.peak_s, ToSeconds(now_ns - other.since_ns));
     return loop;
   }
   other.meter.Add(now_ns, now_ns - other.echo_ns);
-  loop.age_s = Seconds(now_ns - other.echo_ns);
+  loop.age_s = ToSeconds(now_ns - other.echo_ns);
   loop.peak_s = other.meter.peak_loop_age_s();
   return loop;
 }

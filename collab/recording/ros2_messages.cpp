@@ -2,11 +2,12 @@
 
 #include <cstring>
 
+#include "engine/base/units.h"
+
 namespace tandem {
 namespace {
 
 constexpr const char* kFrame = "world";
-constexpr std::int64_t kSecondNs = 1'000'000'000;
 
 const std::string kStamped =
     "MSG: std_msgs/Header\nbuiltin_interfaces/Time stamp\nstring frame_id\n";

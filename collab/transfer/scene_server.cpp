@@ -3,11 +3,12 @@
 #include <algorithm>
 #include <utility>
 
+#include "engine/base/units.h"
+
 namespace tandem {
 
 namespace {
 
-constexpr std::int64_t kSecondNs = 1'000'000'000;
 constexpr std::int64_t kIdleNs = kSecondNs / 2;
 // sent at once after a pause: two pieces' time
 constexpr std::int64_t kAtOnceNs = 10'000'000;

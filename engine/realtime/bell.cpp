@@ -7,6 +7,7 @@
 #include <sys/syscall.h>
 #include <unistd.h>
 
+#include "engine/base/units.h"
 #include "engine/realtime/clock.h"
 
 namespace tandem {
@@ -35,8 +36,8 @@ bool Bell::WaitBeyond(std::uint32_t seen, std::int64_t until_ns, std::int64_t sp
   const std::int64_t spin_until_ns = begun_ns + spin_ns < until_ns ? begun_ns + spin_ns : until_ns;
   while (rings() == seen && MonotonicNowNs() < spin_until_ns) Pause();
   timespec until{};
-  until.tv_sec = static_cast<time_t>(until_ns / 1'000'000'000);
-  until.tv_nsec = static_cast<long>(until_ns % 1'000'000'000);
+  until.tv_sec = static_cast<time_t>(until_ns / kSecondNs);
+  until.tv_nsec = static_cast<long>(until_ns % kSecondNs);
   waits_.store(1, std::memory_order_seq_cst);
   while (rings_.load(std::memory_order_seq_cst) == seen && MonotonicNowNs() < until_ns) {
     syscall(SYS_futex, reinterpret_cast<std::uint32_t*>(&rings_), FUTEX_WAIT_BITSET, seen, &until,

@@ -3,15 +3,15 @@
 #include <cerrno>
 #include <ctime>
 
+#include "engine/base/units.h"
+
 namespace tandem {
 namespace {
-
-constexpr std::int64_t kSecond = 1'000'000'000;
 
 std::int64_t ReadClock(clockid_t clock) noexcept {
   timespec t{};
   clock_gettime(clock, &t);
-  return static_cast<std::int64_t>(t.tv_sec) * kSecond + t.tv_nsec;
+  return static_cast<std::int64_t>(t.tv_sec) * kSecondNs + t.tv_nsec;
 }
 
 class MachineLoopClock final : public LoopClock {
@@ -20,8 +20,8 @@ class MachineLoopClock final : public LoopClock {
   std::int64_t ThreadCpuNs() noexcept override { return ReadClock(CLOCK_THREAD_CPUTIME_ID); }
   void SleepUntil(std::int64_t deadline_ns) noexcept override {
     timespec t{};
-    t.tv_sec = static_cast<time_t>(deadline_ns / kSecond);
-    t.tv_nsec = static_cast<long>(deadline_ns % kSecond);
+    t.tv_sec = static_cast<time_t>(deadline_ns / kSecondNs);
+    t.tv_nsec = static_cast<long>(deadline_ns % kSecondNs);
     while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &t, nullptr) == EINTR) {
     }
   }

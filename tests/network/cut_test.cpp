@@ -8,6 +8,7 @@
 
 #include <gtest/gtest.h>
 
+#include "engine/base/units.h"
 #include "tests/network/cut_peers.h"
 #include "tests/support/lag_meter.h"
 #include "tests/support/tap_hub_here.h"
@@ -25,7 +26,6 @@ using testing::SeenPeer;
 using Kind = MembershipChange::Kind;
 using Ways = std::vector<std::pair<std::size_t, std::size_t>>;  // from, to
 
-constexpr std::int64_t kSecondNs = 1'000'000'000;
 constexpr double kDegree = M_PI / 180;
 // The cut comes after all have met, which is when hands begin or up to a second before. The first
 // hand has pulled by then, and nothing has moved for more than a second.

@@ -3,12 +3,9 @@
 #include <algorithm>
 #include <utility>
 
+#include "engine/base/units.h"
+
 namespace tandem {
-namespace {
-
-constexpr std::int64_t kOneSecondNs = 1'000'000'000;
-
-}  // namespace
 
 void NewsLimiter::Add(const std::string& about, const std::string& line) {
   const auto same = [&about](const Line& one) {
@@ -34,7 +31,7 @@ std::vector<std::string> NewsLimiter::Due(std::int64_t now_ns) {
   std::vector<std::string> said;
   for (auto line = waiting_.begin(); line != waiting_.end() && HasRoom(now_ns);) {
     const auto told = told_ns_.find(line->about);
-    if (!line->about.empty() && told != told_ns_.end() && now_ns - told->second < kOneSecondNs) {
+    if (!line->about.empty() && told != told_ns_.end() && now_ns - told->second < kSecondNs) {
       ++line;
       continue;
     }
@@ -62,7 +59,7 @@ std::vector<std::string> NewsLimiter::Rest() {
 }
 
 bool NewsLimiter::HasRoom(std::int64_t now_ns) const {
-  return said_ns_.size() < kMostPerSecond || now_ns - said_ns_.front() >= kOneSecondNs;
+  return said_ns_.size() < kMostPerSecond || now_ns - said_ns_.front() >= kSecondNs;
 }
 
 void NewsLimiter::Say(std::int64_t now_ns, std::string line, std::vector<std::string>& said) {
@@ -74,7 +71,7 @@ void NewsLimiter::Say(std::int64_t now_ns, std::string line, std::vector<std::st
 void NewsLimiter::ForgetNames(std::int64_t now_ns) {
   if (told_ns_.size() < kMostNames) return;
   std::erase_if(told_ns_, [now_ns](const auto& one) {
-    return now_ns - one.second >= kOneSecondNs;
+    return now_ns - one.second >= kSecondNs;
   });
 }
 

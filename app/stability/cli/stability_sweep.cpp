@@ -20,6 +20,7 @@
 #include "collab/lab/case/case_file.h"
 #include "collab/lab/case/case_parts.h"
 #include "collab/lab/case/lab_scene.h"
+#include "engine/base/units.h"
 #include "engine/realtime/clock.h"
 
 namespace tandem {
@@ -36,10 +37,6 @@ struct SweepArguments {
   bool progress = false;
   bool json = false;
 };
-
-double Seconds(std::int64_t ns) {
-  return 1e-9 * static_cast<double>(ns);
-}
 
 /// Keeps the cells' cases with their scenes, each scene made once.
 class Cases {
@@ -72,8 +69,8 @@ class Cases {
     CellOutcome outcome;
     outcome.predicted = Predict(one.test, one.scene->inertia());
     outcome.result = RunCase(one.test, *one.scene);
-    outcome.wall_s = Seconds(MonotonicNowNs() - wall_ns);
-    outcome.cpu_s = Seconds(MachineClock().ThreadCpuNs() - cpu_ns);
+    outcome.wall_s = ToSeconds(MonotonicNowNs() - wall_ns);
+    outcome.cpu_s = ToSeconds(MachineClock().ThreadCpuNs() - cpu_ns);
     return outcome;
   }
 
@@ -190,7 +187,7 @@ int RunStabilitySweep(const SweepArguments& arguments) {
           bar.Show(++done, paid / cost);
         });
   }
-  run.wall_s = Seconds(MonotonicNowNs() - began_ns);
+  run.wall_s = ToSeconds(MonotonicNowNs() - began_ns);
   std::optional<Error> failed = outcomes.Finish();
   if (!failed && !arguments.out.empty()) {
     failed =

@@ -4,6 +4,7 @@
 
 #include "collab/trace/line_record.h"
 #include "collab/transfer/digest.h"
+#include "engine/base/units.h"
 
 namespace tandem {
 
@@ -11,12 +12,11 @@ namespace {
 
 constexpr std::int64_t kStartDelayNs = 20'000'000;
 constexpr std::uint32_t kMostCatchUp = 20;  // samples at once, after a pause of this program
-constexpr std::int64_t kSecondInNs = 1'000'000'000;
 
 }  // namespace
 
 std::int64_t LineAnswerer::Stream::DueNs() const {
-  return begin_ns + kSecondInNs * sent / terms.rate_hz;
+  return begin_ns + kSecondNs * sent / terms.rate_hz;
 }
 
 bool LineAnswerer::Stream::MaySend(std::int64_t now_ns) const {

@@ -20,6 +20,7 @@
 #include <unistd.h>
 
 #include "collab/dds/diagnostics/udp_stamps.h"
+#include "engine/base/units.h"
 #include "engine/realtime/clock.h"
 
 namespace tandem {
@@ -320,7 +321,6 @@ bool ProbeAnswerer::AnswerPacket(std::span<std::byte> packet, const sockaddr_in&
 }
 
 bool ProbeAnswerer::MayAnswer(std::int64_t now_ns) {
-  constexpr std::int64_t kSecondNs = 1'000'000'000;
   if (now_ns - second_ns_ >= kSecondNs) {
     second_ns_ = now_ns;
     answered_in_second_ = 0;

@@ -6,12 +6,13 @@
 #include <limits>
 #include <utility>
 
+#include "engine/base/units.h"
+
 namespace tandem {
 
 namespace {
 
-constexpr std::int64_t kMillisecond = 1'000'000;
-constexpr std::int64_t kBeatNs = 50 * kMillisecond;
+constexpr std::int64_t kBeatNs = 50 * kMs;
 constexpr double kGoalLoss = 0.02;
 constexpr double kTwice = 0.05;  // share of requests that come twice
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
@@ -32,7 +33,7 @@ SimulatedHost::SimulatedHost(HostId id, std::string name, ControllerSite& site, 
 void SimulatedHost::Ask(const ControlRequest& request) {
   HostMessage message;
   // reliable, in order
-  last_due_ns_ = std::max(last_due_ns_, now_ns_ + dice_.Whole(0, 3) * kMillisecond);
+  last_due_ns_ = std::max(last_due_ns_, now_ns_ + dice_.Whole(0, 3) * kMs);
   message.due_ns = last_due_ns_;
   message.host = id_;
   message.name = name_;
@@ -41,7 +42,7 @@ void SimulatedHost::Ask(const ControlRequest& request) {
   ++(*tally_)["requests"];
   if (dice_.Chance(kTwice)) {
     HostMessage again = message;
-    again.due_ns += dice_.Whole(0, 50) * kMillisecond;
+    again.due_ns += dice_.Whole(0, 50) * kMs;
     site_->Send(std::move(again));
   }
   site_->Send(std::move(message));
@@ -49,7 +50,7 @@ void SimulatedHost::Ask(const ControlRequest& request) {
 
 void SimulatedHost::Say(HostGoal::Kind kind) {
   HostMessage message;
-  message.due_ns = now_ns_ + dice_.Whole(0, 2) * kMillisecond;
+  message.due_ns = now_ns_ + dice_.Whole(0, 2) * kMs;
   message.host = id_;
   message.name = name_;
   message.is_goal = true;
@@ -87,14 +88,14 @@ void SimulatedHost::Frame(std::int64_t now_ns, const std::vector<std::string>& p
     SayGoal();
   }
   if (now_ns < next_whim_ns_) return;
-  next_whim_ns_ = now_ns + dice_.Whole(30, 1300) * kMillisecond;
+  next_whim_ns_ = now_ns + dice_.Whole(30, 1300) * kMs;
   Whim(peers);
 }
 
 void SimulatedHost::Tidy() {
   drag_ = Drag::kNone;
   if (now_ns_ < next_whim_ns_) return;
-  next_whim_ns_ = now_ns_ + 400 * kMillisecond;
+  next_whim_ns_ = now_ns_ + 400 * kMs;
   if (site_->stopped()) Ask(ResumeRequest{});
   if (!site_->at_rest()) Ask(ReleaseRequest{});
 }
@@ -118,7 +119,7 @@ void SimulatedHost::Whim(const std::vector<std::string>& peers) {
   if (what < 0.87) return AskNonsense();
   if (what < 0.89) {
     ++(*tally_)["emergency stops by hosts"];
-    if (dice_.Chance(0.8)) resume_ns_ = now_ns_ + dice_.Whole(50, 1500) * kMillisecond;
+    if (dice_.Chance(0.8)) resume_ns_ = now_ns_ + dice_.Whole(50, 1500) * kMs;
     return Ask(EmergencyStopRequest{});
   }
   if (what < 0.91) return Ask(ResumeRequest{});
@@ -184,7 +185,7 @@ void SimulatedHost::SayGoal() {
   goal_.X_WG = {turn_, target_};
   goal_.linear.setZero();
   goal_.angular.setZero();
-  const double t = 1e-9 * static_cast<double>(now_ns_ - begun_ns_);
+  const double t = ToSeconds(now_ns_ - begun_ns_);
   const Vec3 way = target_ - begun_at_;
   switch (drag_) {
     case Drag::kGlide:
@@ -266,14 +267,14 @@ void SimulatedHost::GoBack() {
   static constexpr std::array kTo{To::kGrasp, To::kUndo, To::kReset};
   drag_ = Drag::kNone;  // a goal would end the way back
   Ask(RetraceRequest{kTo[static_cast<std::size_t>(dice_.Whole(0, 2))]});
-  next_whim_ns_ = now_ns_ + dice_.Whole(100, 4000) * kMillisecond;
+  next_whim_ns_ = now_ns_ + dice_.Whole(100, 4000) * kMs;
 }
 
 void SimulatedHost::FallSilent() {
   const double how = dice_.Uniform(0, 1);
   if (how < 0.7) {
     ++(*tally_)["host pauses"];
-    halted_until_ns_ = now_ns_ + dice_.Whole(20, 1200) * kMillisecond;
+    halted_until_ns_ = now_ns_ + dice_.Whole(20, 1200) * kMs;
     return;
   }
   gone_ = true;

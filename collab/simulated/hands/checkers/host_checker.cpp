@@ -3,18 +3,19 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/base/units.h"
+
 namespace tandem {
 
 namespace {
 
-constexpr std::int64_t kMsNs = 1'000'000;
-constexpr std::int64_t kFewFrames = 5 * kMsNs;
+constexpr std::int64_t kFewFrames = 5 * kMs;
 // the controller looks at its simulation every 10 ms where a host wants few snapshots, else sooner
-constexpr std::int64_t kLooksNs = 60 * kMsNs;
-constexpr std::int64_t kQuietNs = 150 * kMsNs;
-constexpr std::int64_t kLostNs = 500 * kMsNs;
-constexpr std::int64_t kLostAgoNs = 30 * kMsNs;  // time until the hand has let go
-constexpr std::int64_t kRateNs = 200 * kMsNs;    // time for which a rate and a push last
+constexpr std::int64_t kLooksNs = 60 * kMs;
+constexpr std::int64_t kQuietNs = 150 * kMs;
+constexpr std::int64_t kLostNs = 500 * kMs;
+constexpr std::int64_t kLostAgoNs = 30 * kMs;  // time until the hand has let go
+constexpr std::int64_t kRateNs = 200 * kMs;    // time for which a rate and a push last
 constexpr double kWayBackSpeed = 0.05;  // m/s, lower bound; a way back goes at 0.25, and waits for
                                         // 2 s where it is held up
 constexpr double kFarthest = 1e3;       // m
@@ -126,7 +127,7 @@ void HostChecker::Lose(HostId host, std::int64_t now_ns) {
 double HostChecker::Silence(std::int64_t now_ns) const {
   const auto owner = hosts_.find(owner_);
   // a controller that stood still gets the messages of that time when it is woken
-  return owner == hosts_.end() ? 0 : 1e-9 * static_cast<double>(now_ns - owner->second.heard_ns);
+  return owner == hosts_.end() ? 0 : ToSeconds(now_ns - owner->second.heard_ns);
 }
 
 void HostChecker::Look(const HandSight& sight, double way_m, double speed) {
@@ -151,7 +152,7 @@ void HostChecker::LookAtAnswers(const HandSight& sight, double way_m) {
   for (const auto& [asked, waiting] : waiting_) {
     if (waiting.back) back_ns_ = sight.now_ns;
     const double most_s = waiting.most_s + (waiting.back ? way_m / kWayBackSpeed + 10 : 0);
-    const double waits_s = 1e-9 * static_cast<double>(sight.now_ns - waiting.since_ns);
+    const double waits_s = ToSeconds(sight.now_ns - waiting.since_ns);
     if (waits_s <= most_s) continue;
     breakages_->Add(
         "a request has no answer", id_,
