@@ -1,10 +1,10 @@
 #pragma once
 
-#include <cinttypes>
 #include <cstdint>
 #include <cstdio>
 #include <string>
 
+#include "engine/base/text/hex.h"
 #include "engine/realtime/line_writer.h"
 
 namespace tandem {
@@ -12,13 +12,6 @@ namespace tandem {
 /// Returns a count and its noun: "1 pose", "2 poses".
 inline std::string Counted(std::uint64_t count, const std::string& one) {
   return std::to_string(count) + " " + one + (count == 1 ? "" : "s");
-}
-
-/// Returns all sixteen hexadecimal digits.
-inline std::string Hex(std::uint64_t value) {
-  char digits[17];
-  std::snprintf(digits, sizeof digits, "%016" PRIx64, value);
-  return digits;
 }
 
 /// Returns the name that is put before each line, where a command has started several programs.

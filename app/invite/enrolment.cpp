@@ -1,13 +1,12 @@
 #include "app/invite/enrolment.h"
 
 #include <algorithm>
-#include <array>
 #include <charconv>
-#include <cstdio>
 
 #include <nlohmann/json.hpp>
 
 #include "engine/base/files/regular_file.h"
+#include "engine/base/text/hex.h"
 #include "engine/base/text/json_text.h"
 
 namespace tandem {
@@ -17,16 +16,6 @@ namespace {
 constexpr int kVersion = 1;
 constexpr std::size_t kMostFiles = 16;
 constexpr std::size_t kLongestReason = 300;
-
-std::string HexOf(const Digest256& digest) {
-  std::string text;
-  for (const std::uint8_t byte : digest) {
-    std::array<char, 3> digits{};
-    std::snprintf(digits.data(), digits.size(), "%02x", static_cast<unsigned>(byte));
-    text += digits.data();
-  }
-  return text;
-}
 
 bool ReadHex(const std::string& text, Digest256& digest) {
   if (text.size() != 2 * digest.size()) return false;
@@ -62,7 +51,7 @@ Digest256 ProofOf(const Invitation& invitation, const Digest256& binding) {
 
 std::string TextOf(const EnrolmentRequest& request) {
   const nlohmann::json object{{"tandem_enrolment", kVersion},
-                              {"proof", HexOf(request.proof)},
+                              {"proof", HexOfBytes(request.proof)},
                               {"certificate_request", request.certificate_request}};
   return JsonText(object) + "\n";
 }

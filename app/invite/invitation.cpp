@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "engine/base/hash.h"
+#include "engine/base/text/hex.h"
 
 namespace tandem {
 
@@ -101,16 +102,10 @@ std::optional<Number> NumberIn(std::string_view text, int base = 10) {
   return number;
 }
 
-std::string Hex64(std::uint64_t value) {
-  std::array<char, 17> digits{};
-  std::snprintf(digits.data(), digits.size(), "%016llx", static_cast<unsigned long long>(value));
-  return digits.data();
-}
-
 std::string CheckOf(std::string_view all_before) {
   Hash64 hash;
   hash.AddBytes(all_before.data(), all_before.size());
-  return Hex64(hash.value()).substr(0, kCheckSize);
+  return Hex(hash.value()).substr(0, kCheckSize);
 }
 
 std::vector<std::string> Parts(std::string_view text, char separator) {
@@ -152,7 +147,7 @@ std::string OpenPart(const Invitation& invitation) {
   if (invitation.domain != kDefaultDomain) line += "/domain=" + std::to_string(invitation.domain);
   if (!invitation.others.empty()) line += "/others=" + WithCommas(invitation.others);
   if (const InvitedScene& scene = invitation.scene; scene.digest != 0) {
-    line += "/scene=" + Hex64(scene.digest) + "." + std::to_string(scene.bodies) + "." +
+    line += "/scene=" + Hex(scene.digest) + "." + std::to_string(scene.bodies) + "." +
             Percented(scene.file);
   }
   if (invitation.secured) {

@@ -12,13 +12,8 @@ namespace tandem {
 
 namespace {
 
-std::string Element(const std::string& element, const std::string& text) {
-  return "<" + element + ">" + EscapedMarkup(text) + "</" + element.substr(0, element.find(' ')) +
-         ">";
-}
-
 std::string Number(const std::string& text) {
-  return Element("td class=\"n\"", text);
+  return MarkupElement("td class=\"n\"", text);
 }
 
 std::string BurstsOf(const StudyCondition& condition) {
@@ -76,12 +71,13 @@ std::string ConditionsTable(const Study& study) {
       "loss</th><th>law</th><th>gains</th><th>gate</th><th>scene</th></tr></thead><tbody>\n";
   for (const StudyCondition& condition : study.conditions) {
     const std::string gains = GainsText(condition);
-    out += "<tr>" + Element("td", condition.name) + Number(PageFigure(condition.delay_ms)) +
+    out += "<tr>" + MarkupElement("td", condition.name) + Number(PageFigure(condition.delay_ms)) +
            Number(PageFigure(condition.jitter_ms)) + Number(PageFigure(condition.loss)) +
-           Number(BurstsOf(condition)) + Element("td", condition.law) +
-           Element("td", gains.empty() ? "default" : gains) +
-           Element("td", condition.gate ? "on" : "off") +
-           Element("td", condition.scene.empty() ? "of the task" : condition.scene) + "</tr>\n";
+           Number(BurstsOf(condition)) + MarkupElement("td", condition.law) +
+           MarkupElement("td", gains.empty() ? "default" : gains) +
+           MarkupElement("td", condition.gate ? "on" : "off") +
+           MarkupElement("td", condition.scene.empty() ? "of the task" : condition.scene) +
+           "</tr>\n";
   }
   return out + "</tbody></table></div>\n";
 }
@@ -97,10 +93,10 @@ std::string SummaryTable(const Study& study, const std::vector<MeasureEffect>& e
     for (const ConditionEffect& one : effect.conditions) {
       const bool reference = one.condition == effect.reference;
       const std::string difference = PageFigure(one.difference.mean);
-      out += "<tr>" + Element("td", reference ? effect.task : "") +
-             Element("td", reference ? effect.measure : "") +
-             Element("td", reference ? effect.unit : "") +
-             Element("td", study.conditions[one.condition].name) +
+      out += "<tr>" + MarkupElement("td", reference ? effect.task : "") +
+             MarkupElement("td", reference ? effect.measure : "") +
+             MarkupElement("td", reference ? effect.unit : "") +
+             MarkupElement("td", study.conditions[one.condition].name) +
              Number(std::to_string(one.level.count)) + Number(PageFigure(one.level.mean)) +
              Number(PageInterval(one.level));
       if (reference) {
@@ -119,11 +115,13 @@ std::string ChoicesTable(const Study& study, const std::vector<ResultRow>& rows)
   std::string out;
   for (const StudyQuestion& question : study.questions) {
     if (question.kind != QuestionKind::kChoice) continue;
-    out += "<div class=\"wide\"><table><thead><tr>" + Element("th", question.text);
-    for (const std::string& choice : question.choices) out += Element("th class=\"n\"", choice);
+    out += "<div class=\"wide\"><table><thead><tr>" + MarkupElement("th", question.text);
+    for (const std::string& choice : question.choices) {
+      out += MarkupElement("th class=\"n\"", choice);
+    }
     out += "</tr></thead><tbody>\n";
     for (std::size_t condition = 0; condition < study.conditions.size(); ++condition) {
-      out += "<tr>" + Element("td", study.conditions[condition].name);
+      out += "<tr>" + MarkupElement("td", study.conditions[condition].name);
       for (const std::string& choice : question.choices) {
         const auto count = std::ranges::count_if(rows, [&](const ResultRow& row) {
           const auto answer = row.logged.answers.find(question.key);
@@ -144,14 +142,14 @@ std::string TrialsTable(const Study& study, const std::vector<ResultRow>& rows) 
       "<div class=\"wide\"><table><thead><tr><th>participant</th><th class=\"n\">trial"
       "</th><th>block</th><th>condition</th><th>state</th>";
   for (const TrialMeasure& measure : AllTrialMeasures()) {
-    out += Element("th class=\"n\"", std::string(measure.name));
+    out += MarkupElement("th class=\"n\"", std::string(measure.name));
   }
   out += "</tr></thead><tbody>\n";
   for (const ResultRow& row : rows) {
-    out += "<tr>" + Element("td", row.participant) + "<td class=\"n\">" + LinkOf(row) + "</td>" +
-           Element("td", study.blocks[row.plan.block].name) +
-           Element("td", study.conditions[row.plan.condition].name) +
-           Element("td", NameOf(row.logged.state));
+    out += "<tr>" + MarkupElement("td", row.participant) + "<td class=\"n\">" + LinkOf(row) +
+           "</td>" + MarkupElement("td", study.blocks[row.plan.block].name) +
+           MarkupElement("td", study.conditions[row.plan.condition].name) +
+           MarkupElement("td", NameOf(row.logged.state));
     for (const TrialMeasure& measure : AllTrialMeasures()) {
       out += Number(PageFigure(row.logged.measures.*measure.value));
     }

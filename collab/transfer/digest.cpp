@@ -3,6 +3,7 @@
 #include <openssl/evp.h>
 
 #include "engine/base/check.h"
+#include "engine/base/text/hex.h"
 
 namespace tandem {
 
@@ -36,13 +37,7 @@ FileDigest FileDigestOf(std::span<const char> bytes) {
 }
 
 std::string HexOf(const FileDigest& digest) {
-  constexpr const char* kDigits = "0123456789abcdef";
-  std::string text;
-  for (const std::uint8_t byte : digest) {
-    text += kDigits[byte >> 4U];
-    text += kDigits[byte & 15U];
-  }
-  return text;
+  return HexOfBytes(digest);
 }
 
 }  // namespace tandem

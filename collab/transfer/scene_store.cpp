@@ -1,7 +1,6 @@
 #include "collab/transfer/scene_store.h"
 
 #include <algorithm>
-#include <array>
 #include <cerrno>
 #include <cstdio>
 #include <system_error>
@@ -15,6 +14,7 @@
 
 #include "collab/transfer/scene_files.h"
 #include "engine/base/files/regular_file.h"
+#include "engine/base/text/hex.h"
 
 namespace tandem {
 
@@ -29,12 +29,6 @@ constexpr std::chrono::hours kLeftFor{24 * 7};
 
 std::string Reason(int fault) {
   return std::generic_category().message(fault);
-}
-
-std::string HexOf(std::uint64_t value) {
-  std::array<char, 17> digits{};
-  std::snprintf(digits.data(), digits.size(), "%016llx", static_cast<unsigned long long>(value));
-  return digits.data();
 }
 
 bool IsHex(std::string_view text, std::size_t digits) {
@@ -146,7 +140,7 @@ void MakeRoom(const SceneStore& store, std::uint64_t wanted, std::uint64_t most_
 }  // namespace
 
 fs::path SceneStore::SceneFileOf(std::uint64_t content_hash) const {
-  return folder_ / HexOf(content_hash) / kSceneFile;
+  return folder_ / Hex(content_hash) / kSceneFile;
 }
 
 std::vector<FetchedScene> SceneStore::Scenes() const {
@@ -179,7 +173,7 @@ std::size_t SceneStore::Clear() const {
 
 void SceneStore::Touch(std::uint64_t content_hash) const {
   std::error_code ignored;
-  fs::last_write_time(folder_ / HexOf(content_hash), fs::file_time_type::clock::now(), ignored);
+  fs::last_write_time(folder_ / Hex(content_hash), fs::file_time_type::clock::now(), ignored);
 }
 
 Result<UnfinishedScene> UnfinishedScene::Open(const SceneStore& store, const SceneList& list,
@@ -193,7 +187,7 @@ Result<UnfinishedScene> UnfinishedScene::Open(const SceneStore& store, const Sce
     return Error{shown + ": cannot be used for scenes from sessions: " + Reason(errno) +
                  "; it must be a folder of yours that others cannot write to"};
   }
-  const std::string name = kUnfinished + tandem::HexOf(digest);
+  const std::string name = kUnfinished + HexOf(digest);
   int folder = -1;
   // a program that removes leftovers has the lock for a moment, and then the folder is gone
   for (int tries = 0; tries < 3 && folder < 0; ++tries) {
@@ -244,7 +238,7 @@ std::optional<Error> UnfinishedScene::OpenFiles() {
   for (std::size_t f = 0; f < list_.files.size(); ++f) {
     const ListedFile& file = list_.files[f];
     // the scene file as sent does not fit this machine
-    names_.push_back(f == 0 ? "sent" : tandem::HexOf(file.digest) + file.kind);
+    names_.push_back(f == 0 ? "sent" : HexOf(file.digest) + file.kind);
     const int opened = openat(folder_, names_.back().c_str(),
                               O_RDWR | O_CREAT | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC, 0600);
     struct stat facts {};
@@ -312,7 +306,7 @@ Result<fs::path> UnfinishedScene::WriteScene() {
 }
 
 Result<fs::path> UnfinishedScene::Commit(std::uint64_t content_hash) {
-  const std::string whole = HexOf(content_hash);
+  const std::string whole = Hex(content_hash);
   int fault = 0;
   for (const int file : files_) {
     if (fault == 0 && fsync(file) != 0 && errno != EINVAL) fault = errno;

@@ -13,14 +13,9 @@ namespace tandem {
 
 namespace {
 
-std::string Element(const std::string& element, const std::string& text) {
-  return "<" + element + ">" + EscapedMarkup(text) + "</" + element.substr(0, element.find(' ')) +
-         ">";
-}
-
 std::string Cell(const std::string& text, bool number, bool head = false) {
   const std::string element = head ? "th" : "td";
-  return Element(number ? element + " class=\"n\"" : element, text);
+  return MarkupElement(number ? element + " class=\"n\"" : element, text);
 }
 
 bool IsNumber(const std::string& text) {
@@ -52,11 +47,11 @@ std::string TableOf(const ReportTable& table) {
 std::string FigureOf(const Picture& picture, const std::string& caption, std::size_t sweep) {
   return "<figure data-sweep=\"s" + std::to_string(sweep) + "\">\n" +
          SvgOf(picture, SvgPlace::kInHtml) +
-         (caption.empty() ? "" : Element("figcaption", caption)) + "</figure>\n";
+         (caption.empty() ? "" : MarkupElement("figcaption", caption)) + "</figure>\n";
 }
 
 std::string Fact(const std::string& name, const std::string& value) {
-  return Element("dt", name) + "<dd>" + value + "</dd>\n";
+  return MarkupElement("dt", name) + "<dd>" + value + "</dd>\n";
 }
 
 std::string HeadOf(const ReportData& data, const std::vector<SweepRow>& rows) {
@@ -220,8 +215,8 @@ std::string HtmlOf(const ReportData& data) {
   }
   for (const Picture& picture : data.pictures) out += FigureOf(picture, "", 0);
   for (const ReportTable& table : data.tables) {
-    out += Element("h3", table.title) + "\n";
-    if (!table.note.empty()) out += Element("p", table.note) + "\n";
+    out += MarkupElement("h3", table.title) + "\n";
+    if (!table.note.empty()) out += MarkupElement("p", table.note) + "\n";
     out += TableOf(table);
   }
   if (!data.sweeps.empty()) out += "<h2>Cells</h2>\n";

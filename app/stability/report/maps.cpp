@@ -23,10 +23,6 @@ constexpr int kGraspPoints = 21;  // fewer, since six axes take longer than one
 constexpr std::size_t kLeastCells = 6;
 constexpr double kFirmLinear = 200;  // N/m; stiffness at which the paper's law fails
 
-bool IsFree(const LabCase& test) {
-  return test.scene == "free" || test.scene == "off_centre";
-}
-
 // returns the least value over the users; NaN: the case has no equation
 template <class Value>
 double LeastOf(const LabCase& test, const Inertia& body, Value value) {
@@ -214,12 +210,12 @@ std::vector<MapLine> LinesAlong(const std::vector<CaseAt>& cases, const Inertia&
     return lumped.stiffness;
   };
   std::vector<MapLine> lines;
-  if (IsFree(like)) lines.push_back(BoundaryLine(cases, body));
+  if (like.IsFree()) lines.push_back(BoundaryLine(cases, body));
   lines.push_back(Line(MapLineKind::kPassive, "passive: b / delay", cases, body,
                        [](const LumpedCoupling& lumped) {
                          return PassiveStiffness(lumped.delay_s, lumped.damping);
                        }));
-  if (IsFree(like) && !HasGrasps(cases.back().test)) {
+  if (like.IsFree() && !HasGrasps(cases.back().test)) {
     lines.push_back(Line(MapLineKind::kAnyDelay, "stable at any delay", cases, body,
                          [](const LumpedCoupling& lumped) {
                            return AnyDelayStiffness(lumped.damping, lumped.mass,

@@ -86,6 +86,8 @@ struct LabCase {
   double seconds = 0;  // length from when all loops are closed; 0: LongEnough()
   std::uint64_t seed = 1;
 
+  /// Returns whether the body touches nothing.
+  bool IsFree() const { return scene == "free" || scene == "off_centre"; }
   /// Returns the mean of both ways: delay_s plus the delay of the network's traces.
   double MeanWay() const;
   /// Returns max(12 s, 40 mean ways).

@@ -15,10 +15,6 @@ constexpr double kHalfFrame = 0.5e-3;   // s
 constexpr double kFirmestLooked = 1e5;  // N/m, upper end of the search
 constexpr double kLeastDamping = 1e-3;  // N s/m
 
-bool IsFree(const LabCase& test) {
-  return test.scene == "free" || test.scene == "off_centre";
-}
-
 bool AllHoldAlikeAtTheCentre(const LabCase& test) {
   const HandScript first = ScriptOf(test, 0);
   for (std::size_t user = 0; user < test.users; ++user) {
@@ -180,8 +176,8 @@ std::optional<Prediction> Predict(const LabCase& test, const Inertia& body) {
   const std::optional<LumpedCoupling> first = LumpedOf(test, body, 0);
   if (!first) return std::nullopt;
   Prediction prediction{first->stiffness, std::numeric_limits<double>::infinity()};
-  if (!IsFree(test)) prediction.covers = Prediction::Covers::kPassivity;
-  if (IsFree(test) && !AllHoldAlikeAtTheCentre(test)) {
+  if (!test.IsFree()) prediction.covers = Prediction::Covers::kPassivity;
+  if (test.IsFree() && !AllHoldAlikeAtTheCentre(test)) {
     const std::optional<GraspCoupling> coupling = GraspCouplingOf(test, body);
     double damping = std::numeric_limits<double>::infinity();
     for (std::size_t user = 0; user < test.users; ++user) {
@@ -195,8 +191,8 @@ std::optional<Prediction> Predict(const LabCase& test, const Inertia& body) {
   }
   for (std::size_t user = 0; user < test.users; ++user) {
     const std::optional<LumpedCoupling> lumped = LumpedOf(test, body, user);
-    const double critical = IsFree(test) ? CriticalStiffness(*lumped)
-                                         : PassiveStiffness(lumped->delay_s, lumped->damping);
+    const double critical = test.IsFree() ? CriticalStiffness(*lumped)
+                                          : PassiveStiffness(lumped->delay_s, lumped->damping);
     prediction.critical = std::min(prediction.critical, critical);
   }
   return prediction;

@@ -35,4 +35,11 @@ inline std::string EscapedMarkup(const std::string& text) {
   return out;
 }
 
+/// Returns an element with escaped text. `element` may have attributes:
+/// MarkupElement("td class=\"n\"", "1") is <td class="n">1</td>.
+inline std::string MarkupElement(const std::string& element, const std::string& text) {
+  return "<" + element + ">" + EscapedMarkup(text) + "</" + element.substr(0, element.find(' ')) +
+         ">";
+}
+
 }  // namespace tandem

@@ -13,5 +13,9 @@ TEST(Markup, HasNoControlCharacters) {
   EXPECT_EQ(EscapedMarkup(std::string("a\x01z\nb", 5)), "a z\nb");
 }
 
+TEST(Markup, AnElementEndsWithItsNameAndNotItsAttributes) {
+  EXPECT_EQ(MarkupElement("td class=\"n\"", "a<b"), "<td class=\"n\">a&lt;b</td>");
+}
+
 }  // namespace
 }  // namespace tandem
