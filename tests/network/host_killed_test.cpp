@@ -2,6 +2,7 @@
 #include <deque>
 #include <fstream>
 #include <random>
+#include <string>
 #include <thread>
 
 #include <gtest/gtest.h>
@@ -108,10 +109,10 @@ TEST(HostKilled, PartnersFeelLittleAndTheNextHostFindsAll) {
     worst_change = std::max(worst_change, LargestChange(course));
     ASSERT_GT(course.size(), 50U) << "snapshots of the partner";
   }
-  std::printf(
-      "%d hosts killed: partner's force, at least %.2f N before, changes by %.2f N in 100 ms at "
-      "the most, attached in %.2f s at the most\n",
-      kills, least_pull, worst_change, longest_attach_s);
+  RecordProperty("kills", kills);
+  RecordProperty("least_pull_N", std::to_string(least_pull));
+  RecordProperty("worst_change_N", std::to_string(worst_change));
+  RecordProperty("longest_attach_s", std::to_string(longest_attach_s));
   EXPECT_GT(least_pull, 0.5) << "a pull that nobody feels proves nothing";
   EXPECT_LE(worst_change, 1.0);
   EXPECT_LE(longest_attach_s, 2.0);

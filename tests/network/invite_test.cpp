@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <chrono>
 #include <csignal>
-#include <cstdio>
 #include <filesystem>
 #include <memory>
 #include <string>
@@ -74,7 +73,6 @@ class Invite : public ::testing::Test {
     const double took = std::chrono::duration<double>(Clock::now() - begin).count();
     EXPECT_LT(took, kJoinedWithin);
     RecordProperty("seconds_to_join", std::to_string(took));
-    std::printf("joined after %.1f s\n", took);
     for (const std::string& one : LinesOf(joiner.said())) {
       if (one.rfind('{', 0) == 0) return json::parse(one, nullptr, false);
     }

@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 #include <gtest/gtest.h>
 
@@ -216,11 +215,6 @@ TEST(Apart, AWallBetweenTwoIsFoundCappedAndHealed) {
       EXPECT_TRUE(run.Told(part)) << part;
     }
     EXPECT_FALSE(run.Told("0: your cube"));  // the lower id stays where it is
-    std::printf(
-        "delay %3.0f ms: found %.2f %.2f s, 3 N %.2f s, led %.2f to %.2f s, %.0f -> %.1f mm, "
-        "%.2f N a frame\n",
-        delay_ms, run.found_s[0], run.found_s[1], capped_s, led_s, back_s, 1e3 * parted,
-        1e3 * run.apart(), std::max(run.most_step[0], run.most_step[1]));
   }
 }
 

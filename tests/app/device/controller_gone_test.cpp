@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <csignal>
 #include <cstdint>
-#include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <random>
@@ -56,13 +55,11 @@ void ExpectInTime(const Fall& fall, double empty_ms) {
   EXPECT_LE(fall.step, kSlew + 1e-9);
 }
 
-void Tell(const char* what, int rounds, const Worst& worst) {
-  std::printf(
-      "%s, %d times: force falls after %.2f ms at the most, is gone after %.2f ms; longest "
-      "gap of the device's loop %.2f ms; an empty loop's worst lateness %.2f ms\n",
-      what, rounds, worst.damping_ms, worst.zero_ms, worst.gap_ms, worst.empty_ms);
+void RecordWorst(const Worst& worst) {
   ::testing::Test::RecordProperty("damping_ms", std::to_string(worst.damping_ms));
   ::testing::Test::RecordProperty("zero_ms", std::to_string(worst.zero_ms));
+  ::testing::Test::RecordProperty("gap_ms", std::to_string(worst.gap_ms));
+  ::testing::Test::RecordProperty("empty_loop_ms", std::to_string(worst.empty_ms));
 }
 
 TEST(DeviceProcess, TheForceOfAKilledControllerIsGoneInTime) {
@@ -92,7 +89,7 @@ TEST(DeviceProcess, TheForceOfAKilledControllerIsGoneInTime) {
     EXPECT_LE(motor.count(), written + 1);
     std::filesystem::remove(file);
   }
-  Tell("killed", Rounds(), worst);
+  RecordWorst(worst);
 }
 
 // The test is the parent of the device process and lives on, so nobody tells that process that its
@@ -137,7 +134,7 @@ TEST(DeviceProcess, TheForceOfAControllerWhoseEndNobodyTellsIsGoneInTime) {
     EXPECT_EQ((*process)->Newest()->state, static_cast<std::uint8_t>(SafetyState::kExpired));
   }
   EXPECT_GE(judged, Rounds() / 4);
-  Tell("killed untold", Rounds(), worst);
+  RecordWorst(worst);
 }
 
 TEST(DeviceProcess, TheForceOfAStoppedControllerIsGoneInTimeAndComesBack) {
@@ -165,7 +162,7 @@ TEST(DeviceProcess, TheForceOfAStoppedControllerIsGoneInTimeAndComesBack) {
     EXPECT_EQ(motor.force(), 0);
   }
   EXPECT_TRUE(motor.WaitForForce(2.4, 60));
-  Tell("stopped", Rounds(), worst);
+  RecordWorst(worst);
 }
 
 }  // namespace

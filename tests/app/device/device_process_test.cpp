@@ -7,7 +7,6 @@
 #include <atomic>
 #include <chrono>
 #include <csignal>
-#include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <new>
@@ -140,7 +139,7 @@ TEST(DeviceProcess, ADriverThatHangsForEverLeavesNoForceAndEndsWhenItIsToldTo) {
   });
   ASSERT_NE(zero, writes.rbegin());
   const double kept_ms = 1e-6 * static_cast<double>(std::prev(zero)->ns - zero->ns);
-  std::printf("a read that hangs: the motor kept its force for %.1f ms\n", kept_ms);
+  RecordProperty("kept_ms", std::to_string(kept_ms));
   // 20 ms, and the check after that
   EXPECT_GE(kept_ms, 15);
   EXPECT_LE(kept_ms, 60 + late_ms);
@@ -197,9 +196,9 @@ TEST(DeviceProcess, AVendorsThreadGetsNoForceFromALoopThatStandsStill) {
     }
     const DeviceTimes times = own.process->times();
     const double late_ms = empty.WorstMs();
-    std::printf("a vendor's thread of %s Hz takes what is %.2f ms old in the mean, %.2f at most\n",
-                rate, 1e-6 * static_cast<double>(times.asked_mean_ns),
-                1e-6 * static_cast<double>(times.asked_max_ns));
+    const std::string key = std::string("age_us_at_") + rate + "_Hz";
+    RecordProperty(key + "_mean", static_cast<int>(times.asked_mean_ns / 1000));
+    RecordProperty(key + "_most", static_cast<int>(times.asked_max_ns / 1000));
     EXPECT_GT(times.asked, 50U) << rate;
     // the phase of the two loops adds from nothing to a period
     EXPECT_LE(1e-6 * static_cast<double>(times.asked_mean_ns),

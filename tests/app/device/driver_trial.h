@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cstdio>
 #include <functional>
 #include <string>
 #include <thread>
@@ -140,12 +139,14 @@ class DriverTrial {
   /// Sets a function that is called with the force that a vendor's thread gets, on that thread.
   void SetTake(std::function<void(TandemDeviceForce&)> take) { take_ = std::move(take); }
 
-  /// Prints the times, and expects that no tick allocated.
+  /// Records the times, and expects that no tick allocated.
   void ExpectRealtime() const {
-    std::printf("  %s: %llu ticks, read p99 %.1f us, write p99 %.1f us, %ld allocations\n",
-                driver_->name, static_cast<unsigned long long>(reads_.count()),
-                1e-3 * static_cast<double>(reads_.Quantile(0.99)),
-                1e-3 * static_cast<double>(writes_.Quantile(0.99)), allocations_);
+    const auto record = [](const char* key, std::int64_t value) {
+      ::testing::Test::RecordProperty(key, std::to_string(value));
+    };
+    record("ticks", static_cast<std::int64_t>(reads_.count()));
+    record("read_p99_ns", static_cast<std::int64_t>(reads_.Quantile(0.99)));
+    record("write_p99_ns", static_cast<std::int64_t>(writes_.Quantile(0.99)));
     EXPECT_EQ(allocations_, 0);
   }
 

@@ -249,7 +249,7 @@ TEST_F(Person, DrawsTheActuatorOutOfItsBracketThroughContact) {
   ASSERT_TRUE(file.open(QIODevice::ReadOnly));
   const nlohmann::json said = nlohmann::json::parse(file.readAll().toStdString());
   const nlohmann::json& verdict = said.at("verdicts").at(0);
-  std::printf("%s\n", verdict.dump().c_str());
+  SCOPED_TRACE(verdict.dump());
   EXPECT_EQ(verdict.at("body"), "actuator");
   EXPECT_TRUE(verdict.at("out").get<bool>());
   EXPECT_TRUE(verdict.at("met").get<bool>());

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
+#include <string>
 
 #include <gtest/gtest.h>
 
@@ -23,8 +23,7 @@ using testing::Sphere;
 using testing::Uniform;
 
 constexpr double kProximityVoxel = 0.001;
-const double kBound =
-    std::sqrt(3.0) * kProximityVoxel;  // voxels against voxels of the same size
+const double kBound = std::sqrt(3.0) * kProximityVoxel;  // voxels against voxels of the same size
 constexpr double kPi = 3.14159265358979323846;
 const Vec3 kOff(0.00031, -0.00017, 0.00023);  // so that nothing lies on the grid's planes
 
@@ -63,8 +62,9 @@ struct Stated {
 };
 
 void ExpectWithin(const char* shape, const Stated& stated, const Errors& errors) {
-  std::printf("%s, %.0f to %.0f voxels off: mean %.2f, max %.2f degrees\n", shape, stated.from,
-              stated.to, errors.mean(), errors.most);
+  const std::string key = shape + ("_from_" + std::to_string(static_cast<int>(stated.from)));
+  ::testing::Test::RecordProperty(key + "_mean_deg", std::to_string(errors.mean()));
+  ::testing::Test::RecordProperty(key + "_most_deg", std::to_string(errors.most));
   EXPECT_GE(errors.count, 500);
   EXPECT_LE(errors.mean(), stated.mean);
   EXPECT_LE(errors.most, stated.most);
@@ -169,8 +169,8 @@ TEST(ProximityPair, ThePrecisionItStatesHoldsForSphereAndBoxAtAnyDistance) {
     EXPECT_LT(Degrees(fine.gradient_B, direction), 3);
     worst_refined = std::max(worst_refined, std::abs(fine.distance - exact));
   }
-  std::printf("distance out by at most %.2f voxels by voxels, %.4f refined\n",
-              worst_voxels / kProximityVoxel, worst_refined / kProximityVoxel);
+  RecordProperty("worst_voxels", std::to_string(worst_voxels / kProximityVoxel));
+  RecordProperty("worst_refined_voxels", std::to_string(worst_refined / kProximityVoxel));
   EXPECT_LE(worst_voxels, kBound);
   EXPECT_LE(worst_refined, facets);
 }

@@ -2,7 +2,7 @@
 // same everywhere.
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
+#include <string>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -66,9 +66,9 @@ Ride Turn(const std::shared_ptr<const WorldModel>& model, double capacity, doubl
   return ride;
 }
 
-// The cost of looks does not depend on the travel: a ball that fills its hollow costs a frame nearly
-// as much where it is held to the floor. So looks do not slow it down, however little room there is
-// for them.
+// The cost of looks does not depend on the travel: a ball that fills its hollow costs a frame
+// nearly as much where it is held to the floor. So looks do not slow it down, however little room
+// there is for them.
 TEST(LookPrice, SlowsNoHeavyContactForWhatSlowingDoesNotSave) {
   const auto model = BallInHollow();
   constexpr double kPrice = 400;
@@ -76,19 +76,18 @@ TEST(LookPrice, SlowsNoHeavyContactForWhatSlowingDoesNotSave) {
   const auto cost = [](const Ride& ride) {
     return ride.tests + kPrice * ride.looks;
   };
-  std::printf("  free: %.1f looks, %.0f tests, %.4f voxels a frame\n", free.looks, free.tests,
-              free.travel / kVoxel);
+  RecordProperty("free_cost", std::to_string(cost(free)));
+  RecordProperty("free_travel_voxels", std::to_string(free.travel / kVoxel));
   ASSERT_GT(free.travel, 0.4 * kVoxel);
   // as tests of their own keep it at the floor, capacity is below what is mandatory
   const Ride floor = Turn(model, 100, kPrice);
-  std::printf("  at the floor: %.1f looks, %.0f tests, %.4f voxels a frame\n", floor.looks,
-              floor.tests, floor.travel / kVoxel);
+  RecordProperty("floor_cost", std::to_string(cost(floor)));
+  RecordProperty("floor_travel_voxels", std::to_string(floor.travel / kVoxel));
   EXPECT_LT(floor.travel, 1.1 * kTravelFloor * kVoxel);
   EXPECT_GT(cost(floor), 0.8 * cost(free));
   for (const double share : {0.8, 0.6, 0.4}) {
     const Ride ride = Turn(model, share * cost(free), kPrice);
-    std::printf("  with room for %.0f %%: %.1f looks, %.0f tests, %.4f voxels a frame\n",
-                100 * share, ride.looks, ride.tests, ride.travel / kVoxel);
+    SCOPED_TRACE(share);
     EXPECT_GT(ride.travel, 0.95 * free.travel);
     EXPECT_LT(cost(ride), 1.02 * cost(free));
   }

@@ -1,5 +1,7 @@
 #include "app/bench/reference/printed_schedule.h"
 
+#include <string>
+
 #include <gtest/gtest.h>
 
 #include "tests/engine/contact/schedule/swim.h"
@@ -34,18 +36,12 @@ TEST(PrintedSchedule, IsLateWhereOursIsNot) {
     EXPECT_GT(printed.contacts, 0.3) << "trial " << trial;
     EXPECT_LT(printed.tests, 0.5 * points) << "trial " << trial;
     printed_missed += printed.missed;
-    std::printf("  chunks %d drift %d capacity %.0f of %.0f, %.3g point-frames each\n",
-                options.experiments.chunks, options.experiments.drift, capacity, points,
-                ours.point_frames);
-    for (const auto& [name, out] : {std::pair{"ours   ", &ours}, std::pair{"printed", &printed}}) {
-      std::printf(
-          "    %s %6zu untested in contact; %.0f tests, %.0f drifted, %.1f blocks in contact a "
-          "frame; squeezed in %.0f %%, over capacity in %.1f %%\n",
-          name, out->missed, out->tests, out->drifted, out->contacts, 100 * out->squeezed,
-          100 * out->over);
-    }
+    const std::string key = "trial_" + std::to_string(trial);
+    RecordProperty(key + "_missed", static_cast<int>(printed.missed));
+    RecordProperty(key + "_tests", std::to_string(ours.tests));
+    RecordProperty(key + "_printed_tests", std::to_string(printed.tests));
   }
-  std::printf("  printed: %zu untested in contact\n", printed_missed);
+  RecordProperty("missed", static_cast<int>(printed_missed));
   EXPECT_GT(printed_missed, 0U);
 }
 

@@ -1,5 +1,7 @@
 #include "engine/contact/schedule/point_schedule.h"
 
+#include <string>
+
 #include <gtest/gtest.h>
 
 #include "tests/engine/contact/schedule/swim.h"
@@ -35,14 +37,12 @@ TEST(PointSchedule, TestsEveryPointInContactInThatFrame) {
     }
     squeezed += outcome.squeezed / trials;
     point_frames += outcome.point_frames;
-    std::printf(
-        "  chunks %d drift %d capacity %.0f of %.0f: %.0f tests and %.1f blocks in contact a "
-        "frame, squeezed in %.0f %%, over capacity in %.1f %%\n",
-        options.experiments.chunks, options.experiments.drift, capacity, points, outcome.tests,
-        outcome.contacts, 100 * outcome.squeezed, 100 * outcome.over);
+    const std::string key = "trial_" + std::to_string(trial);
+    RecordProperty(key + "_tests", std::to_string(outcome.tests));
+    RecordProperty(key + "_over", std::to_string(outcome.over));
   }
-  std::printf("  %.3g point-frames, MaxTravel below its bound in %.0f %% of the frames\n",
-              point_frames, 100 * squeezed);
+  RecordProperty("point_frames", std::to_string(point_frames));
+  RecordProperty("squeezed", std::to_string(squeezed));
   EXPECT_GT(squeezed, 0.5);
 }
 

@@ -1,5 +1,6 @@
 #include <bit>
 #include <limits>
+#include <string>
 
 #include <gtest/gtest.h>
 
@@ -67,8 +68,8 @@ TEST(ScheduleLimits, ABodyThrownAtAPlateTwoChunksAwayIsNeverLate) {
     fast += most > 0.5 * kVoxel ? 1 : 0;
     fastest = std::max(fastest, most);
   }
-  std::printf("  %d throws, %d faster than half a voxel a frame, up to %.1f voxels\n", throws, fast,
-              fastest / kVoxel);
+  RecordProperty("fast_throws", fast);
+  RecordProperty("fastest_voxels", std::to_string(fastest / kVoxel));
   EXPECT_GT(fast, throws / 2);
   EXPECT_LT(fastest, 28 * kVoxel);
 }
@@ -112,14 +113,10 @@ TEST(ScheduleLimits, TwoExactlyAlignedEdgesAreTestedAllAlong) {
   for (const int layer : {0, 1, 2}) {
     const EdgeFigures aligned = OnEdge(bars, 0, layer);
     const EdgeFigures crossed = OnEdge(bars, 0.5 * kPi, layer);
-    for (const auto& [name, figures] :
-         {std::pair{"aligned", &aligned}, std::pair{"crossed", &crossed}}) {
-      std::printf(
-          "  layer %d, %s: %zu contacts, %zu tests a frame at rest, %.0f owed; MaxTravel %.2f "
-          "voxels at 2,000 tests, %.2f at 400\n",
-          layer, name, figures->contacts, figures->tests, figures->load.mandatory,
-          TravelAt(*figures, 2000), TravelAt(*figures, 400));
-    }
+    const std::string key = "layer_" + std::to_string(layer);
+    RecordProperty(key + "_aligned_tests", static_cast<int>(aligned.tests));
+    RecordProperty(key + "_crossed_tests", static_cast<int>(crossed.tests));
+    RecordProperty(key + "_aligned_travel_at_400", std::to_string(TravelAt(aligned, 400)));
     EXPECT_GE(aligned.contacts, 200U);
     EXPECT_LE(aligned.contacts, 250U);
     EXPECT_LE(crossed.contacts, 20U);

@@ -57,7 +57,7 @@ TEST(Inverse3, StartsAndReportsMotionInTheDevicesFrame) {
   const long before = it.service.messages();
   it.trial.Ticks(500);
   const long sent = it.service.messages() - before;
-  std::printf("  %ld messages in 500 ms\n", sent);
+  RecordProperty("messages_in_500_ms", static_cast<int>(sent));
   EXPECT_GT(sent, 50);
   EXPECT_LT(sent, 600);
   it.trial.ExpectRealtime();

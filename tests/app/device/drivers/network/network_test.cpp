@@ -13,7 +13,6 @@
 #include <atomic>
 #include <chrono>
 #include <csignal>
-#include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -130,14 +129,13 @@ TEST(Network, StartsMovesAndGivesForce) {
     ASSERT_TRUE(it.FeelsX(-3));
     it.trial.Ticks(500);
     const Histogram ages = it.far->ages();
-    std::printf("  %s: age of %llu forces at the far end p50 %.2f ms, p99 %.2f ms\n",
-                keyed ? "keyed" : "open", static_cast<unsigned long long>(ages.count()),
-                1e-6 * static_cast<double>(ages.Quantile(0.5)),
-                1e-6 * static_cast<double>(ages.Quantile(0.99)));
+    const std::string key = keyed ? "keyed" : "open";
+    RecordProperty(key + "_forces", static_cast<int>(ages.count()));
+    RecordProperty(key + "_age_p50_us", static_cast<int>(ages.Quantile(0.5) / 1000));
+    RecordProperty(key + "_age_p99_us", static_cast<int>(ages.Quantile(0.99) / 1000));
     it.trial.ExpectRealtime();
     it.trial.Close();
     ASSERT_EQ(it.trial.said().size(), 1U);
-    std::printf("  %s\n", it.trial.said()[0].c_str());
   }
 }
 
@@ -359,7 +357,6 @@ TEST(Network, TheExamplesInPythonAreDevices) {
     EXPECT_EQ(status, 0);
     std::ifstream file(said);
     const std::string text{std::istreambuf_iterator<char>(file), {}};
-    std::printf("  %s", text.c_str());
     EXPECT_NE(text.find("1.25"), std::string::npos) << text;
   }
 }
