@@ -22,6 +22,7 @@
 
 #include "app/device/drivers/fake/fake_record.h"
 #include "app/process/child_processes.h"
+#include "engine/base/units.h"
 #include "engine/haptics/process_device.h"
 #include "engine/safety/motor_guard.h"
 #include "tests/app/device/motor_writes.h"
@@ -31,7 +32,6 @@ namespace tandem {
 namespace {
 
 using testing::EmptyLoop;
-using testing::kMillisecond;
 using testing::kSlew;
 using testing::Motor;
 using testing::OwnController;
@@ -190,7 +190,7 @@ TEST(DeviceProcess, AVendorsThreadGetsNoForceFromALoopThatStandsStill) {
     ASSERT_NE(last, writes.rend());
     ASSERT_NE(last, writes.rbegin());
     const double gap_ms = 1e-6 * static_cast<double>(std::prev(last)->ns - last->ns);
-    if (gap_ms * kMillisecond < MotorGuard::kMostGapNs) {
+    if (gap_ms * kMs < MotorGuard::kMostGapNs) {
       EXPECT_LT(Motor::ForceOf(*last), 3.0 / MotorGuard::kSlewTicks * gap_ms + 0.25) << rate;
       ++judged;
     }
@@ -213,7 +213,7 @@ TEST(DeviceProcess, TellsWhatItsLoopWasGrantedAndHowOftenItTicks) {
   ASSERT_TRUE(process);
   EXPECT_THAT((*process)->scheduler(), ::testing::StartsWith("SCHED_"));
   EXPECT_THAT((*process)->warning(), ::testing::HasSubstr("core 1023 cannot be had"));
-  EXPECT_EQ((*process)->period_ns(), 2 * kMillisecond);
+  EXPECT_EQ((*process)->period_ns(), 2 * kMs);
 }
 
 TEST(DeviceProcess, ItsPassivityControlIsAskedForAndToldOf) {

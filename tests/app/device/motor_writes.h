@@ -20,7 +20,6 @@
 
 namespace tandem::testing {
 
-inline constexpr std::int64_t kMillisecond = 1'000'000;
 inline constexpr double kClamp = kUsersDefault.force;
 inline constexpr double kSlew = kClamp / MotorGuard::kSlewTicks;
 

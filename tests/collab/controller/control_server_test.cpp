@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include "engine/base/units.h"
 #include "tests/collab/controller/fake_peer.h"
 
 namespace tandem {
@@ -12,7 +13,6 @@ namespace {
 
 using testing::FakePeer;
 using testing::FourBodies;
-using testing::kMs;
 
 constexpr HostId kWindow = 11;
 constexpr HostId kScript = 12;

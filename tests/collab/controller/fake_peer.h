@@ -8,8 +8,6 @@
 
 namespace tandem::testing {
 
-inline constexpr std::int64_t kMs = 1'000'000;
-
 /// Returns a scene of two moving bodies that one user at a time holds, a shared one and a fixed
 /// one.
 inline ControlScene FourBodies() {

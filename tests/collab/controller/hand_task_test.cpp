@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "engine/base/units.h"
 #include "tests/collab/controller/fake_peer.h"
 
 namespace tandem {
@@ -9,7 +10,6 @@ namespace {
 
 using testing::FakePeer;
 using testing::FourBodies;
-using testing::kMs;
 
 class HandTaskTest : public ::testing::Test {
  protected:

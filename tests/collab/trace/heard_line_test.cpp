@@ -8,12 +8,13 @@
 
 #include <gtest/gtest.h>
 
+#include "engine/base/units.h"
+
 namespace tandem {
 namespace {
 
 constexpr PeerId kWe = 1;
 constexpr PeerId kHeardPeer = 2;
-constexpr std::int64_t kMs = 1'000'000;
 
 /// Two peers with frames of 1 ms that send in each. The session is a model of its own of what we
 /// hear. All times are in ms of our clock; the other's is `offset` ahead.

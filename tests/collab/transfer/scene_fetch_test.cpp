@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "engine/base/units.h"
 #include "tests/collab/transfer/transfer_bench.h"
 
 namespace tandem {
@@ -12,7 +13,6 @@ namespace fs = std::filesystem;
 using testing::ContentOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
-using testing::kMillisecond;
 using testing::MemoryStore;
 using testing::NoiseBytes;
 using ::testing::SizeIs;
@@ -288,7 +288,7 @@ TEST(RateFinder, GoesDownWherePiecesWaitInAQueueAndUpWhereTheyDoNot) {
   EXPECT_LT(finder.rate(), 2 * way);
   EXPECT_GT(finder.rate(), 0.2 * way);
   // twice the delay that makes it go down, and a step of 0.1 s at 1.3 times the way's rate
-  EXPECT_LT(longest_ns, 250 * kMillisecond);
+  EXPECT_LT(longest_ns, 250 * kMs);
 }
 
 }  // namespace

@@ -11,7 +11,6 @@ namespace tandem {
 namespace {
 
 namespace fs = std::filesystem;
-using testing::kMillisecond;
 using testing::NoiseBytes;
 
 /// A server of a scene of 4 MB that no compression makes smaller, and what it sends.

@@ -17,12 +17,11 @@
 #include "collab/transfer/scene_files.h"
 #include "collab/transfer/scene_server.h"
 #include "collab/transfer/scene_store.h"
+#include "engine/base/units.h"
 #include "engine/scene/scene_hash.h"
 #include "tests/support/scratch_folder.h"
 
 namespace tandem::testing {
-
-inline constexpr std::int64_t kMillisecond = 1'000'000;
 
 /// Returns so many bytes, drawn by a seed, that no compression makes fewer.
 inline std::string NoiseBytes(std::size_t bytes, std::uint32_t seed) {
@@ -130,7 +129,7 @@ class TransferBench {
   }
 
   void Step() {
-    now_ns += kMillisecond / 4;
+    now_ns += kMs / 4;
     if (now_ns >= fetch_next_ns) {
       FileParty::Out out;
       out.ask = [this](const FileAsk& ask) {
@@ -172,7 +171,7 @@ class TransferBench {
 
   std::map<PeerId, Server> servers;
   std::int64_t now_ns = 1'000'000'000;
-  std::int64_t delay_ns = kMillisecond;
+  std::int64_t delay_ns = kMs;
   double loss = 0;
 
  private:

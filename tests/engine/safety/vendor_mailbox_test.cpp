@@ -6,10 +6,10 @@
 
 #include <gtest/gtest.h>
 
+#include "engine/base/units.h"
+
 namespace tandem {
 namespace {
-
-constexpr std::int64_t kMs = 1'000'000;  // ns
 
 /// A loop of a kilohertz, and a thread that asks `asks` times a millisecond.
 struct Asking {

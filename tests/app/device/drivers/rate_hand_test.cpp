@@ -6,10 +6,10 @@
 
 #include <gtest/gtest.h>
 
+#include "engine/base/units.h"
+
 namespace tandem::driver {
 namespace {
-
-constexpr std::int64_t kMs = 1'000'000;
 
 Vec3 PlaceOf(const RateHand& hand) {
   TandemDeviceState state{};

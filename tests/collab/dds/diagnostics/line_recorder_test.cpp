@@ -5,6 +5,7 @@
 
 #include <gmock/gmock.h>
 
+#include "engine/base/units.h"
 #include "tests/collab/dds/diagnostics/line_relay.h"
 #include "tests/collab/dds/live_peer.h"
 
@@ -12,8 +13,6 @@ namespace tandem {
 namespace {
 
 using ::testing::HasSubstr;
-
-constexpr std::int64_t kMs = 1'000'000;
 
 bool LostThere(std::uint32_t seq) {
   return seq % 10 == 3 || (seq >= 200 && seq < 240);

@@ -23,6 +23,7 @@
 #include <gtest/gtest.h>
 
 #include "app/device/tandem_device.h"
+#include "engine/base/units.h"
 #include "tests/app/device/drivers/network/far_end.h"
 
 namespace tandem::testing {
@@ -30,8 +31,6 @@ namespace {
 
 using net::Session;
 using Refusal = Session::Refusal;
-
-constexpr std::int64_t kMs = 1'000'000;
 
 net::Key KeyOf(const char* text) {
   return net::Key(std::vector<std::uint8_t>(text, text + std::strlen(text)));
