@@ -29,6 +29,10 @@ StepInputs::Hand HandTo(const WorldModel& model, int body, const Pose& X_WG) {
           .gains = DefaultHandGains(model.bodies[static_cast<std::size_t>(body)].inertia)};
 }
 
+void RunFrames(World& world, const StepInputs& inputs, int frames) {
+  for (int frame = 0; frame < frames; ++frame) world.Step(inputs);
+}
+
 std::vector<Vec3> CornersOf(const WorldModel& model, std::size_t body) {
   const Pose X_BW = model.bodies[body].X_WB0.Inverse();
   std::vector<Vec3> corners = MeshOfBody(model, body).vertices;

@@ -27,6 +27,9 @@ StepInputs FreeInputs(const WorldModel& model);
 /// Returns the default hand, holding a body at its centre of mass and pulling it to a pose at rest.
 StepInputs::Hand HandTo(const WorldModel& model, int body, const Pose& X_WG);
 
+/// Steps a world by that many frames of the same inputs.
+void RunFrames(World& world, const StepInputs& inputs, int frames);
+
 /// Returns the corners of a moving body's mesh, in its frame.
 std::vector<Vec3> CornersOf(const WorldModel& model, std::size_t body);
 

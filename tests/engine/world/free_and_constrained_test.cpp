@@ -17,6 +17,7 @@ using testing::kVoxel;
 using testing::MakeWorldModel;
 using testing::RandomDirection;
 using testing::RandomRotation;
+using testing::RunFrames;
 using testing::Sphere;
 using testing::TestBody;
 using testing::Uniform;
@@ -69,7 +70,7 @@ TEST(FreeBody, ParkedAndMirroredBodiesDoNotFall) {
   inputs.instances[0].drive = BodyDrive::kParked;
   inputs.instances[1].drive = BodyDrive::kMirrored;
   inputs.instances[1].mirror_WB = model->bodies[1].X_WB0;
-  for (int frame = 0; frame < 200; ++frame) world.Step(inputs);
+  RunFrames(world, inputs, 200);
   EXPECT_EQ(world.state(0).X_WB.p, model->bodies[0].X_WB0.p);
   EXPECT_EQ(world.state(1).X_WB.p, model->bodies[1].X_WB0.p);
 }
@@ -85,7 +86,7 @@ TEST(FreeBody, ABoxComesToRestOnAPlate) {
                      {At(Box(Vec3(0.02, 0.02, 0.02)), Vec3(0, 0, 0.025), RandomRotation(random))}});
     World world(model);
     const StepInputs inputs = FreeInputs(*model);
-    for (int frame = 0; frame < 3000; ++frame) world.Step(inputs);
+    RunFrames(world, inputs, 3000);
     const double height = world.state(0).X_WB.p.z();
     EXPECT_NEAR(height, 0.010 + 0.5 * kVoxel, 0.7 * kVoxel) << "trial " << trial;
     double peak = 0;
@@ -106,7 +107,7 @@ class Collision {
         world_(model_),
         inputs_(FreeInputs(*model_)) {
     inputs_.hand = HandTo(*model_, 0, {Quat::Identity(), Vec3(0.002, 0, 0)});
-    for (int frame = 0; frame < 20; ++frame) world_.Step(inputs_);
+    RunFrames(world_, inputs_, 20);
     inputs_.hand.body = -1;
   }
 
@@ -331,7 +332,7 @@ TEST(ConstrainedBody, AMirrorStaysWithinTheConstraintWhateverPoseComes) {
   StepInputs inputs = FreeInputs(*model);
   inputs.instances[0].drive = BodyDrive::kMirrored;
   inputs.instances[0].mirror_WB = {RotationBy(Vec3(0.3, 0.2, 0.1)), Vec3(0.04, 0.02, -0.03)};
-  for (int frame = 0; frame < 200; ++frame) world.Step(inputs);
+  RunFrames(world, inputs, 200);
   const Pose& X_WB = world.state(0).X_WB;
   EXPECT_NEAR((X_WB.p - Vec3(0.04, 0, 0)).norm(), 0.0, 1e-12);
   EXPECT_NEAR(RotationVector(X_WB.q).norm(), 0.0, 1e-12);

@@ -20,6 +20,7 @@ using testing::KineticEnergy;
 using testing::kVoxel;
 using testing::MakeWorldModel;
 using testing::RandomRotation;
+using testing::RunFrames;
 using testing::Sphere;
 using testing::TestBody;
 
@@ -49,7 +50,7 @@ class Slope {
 
   void Run(int frames) {
     kHapticThread.Enter();
-    for (int frame = 0; frame < frames; ++frame) world_.Step(inputs_);
+    RunFrames(world_, inputs_, frames);
   }
   double speed() const { return world_.state(0).V_WB.v.dot(q_ * Vec3::UnitX()); }
   /// Returns the way of its centre from where it stood: along the slope, across it, and off it.
@@ -126,9 +127,9 @@ TEST(Friction, AThrownBlockLosesEnergyInEveryFrameAndStopsWhereItMust) {
   World world(model);
   StepInputs inputs = FreeInputs(*model);
   inputs.hand = HandTo(*model, 0, {Quat::Identity(), Vec3(0.03, 0, 0.0044)});
-  for (int frame = 0; frame < 80; ++frame) world.Step(inputs);
+  RunFrames(world, inputs, 80);
   inputs.hand.body = -1;
-  for (int frame = 0; frame < 10; ++frame) world.Step(inputs);
+  RunFrames(world, inputs, 10);
   const Vec3 from = world.state(0).X_WB.p;
   const double speed = world.state(0).V_WB.v.x();
   ASSERT_GT(speed, 0.1);
@@ -185,7 +186,7 @@ TEST(Friction, IsEqualAndOppositeOnTwoBodiesThatMove) {
     World world(model);
     StepInputs inputs = FreeInputs(*model);
     inputs.hand = HandTo(*model, 0, {Quat::Identity(), Vec3(0.004, 0, 0)});
-    for (int frame = 0; frame < 15; ++frame) world.Step(inputs);
+    RunFrames(world, inputs, 15);
     inputs.hand.body = -1;
     const auto momentum = [&] {
       Vec3 sum = Vec3::Zero();

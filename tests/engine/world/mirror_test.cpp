@@ -14,6 +14,7 @@ using testing::FreeInputs;
 using testing::HandTo;
 using testing::kVoxel;
 using testing::MakeWorldModel;
+using testing::RunFrames;
 using testing::Sphere;
 
 // The other peer's part re-appears behind ours after an outage: its mirror must walk there, not
@@ -97,7 +98,7 @@ TEST(World, AMirrorAloneFollowsItsPoseAtFreeSpeed) {
   StepInputs inputs = FreeInputs(*model);
   inputs.instances[0].drive = BodyDrive::kMirrored;
   inputs.instances[0].mirror_WB.p = Vec3(0.1, 0, 0);
-  for (int frame = 0; frame < 5; ++frame) world.Step(inputs);
+  RunFrames(world, inputs, 5);
   EXPECT_LT((world.state(0).X_WB.p - Vec3(0.1, 0, 0)).norm(), 1e-9);
 }
 

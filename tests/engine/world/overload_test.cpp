@@ -15,6 +15,7 @@ using testing::kVoxel;
 using testing::MakeWorldModel;
 using testing::RandomDirection;
 using testing::RandomRotation;
+using testing::RunFrames;
 using testing::Sphere;
 using testing::Uniform;
 
@@ -36,7 +37,7 @@ double PulledOut(const std::shared_ptr<const WorldModel>& model, int body, const
   inputs.look_price = look_price;
   inputs.hand = HandTo(*model, body, out);
   EXPECT_NE(world.Step(inputs).flags & StepReport::kOverCapacity, 0U);
-  for (int frame = 0; frame < 2 * kFramesForFiftyMillimetres; ++frame) world.Step(inputs);
+  RunFrames(world, inputs, 2 * kFramesForFiftyMillimetres);
   return (world.state(static_cast<std::size_t>(body)).X_WB.p - out.p).norm();
 }
 

@@ -19,6 +19,7 @@ using testing::kVoxel;
 using testing::MakeWorldModel;
 using testing::RandomDirection;
 using testing::RandomRotation;
+using testing::RunFrames;
 using testing::Sphere;
 using testing::Uniform;
 using testing::UntestedPoints;
@@ -28,7 +29,7 @@ TEST(World, NothingMovesWhereNothingPulls) {
   const auto model = MakeWorldModel({{At(Sphere(0.01, 2), Vec3(0, 0, 0.05))}}, kVoxel);
   World world(model);
   const StepInputs inputs = FreeInputs(*model);
-  for (int frame = 0; frame < 100; ++frame) world.Step(inputs);
+  RunFrames(world, inputs, 100);
   EXPECT_EQ(world.state(0).X_WB.p, model->bodies[0].X_WB0.p);
 }
 
@@ -151,7 +152,7 @@ TEST(World, ParkedBodiesStandAndPushBack) {
   StepInputs inputs = FreeInputs(*model);
   inputs.instances[1].drive = BodyDrive::kParked;
   inputs.hand = HandTo(*model, 0, {Quat::Identity(), Vec3(0, 0, 0)});
-  for (int frame = 0; frame < 1000; ++frame) world.Step(inputs);
+  RunFrames(world, inputs, 1000);
   EXPECT_EQ(world.state(1).X_WB.p, model->bodies[1].X_WB0.p);
   EXPECT_GT(world.state(0).X_WB.p.z(), 0.020);  // centres nearer than that would overlap
 }
