@@ -47,12 +47,16 @@ TEST(Demo, TwoPeersOverDdsWorkTheActuatorOutWhileAViewerWatches) {
   ASSERT_EQ(ran.exit_code, 0);
   ASSERT_TRUE(ran.out.is_object());
   const json& out = ran.out;
+
+  // the part
   EXPECT_TRUE(out.at("out").get<bool>());
   EXPECT_TRUE(out.at("stable").get<bool>());
   EXPECT_LE(out.at("max_penetration_voxels").get<double>(), 0.5);
   EXPECT_GT(out.at("poses_checked").get<int>(), 4000);
   EXPECT_EQ(out.at("poses_checked"), out.at("poses_given"));  // all within the time to judge
   EXPECT_GT(out.at("travel_mm").get<double>(), 100);
+
+  // the peers
   ASSERT_EQ(out.at("peers").size(), 2U);
   for (const json& peer : out.at("peers")) {
     EXPECT_EQ(peer.at("role"), "active");
@@ -71,6 +75,8 @@ TEST(Demo, TwoPeersOverDdsWorkTheActuatorOutWhileAViewerWatches) {
     }
   }
   EXPECT_NE(out.at("peers")[0].at("pid"), out.at("peers")[1].at("pid"));
+
+  // the network and the viewer
   EXPECT_EQ(out.at("delay_ms").at("injected"), 100.0);
   EXPECT_GE(out.at("delay_ms").at("measured").get<double>(), 100.0);
   EXPECT_LE(out.at("delay_ms").at("measured").get<double>(), 120.0);

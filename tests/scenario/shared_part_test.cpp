@@ -83,10 +83,10 @@ TEST(SharedPart, ComesOutUnderTheOtherLaws) {
   }
 }
 
-// Judges by exact geometry. The oracle is not blind: without contact the same hands pull the part
-// through.
 class ThroughTheFixture : public ::testing::TestWithParam<const char*> {};
 
+// Judges by exact geometry. The oracle is not blind: without contact the same hands pull the part
+// through.
 TEST_P(ThroughTheFixture, ThePartStaysOutWithContactAndGoesThroughWithoutIt) {
   constexpr double kPatience = 200;  // s
   const SimulatedDemo with = MustRun(GetParam(), {.seconds = 12});

@@ -47,7 +47,6 @@ void ExpectCalm(const LabCase& test) {
   EXPECT_LE(run.metrics.link_force_rate, 2000);
 }
 
-// Each law is judged after a knock: every user, hand, network and delay.
 class EveryLaw : public ::testing::TestWithParam<const char*> {};
 
 INSTANTIATE_TEST_SUITE_P(Laws, EveryLaw, ::testing::Values("p+d", "p+dd"),
@@ -55,6 +54,7 @@ INSTANTIATE_TEST_SUITE_P(Laws, EveryLaw, ::testing::Values("p+d", "p+dd"),
                            return std::string(tested.param) == "p+d" ? "OneDamping" : "TwoDampings";
                          });
 
+// Each law is judged after a knock: every user, hand, network and delay.
 TEST_P(EveryLaw, IsCalmInEveryCell) {
   const std::vector<std::size_t> users =
       Whole() ? std::vector<std::size_t>{2, 3, 4, 8} : std::vector<std::size_t>{2};

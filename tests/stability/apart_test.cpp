@@ -176,8 +176,8 @@ TEST(Apart, AWallBetweenTwoIsFoundCappedAndHealed) {
     SCOPED_TRACE(std::to_string(delay_ms) + " ms");
     ApartRun run({{1, 2}, {0.06, -0.06}, delay_ms});
     run.Run(2.4);
-    const double parted = run.apart();
-    EXPECT_GT(parted, kSide);
+    EXPECT_GT(run.apart(), kSide);
+
     double capped_s = -1;
     double led_s = -1;
     double back_s = -1;
@@ -195,20 +195,28 @@ TEST(Apart, AWallBetweenTwoIsFoundCappedAndHealed) {
         EXPECT_EQ(run.peer(1).report().hand_B_W.tau, Vec3::Zero());
       }
     }
-    // the hands part for good at 1.6 to 2.4 s
+
+    // both find the wall: the hands part for good at 1.6 to 2.4 s
     for (const double found_s : run.found_s) EXPECT_NEAR(found_s, 2.8, 0.5);
+    // the link is capped before the way back begins
     EXPECT_LT(capped_s - run.found_s[1], Parting::kPatienceNs * 1e-9);
-    // patience and letting go, looked at every 10 ms; the search takes some frames
+
+    // the second comes back by its way: patience and letting go, looked at every 10 ms; the search
+    // takes some frames
     EXPECT_NEAR(led_s - run.found_s[1], 2.2, 0.02);
     EXPECT_LT(back_s - led_s, 4.0);
     EXPECT_LT(run.apart(), 0.02);
     EXPECT_FALSE(run.peer(0).parting().apart());
     EXPECT_FALSE(run.peer(1).parting().apart());
+
+    // neither the fixture nor a hand feels it
     EXPECT_LT(run.deepest, 0.5 * kVoxel);
     for (std::size_t user = 0; user < 2; ++user) {
       EXPECT_LT(run.most_step[user], 1.0);
       EXPECT_EQ(run.peer(user).guard().guarded(), 0U);  // nothing was left for it to do
     }
+
+    // both users hear of it
     for (const char* part :
          {"0: something stands between", "1: something stands between", "1: your cube",
           "0: nothing stands between", "1: nothing stands between"}) {

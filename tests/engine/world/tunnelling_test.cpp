@@ -103,13 +103,13 @@ TEST(Sheets, AGoalAtFiveMetresASecondTakesNoBodyThroughASheet) {
   }
 }
 
+class ExactSurfaces : public ::testing::TestWithParam<ContactModel> {};
+
 // A hand presses with 16 N (20 mm of stretch) from random directions. Force begins before a vertex
 // of the exact body is in the exact plate: in refined contact at its layer 1, in plain contact at
 // layer 2, the least that the paper says it of (§3.2). Then refined contact holds it to half a
 // voxel; plain contact pushes a corner along the corner's own normal, and lets two of twelve go a
 // voxel in.
-class ExactSurfaces : public ::testing::TestWithParam<ContactModel> {};
-
 TEST_P(ExactSurfaces, ArePushedBeforeTheyMeetAtTheModelsOwnLayer) {
   kHapticThread.Enter();
   std::mt19937_64 random(8);
