@@ -114,14 +114,14 @@ TEST(Documents, BrokenLinksAreFound) {
                              "docs/design.md links to notation.md#gone)"));
 }
 
-/// Returns the citations in a text that a reader of this tree cannot find: documents that are not
-/// in it, whatever their folder, decisions without a file, and notes, studies and issues that were
-/// never here.
+/// Returns the citations in a text that a reader of this repository cannot look up: documents that
+/// are not in it, whatever their folder, decisions without a file, and private notes, numbered
+/// studies, trackers' issues and sections of a paper that is named by initials alone.
 std::vector<std::string> CitedInVain(const std::string& text, const std::set<std::string>& names,
                                      const std::set<std::string>& decisions) {
   static const std::regex document(R"(\b([\w-]+\.md)\b)");
   static const std::regex decision(R"((?:docs/decisions/|[Dd]ecisions?\s+|\s\()(0\d{3})\b)");
-  static const std::regex elsewhere(
+  static const std::regex not_published(
       R"(\bnotes:|\bnotes (?:of|on) |\b[Ss]tudy \d|\b(?:engine|sessions?|stability) issue\b|\bVPS §)");
   std::vector<std::string> vain;
   const auto matches = [&text](const std::regex& pattern, std::size_t group, const auto& use) {
@@ -135,7 +135,7 @@ std::vector<std::string> CitedInVain(const std::string& text, const std::set<std
   matches(decision, 1, [&](const std::string& number) {
     if (!decisions.contains(number)) vain.push_back("decision " + number);
   });
-  matches(elsewhere, 0, [&](const std::string& words) {
+  matches(not_published, 0, [&](const std::string& words) {
     vain.push_back(words);
   });
   return vain;

@@ -209,7 +209,7 @@ TEST(Apart, AWallBetweenTwoIsFoundCappedAndHealed) {
     EXPECT_FALSE(run.peer(0).parting().apart());
     EXPECT_FALSE(run.peer(1).parting().apart());
 
-    // neither the fixture nor a hand feels it
+    // neither a hand nor the wall feels it
     EXPECT_LT(run.deepest, 0.5 * kVoxel);
     for (std::size_t user = 0; user < 2; ++user) {
       EXPECT_LT(run.most_step[user], 1.0);
