@@ -33,8 +33,8 @@ struct PeerOptions {
   std::int64_t settle_ns = 0;  // time to listen before taking bodies that no peer seems to hold
   bool own_only = false;       // takes no shared body: the other peers have other force parameters
   std::size_t wait_for = 0;    // other users whose loop must be closed before the hand starts
-  std::shared_ptr<const CouplingLaw> law = DefaultLaw();  // of the links of shared bodies
-  ExperimentOptions experiments;                          // the lab's, for couplings and mirrors
+  std::shared_ptr<const CouplingLaw> law = DefaultLaw();  // law of shared bodies' links
+  ExperimentOptions experiments;                          // experiments of the lab and tests
   double capacity = kDefaultCapacity;     // point tests that fit into a frame (paper §5)
   double look_price = kDefaultLookPrice;  // price of an exact look, in point tests
   std::size_t trace_frames = 0;           // frames to trace from the hand's start; 0: none

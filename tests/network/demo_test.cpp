@@ -147,7 +147,7 @@ TEST(Demo, SaysHowASceneMustBeForIt) {
   said = testing::RunTandem("demo --headless --scene " +
                             folder.Write("own.json", own.dump()).string());
   EXPECT_EQ(said.exit_code, 3);
-  EXPECT_THAT(said.err, ::testing::HasSubstr("give 'key' \"sharing\": \"shared\""));
+  EXPECT_THAT(said.err, ::testing::HasSubstr("give 'key' the key \"sharing\": \"shared\""));
 }
 
 TEST(Demo, RefusesAPictureOfAWindowThatThereIsNone) {

@@ -118,7 +118,7 @@ TEST_F(DeviceCommand, ThePeerGoesOnWhenItsDeviceDies) {
   const pid_t device = DevicePid();
   ASSERT_GT(device, 0);
   kill(device, SIGKILL);
-  EXPECT_TRUE(anna.WaitFor("the device process ended (exit code 137): your hand rests"));
+  EXPECT_TRUE(anna.WaitFor("the device process ended (exit code 137): your hand stays"));
   anna.Order("peers");
   anna.Order("quit");
   EXPECT_EQ(anna.Wait(), kExitOk);

@@ -196,15 +196,15 @@ TEST_F(InviteCommand, SaysWhatIsWrongInOneLine) {
   ExpectRefused(RunTandem("invite S --keys " + In("none")), kExitUsage,
                 "give the name by which others will see the invited person");
   ExpectRefused(RunTandem("invite S --name ben"), kExitUsage, "--keys");
-  ExpectRefused(RunTandem("invite S --keys x --name 'a b'"), kExitUsage, "is no name");
+  ExpectRefused(RunTandem("invite S --keys x --name 'a b'"), kExitUsage, "is not a member's name");
   Invitation plain;
   plain.session = "S";
   plain.hosts = {"127.0.0.1"};
   const std::string line = "join '" + LineOf(plain) + "' ";
   ExpectRefused(RunTandem(line + "--keys-to x"), kExitUsage, "which has no keys");
   ExpectRefused(RunTandem(line + "--domain 3"), kExitUsage, "gives the domain");
-  ExpectRefused(RunTandem(line + "-- --no-such"), kExitUsage, "'--no-such' is no option");
-  ExpectRefused(RunTandem(line + "-- --session T"), kExitUsage, "'--session' is no option");
+  ExpectRefused(RunTandem(line + "-- --no-such"), kExitUsage, "unknown option '--no-such'");
+  ExpectRefused(RunTandem(line + "-- --session T"), kExitUsage, "unknown option '--session'");
   ExpectRefused(RunTandem("join S --hold x"), kExitUsage, "applies to an invitation");
   plain.role = Role::kViewer;
   ExpectRefused(RunTandem("join '" + LineOf(plain) + "' --role active"), kExitUsage,
@@ -217,7 +217,8 @@ TEST_F(InviteCommand, WhereNoLineLeadsAMemberIsMadeByTwoFiles) {
   ASSERT_EQ(said.exit_code, 0) << said.err;
   const std::string request = In("ben.request/request.pem");
   EXPECT_THAT(testing::TextOf(request), Not(HasSubstr("PRIVATE")));
-  ExpectRefused(RunTandem("keys take " + In("ben") + " " + request), kExitFile, "is no answer");
+  ExpectRefused(RunTandem("keys take " + In("ben") + " " + request), kExitFile,
+                "is not an answer file");
   said = RunTandem("keys answer " + In("keys") + " ben " + request + " --out " + In("answer"));
   ASSERT_EQ(said.exit_code, 0) << said.err;
   EXPECT_THAT(testing::TextOf(In("answer")), Not(HasSubstr("PRIVATE")));

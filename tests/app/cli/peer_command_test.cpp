@@ -54,7 +54,7 @@ TEST_F(PeerCommand, TellsBeforeTheStartHowBodiesStandAndObeysQuit) {
   Running anna = Start("near", "--name anna --hold right --report " + In("report"));
   ASSERT_TRUE(anna.WaitFor("anna is in session"));
   EXPECT_THAT(anna.said(), HasSubstr("left-right: 0.03 mm apart, contact needs a gap of 0.05 mm: "
-                                     "voxel_m 0.0006 or less fits"));
+                                     "a voxel_m of 0.0006 or less fits"));
   anna.Order("help");
   EXPECT_TRUE(anna.WaitFor("give BODY PEER  hand your body"));
   anna.Order("quit");

@@ -223,10 +223,10 @@ TEST_F(ReplayCommand, VoxelsFarFromTheScenesAreTakenOnlyWhereTheUserSaysSo) {
            });
     return File("voxels");
   };
-  ExpectRefused(changed(0.2), kExitFile, "more than a factor of 4 apart");
+  ExpectRefused(changed(0.2), kExitFile, "they differ by more than a factor of 4");
   ExpectRefused(changed(1e-6), kExitFile, "--adopt-any takes the recorded voxel size");
   const std::string coarse = changed(5);
-  ExpectRefused(coarse, kExitFile, "more than a factor of 4 apart");
+  ExpectRefused(coarse, kExitFile, "they differ by more than a factor of 4");
   const Said taken = RunTandem("replay --adopt-any " + coarse, "timeout 60 ");
   EXPECT_THAT(taken.err, HasSubstr("as recorded by version"));
 }

@@ -115,14 +115,14 @@ TEST_F(SecuredSession, IsShownBehindARelayToHoldersOfTheAudiencesKeysAndToNobody
 
 TEST_F(SecuredSession, KeysServeTheirPurposeOnly) {
   const std::string in = " --interface lo --session " + RandomName();
-  ExpectRefused("watch --secure " + Keys("in/anna") + in, kExitSecurity, "needs a viewer's");
+  ExpectRefused("watch --secure " + Keys("in/anna") + in, kExitSecurity, "use keys of a viewer");
   ExpectRefused("watch --secure " + Keys("out/hall") + in, kExitSecurity,
                 "the other side of a relay");
   ExpectRefused("relay --secure " + Keys("in/hall") + in, kExitUsage, "--audience-secure");
   ExpectRefused("relay --audience-secure " + Keys("out/vic") + in, kExitSecurity,
                 "no keys of a relay");
   ExpectRefused("relay --secure " + Keys("in/anna") + " --audience-secure " + Keys("out/hall") + in,
-                kExitSecurity, "needs a viewer's");
+                kExitSecurity, "use keys of a viewer");
   ExpectRefused("watch --secure " + folder_->path().string() + in, kExitSecurity, "is missing");
 }
 
@@ -130,7 +130,7 @@ TEST_F(SecuredSession, KeysAreNeitherOverwrittenNorMadeOfOneAuthority) {
   ExpectRefused("keys session " + Keys("in"), kExitFile, "never overwritten");
   ExpectRefused("keys session /proc/x", kExitFile, "/proc/x: cannot be made: ");
   ExpectRefused("keys peer " + Keys("in") + " anna", kExitFile, "never overwritten");
-  ExpectUsage("keys viewer " + Keys("in") + " ../eve", "is no name");
+  ExpectUsage("keys viewer " + Keys("in") + " ../eve", "is not a member's name");
   ExpectRefused("keys relay " + Keys("nowhere") + " eve", kExitFile, "nowhere: no such folder");
   const std::string one = Keys("in/identity_ca.pem") + " " + Keys("in/identity_ca.key");
   ExpectRefused("keys session " + Keys("both") + " --identity-authority " + one +

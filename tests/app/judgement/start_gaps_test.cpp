@@ -65,9 +65,10 @@ TEST(StartGaps, NameThePlayThatContactNeedsAndAVoxelSizeThatFits) {
     EXPECT_NEAR(gaps[0].voxel_fits, 1.8 * kMm, 1e-9);  // 0.09 / 0.05
   }
   const std::vector<StartGap> gaps = GapsOf(SceneOfBodies(4 * kMm, kKey), meshes_W);
-  EXPECT_THAT(Describe(gaps[0]),
-              HasSubstr("key-hole: 0.09 mm apart, contact needs a gap of 0.2 mm: voxel_m 0.0018 or "
-                        "less fits"));
+  EXPECT_THAT(
+      Describe(gaps[0]),
+      HasSubstr("key-hole: 0.09 mm apart, contact needs a gap of 0.2 mm: a voxel_m of 0.0018 "
+                "or less fits"));
 }
 
 TEST(StartGaps, SayNothingAtTheVoxelSizeThatTheyName) {

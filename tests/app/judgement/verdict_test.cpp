@@ -142,7 +142,7 @@ TEST(Verdict, OfAPartThatContactHoldsOffSaysHowFarFromWhat) {
   EXPECT_NEAR(held_off.held_from->distance, 0.0002, 1e-9);
   EXPECT_THAT(Describe(held_off), HasSubstr("; contact holds it 0.2 mm from "));
   EXPECT_EQ(DescribeGap({.name = "hole", .distance = 0.00038}),
-            "contact holds it 0.38 mm from hole; a smaller voxel_m lets it nearer");
+            "contact holds it 0.38 mm from hole; a smaller voxel_m lets it come nearer");
   // no contact there, or surfaces that meet
   EXPECT_FALSE(VerdictOf(way, true).held_from);
   EXPECT_FALSE(VerdictOf({Vec3(0.002, 0, 0.009)}, true, false, true).held_from);

@@ -97,7 +97,7 @@ TEST(PeerOrders, AskForAForceLayerOrADisplacementOfWhatIsInHand) {
   ASSERT_TRUE(displace);
   EXPECT_EQ(displace->kind, Command::Kind::kDisplace);
   EXPECT_DOUBLE_EQ(displace->metres, -0.0015);
-  EXPECT_THAT(AnswerTo(*displace, *room.model), HasSubstr("1.5 mm outwards, here alone"));
+  EXPECT_THAT(AnswerTo(*displace, *room.model), HasSubstr("1.5 mm outwards, at this peer alone"));
   EXPECT_EQ(AnswerTo(*room.Order("grab own"), *room.model), "");
   // at a cube's edges displaced neighbours part outwards and come together inwards; refined contact
   // displaces no points

@@ -108,7 +108,7 @@ TEST_F(TrialLogTest, RefusesAnotherStudyAndASecondProgram) {
   other.study_hash = "00fe";
   const Result<TrialLog> refused = Open(other);
   ASSERT_FALSE(refused);
-  EXPECT_THAT(refused.error().what, HasSubstr("is of another study file"));
+  EXPECT_THAT(refused.error().what, HasSubstr("belongs to another study file"));
   other = kHeader;
   other.mode = "dry run in virtual time";
   ASSERT_FALSE(Open(other));

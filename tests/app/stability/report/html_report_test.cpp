@@ -105,7 +105,7 @@ TEST(HtmlReport, OfNoClaimSaysSoInPlaceOfNoneOfNone) {
   data.tables.push_back({"t", "", {"a"}, {{"1"}}});
   const std::string html = HtmlOf(data);
   EXPECT_THAT(html, HasSubstr("<span class=\"verdict\">the report judges no claim</span>"));
-  EXPECT_THAT(html, HasSubstr("3 boundaries searched for"));
+  EXPECT_THAT(html, HasSubstr("3 boundaries searched"));
   EXPECT_THAT(html, Not(HasSubstr("0 of 0")));
   EXPECT_THAT(html, Not(HasSubstr("0 experiments")));
 }

@@ -101,8 +101,8 @@ TEST(ReportData, ShowsABoundaryInWordsAndAsAPicture) {
               ElementsAre("off", "100", "p+dd", "2", "jitter 20 ms, loss 5 %", "3", "100", "104",
                           "1.04", "1.5", "9", "none", "-"));
   EXPECT_THAT(data.tables[0].rows.at(1),
-              ElementsAre("off", "20", "constant", "2", "clean", "1", "500", "none to 4 times that",
-                          "-", "4.5", "7", ">= 0.95", "yes"));
+              ElementsAre("off", "20", "constant", "2", "clean", "1", "500",
+                          "none up to 4 times that", "-", "4.5", "7", ">= 0.95", "yes"));
   EXPECT_EQ(data.searches, 2U);
   ASSERT_EQ(data.pictures.size(), 1U);
   std::vector<std::string> hints;

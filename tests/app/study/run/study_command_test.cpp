@@ -278,7 +278,7 @@ TEST_F(StudyCommand, RefusesAnotherStudyInTheSameFolder) {
   const fs::path folder = scratch_.path() / "results";
   ASSERT_EQ(Run(folder, "--results").exit_code, kExitOk);
   std::ofstream(file_, std::ios::app) << "\n";
-  ExpectRefused(Run(folder, "--results"), kExitFile, "is of another study file");
+  ExpectRefused(Run(folder, "--results"), kExitFile, "belongs to another study file");
 }
 
 TEST_F(StudyCommand, SaysWhatIsWrongBeforeAnybodyConsents) {

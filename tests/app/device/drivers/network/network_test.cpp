@@ -288,7 +288,7 @@ TEST(Network, OpenSaysWhatIsMissing) {
   EXPECT_TRUE(has(refused("listen=203.0.113.7:47111"), "the driver needs a key"));
   EXPECT_TRUE(has(refused(listen + ",wait=forever"), "a number from 0"));
   EXPECT_TRUE(has(refused(listen + ",key=/nowhere/key"), "make a key"));
-  EXPECT_TRUE(has(refused(listen + ",key=/dev/null"), "is no file"));
+  EXPECT_TRUE(has(refused(listen + ",key=/dev/null"), "is not a file"));
   EXPECT_TRUE(has(refused(listen + ",key=" + KeyFile(folder.path(), kSecret, 0640)), "chmod 600"));
   EXPECT_TRUE(
       has(refused(listen + ",key=" + KeyFile(folder.path(), "short\n", 0600)), "16 to 4096"));

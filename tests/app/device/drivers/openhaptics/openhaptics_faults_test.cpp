@@ -151,7 +151,7 @@ TEST_F(OpenHapticsTest, ASchedulerThatStandsStillIsAFailure) {
   OpenAndStart();
   fake_->hang_ms = 60;
   EXPECT_TRUE(Reads(TANDEM_FAILED));
-  EXPECT_THAT(trial_->Error(), HasSubstr("stands still"));
+  EXPECT_THAT(trial_->Error(), HasSubstr("scheduler has stopped"));
   EXPECT_TRUE(Reads(TANDEM_OK));
   trial_->ExpectRealtime();
 }
