@@ -87,7 +87,7 @@ TEST(Comments, BeginWithASubjectOrAVerb) {
   ExpectNoneInTheTree(BeginsAsAFragment);
 }
 
-TEST(Comments, HaveNoWordsOfAnEarlierDialect) {
+TEST(Comments, HaveNoRefusedWords) {
   ExpectNoneInTheTree(HasAPrivateWord);
 }
 

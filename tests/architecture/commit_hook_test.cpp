@@ -21,7 +21,7 @@ bool IsTaken(const std::string& message) {
   return taken;
 }
 
-TEST(CommitHook, TakesASubjectOfSeventyTwoCharactersAndNoLongerOne) {
+TEST(CommitHook, AcceptsSubjectsUpToSeventyTwoCharacters) {
   const std::string subject = "contact: " + std::string(63, 'a');
   ASSERT_EQ(subject.size(), 72U);
   EXPECT_TRUE(IsTaken(subject + "\n\nA body of any length, " + std::string(200, 'b') + "\n"));
@@ -35,7 +35,7 @@ TEST(CommitHook, CountsCharactersAndNotBytes) {
   EXPECT_FALSE(IsTaken(subject + "\u00e4\n"));
 }
 
-TEST(CommitHook, WantsThePartAtTheBeginning) {
+TEST(CommitHook, RequiresTheAreaAtTheBeginning) {
   EXPECT_FALSE(IsTaken("mend the thing\n"));
   EXPECT_FALSE(IsTaken(": mend the thing\n"));
   EXPECT_TRUE(IsTaken("# a comment of git's\nview: mend the thing\n"));

@@ -141,7 +141,7 @@ std::vector<std::string> CitedInVain(const std::string& text, const std::set<std
   return vain;
 }
 
-TEST(Documents, WhatIsCitedIsInTheTree) {
+TEST(Documents, CitationsAreInTheRepository) {
   std::set<std::string> names;
   std::set<std::string> decisions;
   std::vector<std::filesystem::path> files;
@@ -165,7 +165,7 @@ TEST(Documents, WhatIsCitedIsInTheTree) {
   EXPECT_THAT(vain, ::testing::IsEmpty());
 }
 
-TEST(Documents, WhatIsCitedInVainIsFound) {
+TEST(Documents, DetectsBrokenCitations) {
   const auto vain = [](const std::string& text) {
     return CitedInVain(text, {"here.md"}, {"0001", "0012"});
   };
@@ -303,19 +303,19 @@ TEST(Documents, PaperMapNamesOnlyTestsAndFunctionsThatExist) {
   EXPECT_THAT(NamesMissingInFiles(map), ::testing::IsEmpty());
 }
 
-TEST(Documents, TestsAndFunctionsNamedInVainAreFound) {
+TEST(Documents, DetectsUnknownTestsAndFunctions) {
   EXPECT_THAT(TestsNamedInVain("`Map.Is`, `Map.Was`, `README.md`, Map.Out", {"Map.Is"}),
               ::testing::ElementsAre("Map.Was"));
   EXPECT_THAT(NamesMissingInFiles("`engine/base/units.h`: `kMs`, `kGone`, and `kFar`"),
               ::testing::ElementsAre("engine/base/units.h: kGone"));
 }
 
-TEST(TreeFiles, HaveFoldersThatAreCalledBuildBelowTheTop) {
+TEST(TreeFiles, IncludeNestedFoldersNamedBuild) {
   EXPECT_THAT(testing::TreeFiles(),
               ::testing::Contains(std::filesystem::path("engine/voxel/build/voxelize.h")));
 }
 
-TEST(Documents, PathsAreFoundInCodeAndInLinks) {
+TEST(Documents, DetectsPathsInCodeAndInLinks) {
   EXPECT_THAT(PathsNamedIn("see `engine/base/a.h`, [notes](docs/b.md) and engine/plain"),
               ::testing::ElementsAre("engine/base/a.h", "docs/b.md"));
 }

@@ -44,7 +44,7 @@ TEST(FaultPatches, TheProductHasNoInjectedFaults) {
   EXPECT_GT(read, 500U);
 }
 
-TEST(FaultPatches, NamesOfFaultsAreFound) {
+TEST(FaultPatches, DetectsFaultNames) {
   EXPECT_TRUE(NamesFaults("  if (Injected(Fault::kNone)) return;"));
   EXPECT_TRUE(NamesFaults("#include \"tests/simulator/injected_faults.h\""));
   EXPECT_TRUE(NamesFaults("#include \"tests/simulator/injected_hand_faults.h\""));
@@ -91,7 +91,7 @@ std::vector<std::string> HunksWithoutOnePlace(const FaultPatch& patch, const std
   return wrong;
 }
 
-TEST(FaultPatches, EachHunkHasOnePlaceInItsFile) {
+TEST(FaultPatches, EachHunkMatchesOneLocation) {
   std::size_t patches = 0;
   for (const std::filesystem::path& file : testing::TreeFiles()) {
     if (file.extension() != ".patch") continue;
@@ -105,7 +105,7 @@ TEST(FaultPatches, EachHunkHasOnePlaceInItsFile) {
   EXPECT_GT(patches, 10U);
 }
 
-TEST(FaultPatches, HunksWithoutOnePlaceAreFound) {
+TEST(FaultPatches, DetectsHunksWithoutOneLocation) {
   const FaultPatch patch = ReadPatch(
       "--- a/b.cpp\n"
       "+++ a/b.cpp\n"

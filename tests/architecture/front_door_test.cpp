@@ -135,12 +135,12 @@ TEST(FrontDoor, CitationFieldsAreThoseOfTheFirstLevel) {
                                               ::testing::Pair("title", "B: c")));
 }
 
-TEST(FrontDoor, ChangelogHasItsForm) {
+TEST(FrontDoor, ChangelogIsWellFormed) {
   const std::string changelog = testing::TreeText("docs/changelog.md");
   EXPECT_THAT(ChangelogFaults(changelog), ::testing::IsEmpty());
 }
 
-TEST(FrontDoor, FaultsOfAChangelogAreFound) {
+TEST(FrontDoor, DetectsMalformedChangelogs) {
   const std::string good =
       "# C\n\n## Unreleased\n\n### Added\n\n- a\n\n## 0.10.0 - 2026-02-01\n\n### Fixed\n\n- b\n\n"
       "## 0.9.1 - 2026-01-01\n\n### Changed\n\n- c\n  over two lines\n";

@@ -45,7 +45,7 @@ std::vector<SourceFile> ReadTree() {
   return files;
 }
 
-TEST(IncludeDirections, EveryFileKeepsToTheArrows) {
+TEST(IncludeDirections, EveryFileObeysTheArrows) {
   const std::vector<SourceFile> files = ReadTree();
   ASSERT_GT(files.size(), 30U);
   LibraryFolders libraries;
@@ -60,7 +60,7 @@ TEST(IncludeDirections, EveryFileKeepsToTheArrows) {
   EXPECT_THAT(violations, IsEmpty());
 }
 
-TEST(IncludeDirections, AssimpIsSeenByOneFileAtMost) {
+TEST(IncludeDirections, OnlyOneFileIncludesAssimp) {
   std::vector<std::string> including;
   for (const SourceFile& file : ReadTree()) {
     if (IncludesAssimp(file.text)) including.push_back(file.path);
@@ -165,7 +165,7 @@ TEST(IncludeDirections, ArrowsLeadOnlyToFoldersThatExist) {
 }
 
 // More than that nobody reads through: a room for each purpose (docs/architecture.md).
-TEST(IncludeDirections, AFolderHas25CodeFilesOfItsOwnAtTheMost) {
+TEST(IncludeDirections, FoldersHaveAtMost25CodeFiles) {
   std::map<std::string, std::size_t> counts;
   for (const std::filesystem::path& file : TreeFiles()) {
     const std::string type = file.extension();
@@ -178,7 +178,7 @@ TEST(IncludeDirections, AFolderHas25CodeFilesOfItsOwnAtTheMost) {
   EXPECT_THAT(counts, IsEmpty());
 }
 
-TEST(IncludeDirections, AFolderThatNoArrowLeadsToIsFound) {
+TEST(IncludeDirections, DetectsAnUnlistedFolder) {
   EXPECT_THAT(ArrowViolations("engine/magic/a.h", ""), SizeIs(1));
 }
 

@@ -266,7 +266,7 @@ bool IsSource(const std::filesystem::path& file) {
   return file.extension() == ".h" || file.extension() == ".cpp" || file.extension() == ".idl";
 }
 
-TEST(Words, ArePlainEnglishStandardTermsOrInTheGlossary) {
+TEST(Words, AreEnglishStandardOrInTheGlossary) {
   const Words known = AcceptedWords();
   Words reported;
   for (const std::filesystem::path& file : testing::TreeFiles()) {
@@ -284,7 +284,7 @@ TEST(Words, ArePlainEnglishStandardTermsOrInTheGlossary) {
   EXPECT_GT(known.size(), 2000U);
 }
 
-TEST(Words, RefusedOnesOccurInNoNameTextOrDocument) {
+TEST(Words, RefusedWordsDoNotOccur) {
   std::map<std::string, std::string> refused = RefusedWords(ListLines("refused_words.txt"));
   EXPECT_GE(refused.size(), 20U);
   for (const std::string& word : GlossaryWords(testing::TreeText("docs/glossary.md"))) {
@@ -319,7 +319,7 @@ TEST(Words, ListsAreSortedSmallAndDisjoint) {
   }
 }
 
-TEST(Words, UnknownOnesAreNamedWithTheirLine) {
+TEST(Words, UnknownWordsAreNamedWithTheirLine) {
   const Words known{"peer", "stop", "carry", "the", "body", "true"};
   Words reported;
   EXPECT_THAT(UnknownWords("a.cpp",
@@ -333,7 +333,7 @@ TEST(Words, UnknownOnesAreNamedWithTheirLine) {
       ::testing::ElementsAre("README.md:6: flurb"));
 }
 
-TEST(Words, RefusedOnesAreFoundInNamesLiteralsAndProse) {
+TEST(Words, DetectsRefusedWordsInNamesLiteralsAndProse) {
   const std::map<std::string, std::string> refused =
       RefusedWords({"sieve: pre-filter", "LookAt: Query"});
   EXPECT_THAT(

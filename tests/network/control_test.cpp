@@ -63,7 +63,7 @@ class ControlTest : public ::testing::Test {
   std::optional<ChildProcess> controller_;
 };
 
-TEST_F(ControlTest, AHostTakesAPartMovesItSavesTheSceneAndEndsTheController) {
+TEST_F(ControlTest, HostGrabsMovesSavesAndQuits) {
   Start();
   Controller host = Attach();
   ASSERT_EQ(host.snapshot().bodies.size(), 2U);
@@ -144,7 +144,7 @@ TEST_F(ControlTest, MeasuresHowNearThePartInHandIsToTheOthers) {
 }
 
 // Libraries throw at these names of files and bodies.
-TEST_F(ControlTest, OutlivesRequestsThatNoFileFits) {
+TEST_F(ControlTest, SurvivesRequestsWithInvalidFiles) {
   Start();
   Controller host = Attach();
   const std::string endless(300, 'x');
@@ -164,7 +164,7 @@ TEST_F(ControlTest, OutlivesRequestsThatNoFileFits) {
 }
 
 // Two hosts ask for two scenes at once: one scene comes, the other host is told.
-TEST_F(ControlTest, AnswersLoadsThatMeetAndStopsWhileItLoads) {
+TEST_F(ControlTest, AnswersConcurrentLoadsAndStopsDuringALoad) {
   Start();
   Controller host = Attach();
   std::vector<Answer> answers;
@@ -184,7 +184,7 @@ TEST_F(ControlTest, AnswersLoadsThatMeetAndStopsWhileItLoads) {
 }
 
 // Voxels so small that they take long.
-TEST_F(ControlTest, EndsAtOnceWhileItVoxelizes) {
+TEST_F(ControlTest, QuitsDuringVoxelization) {
   const std::string folder = std::string(TANDEM_SCENES) + "/";
   const std::string fine = (folder_.path() / "fine.json").string();
   std::ofstream(fine) << R"({"name": "fine", "voxel_m": 4e-5, "bodies": [
@@ -224,7 +224,7 @@ TEST_F(ControlTest, AnswersEachOfManyRequests) {
   EXPECT_LT(refused, 300);
 }
 
-TEST_F(ControlTest, LeavesNoFileBehindNorThoseOfOthersThatWereKilled) {
+TEST_F(ControlTest, RemovesItsFilesAndThoseOfKilledControllers) {
   Start();
   {
     // a scene of the controller's own, as it stands with one body more
@@ -251,7 +251,7 @@ TEST_F(ControlTest, LeavesNoFileBehindNorThoseOfOthersThatWereKilled) {
   EXPECT_TRUE(std::filesystem::is_empty(folder)) << NamesIn(folder);
 }
 
-TEST_F(ControlTest, ANameIsTakenOnce) {
+TEST_F(ControlTest, ControllerNamesAreUnique) {
   Start();
   Controller host = Attach();
   ChildProcess first = *std::move(controller_);
@@ -260,7 +260,7 @@ TEST_F(ControlTest, ANameIsTakenOnce) {
   EXPECT_FALSE(first.Poll()) << "the first one goes on";
 }
 
-TEST_F(ControlTest, SaysThatThereIsNoController) {
+TEST_F(ControlTest, ReportsAMissingController) {
   Controller::Options options;
   options.timeout_s = 0.3;
   const Result<Controller> host = Controller::Attach("nobody", options);
@@ -268,7 +268,7 @@ TEST_F(ControlTest, SaysThatThereIsNoController) {
   EXPECT_NE(host.error().what.find("no controller 'nobody' on this machine"), std::string::npos);
 }
 
-TEST_F(ControlTest, OfASecuredSessionOnlyThoseWithItsKeysAreHosts) {
+TEST_F(ControlTest, SecuredSessionAcceptsOnlyHostsWithKeys) {
   const std::filesystem::path session = folder_.path() / "session";
   const std::filesystem::path anna = folder_.path() / "anna";
   ASSERT_TRUE(MakeSessionKeys(session));
@@ -298,7 +298,7 @@ TEST_F(ControlTest, OfASecuredSessionOnlyThoseWithItsKeysAreHosts) {
 }
 
 // Any user of the machine may run a plain controller under the name of a secured one that starts.
-TEST_F(ControlTest, WhoWantsASecuredControllerAttachesToNoPlainOne) {
+TEST_F(ControlTest, SecuredHostRefusesAPlainController) {
   Start();
   Attach();
   Controller::Options options;

@@ -174,7 +174,7 @@ class Cut : public ::testing::Test {
   std::vector<std::string> said_;
 };
 
-TEST_F(Cut, WhoIsCutOffIsLostToAllAndComesBackWithItsBodyWhereItIs) {
+TEST_F(Cut, IsolatedPeerIsLostAndReturnsWithItsBodyInPlace) {
   ASSERT_NO_FATAL_FAILURE(Run({{0, 1}, {1, 0}, {0, 2}, {2, 0}}, std::chrono::milliseconds(4300)));
   for (const std::size_t other : {1U, 2U}) {
     ExpectLostAndBack(0, other);
@@ -185,7 +185,7 @@ TEST_F(Cut, WhoIsCutOffIsLostToAllAndComesBackWithItsBodyWhereItIs) {
 }
 
 // The third hears both, and both hear the third.
-TEST_F(Cut, BetweenTwoIsNothingToTheThird) {
+TEST_F(Cut, CutBetweenTwoPeersDoesNotAffectTheThird) {
   ASSERT_NO_FATAL_FAILURE(Run({{0, 1}, {1, 0}}, std::chrono::milliseconds(4300)));
   ExpectLostAndBack(0, 1);
   ExpectLostAndBack(1, 0);
@@ -199,7 +199,7 @@ TEST_F(Cut, BetweenTwoIsNothingToTheThird) {
 // Nobody hears the first peer, which hears all. The others give it up after 2 s and say no more to
 // it, but for announcements every 0.65 s. It may have counted the last of these as a sign of life:
 // 0.6 s later they are lost to it as well.
-TEST_F(Cut, OneWayIsACutToBothEnds) {
+TEST_F(Cut, OneWayCutIsNoticedAtBothEnds) {
   ASSERT_NO_FATAL_FAILURE(Run({{0, 1}, {0, 2}}, std::chrono::milliseconds(5100)));
   for (const std::size_t other : {1U, 2U}) {
     ExpectLostAndBack(other, 0);

@@ -42,7 +42,7 @@ Ran RunDemo(const std::string& arguments) {
   return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, json::parse(text, nullptr, false)};
 }
 
-TEST(Demo, TwoPeersOverDdsWorkTheActuatorOutWhileAViewerWatches) {
+TEST(Demo, TwoPeersRemoveTheActuatorOverDdsBesideAViewer) {
   const Ran ran = RunDemo("--seconds 20");
   ASSERT_EQ(ran.exit_code, 0);
   ASSERT_TRUE(ran.out.is_object());
@@ -101,7 +101,7 @@ TEST(Demo, TwoPeersOverDdsWorkTheActuatorOutWhileAViewerWatches) {
 
 // A key is 0.05 mm larger than its hole on each side. It jams, and the program tells that before
 // and afterwards.
-TEST(Demo, APartThatDoesNotFitIsToldBeforeTheStartAndWhatComesOfItAfterwards) {
+TEST(Demo, MisfitIsReportedBeforeAndAfterTheRun) {
   const ScratchFolder folder;
   const testing::Said said = testing::RunTandem("demo --headless --json --scene " +
                                                 testing::WriteKeyScene(folder, -0.00005, 0.001));
@@ -130,7 +130,7 @@ TEST(Demo, APartThatDoesNotFitIsToldBeforeTheStartAndWhatComesOfItAfterwards) {
   EXPECT_LT(out.at("peers")[0].at("frames").get<int>(), 15000);
 }
 
-TEST(Demo, SaysHowASceneMustBeForIt) {
+TEST(Demo, ExplainsItsRequirementsOnScenes) {
   const ScratchFolder folder;
   const std::string scene = testing::WriteKeyScene(folder, 0.00009, 0.0002);
   std::ostringstream text;
@@ -150,7 +150,7 @@ TEST(Demo, SaysHowASceneMustBeForIt) {
   EXPECT_THAT(said.err, ::testing::HasSubstr("give 'key' the key \"sharing\": \"shared\""));
 }
 
-TEST(Demo, RefusesAPictureOfAWindowThatThereIsNone) {
+TEST(Demo, RefusesAPictureWithoutAWindow) {
   testing::Said said = testing::RunTandem("demo --screenshot /tmp/none.png", "env -i ");
   EXPECT_EQ(said.exit_code, 4);
   EXPECT_THAT(said.err, ::testing::HasSubstr("--screenshot needs a display"));
@@ -159,7 +159,7 @@ TEST(Demo, RefusesAPictureOfAWindowThatThereIsNone) {
 }
 
 // The hands lift the key aslant, through a wall of its hole: 4 mm of it on the 9 mm of its height.
-TEST(Demo, ARunWithoutContactIsMeasuredButNotFailed) {
+TEST(Demo, RunWithoutContactSucceeds) {
   const ScratchFolder folder;
   const std::string scene = testing::WriteKeyScene(folder, 0.00009, 0.001);
   folder.Write("lift.json", R"({"waypoints": [
@@ -188,7 +188,7 @@ TEST(Demo, ARunWithoutContactIsMeasuredButNotFailed) {
   }
 }
 
-TEST(Demo, ALengthThatTellsNothingIsRefusedBeforeItRuns) {
+TEST(Demo, TooShortRunIsRefused) {
   testing::Said said = testing::RunTandem("demo --headless --json --seconds 3 --scene peg_in_slot");
   EXPECT_EQ(said.exit_code, 2);
   EXPECT_EQ(said.out, "");
@@ -212,7 +212,7 @@ TEST(Demo, ALengthThatTellsNothingIsRefusedBeforeItRuns) {
   }
 }
 
-TEST(Demo, ASceneThatIsNotThereIsOneLineAndAnExitCode) {
+TEST(Demo, MissingSceneIsOneLineAndAnExitCode) {
   const Ran ran = RunDemo("--scene no_such_scene");
   EXPECT_EQ(ran.exit_code, 3);
   EXPECT_TRUE(ran.out.is_discarded());

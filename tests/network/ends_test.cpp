@@ -157,7 +157,7 @@ std::vector<std::string> WatchWords(const std::string& session) {
   return {TANDEM_PROGRAM, "watch", "--session", session, "--interface", "lo", "--name", "vera"};
 }
 
-TEST(Ends, APeerWhoseStderrBlocksEndsWithinASecondWithAGoodbye) {
+TEST(Ends, PeerWithABlockedStderrEndsWithinASecond) {
   const TemporaryFolder folder;
   for (const int signal : {SIGTERM, SIGINT, SIGHUP}) {
     const std::string session = SessionName();
@@ -174,7 +174,7 @@ TEST(Ends, APeerWhoseStderrBlocksEndsWithinASecondWithAGoodbye) {
 }
 
 // Opened for writing, a pipe without a reader waits for one.
-TEST(Ends, APeerWhoseReportNobodyReadsEndsWithinASecondWithAGoodbye) {
+TEST(Ends, PeerWithABlockedReportEndsWithinASecond) {
   const TemporaryFolder folder;
   const std::filesystem::path report = folder.path() / "report";
   ASSERT_EQ(mkfifo(report.c_str(), 0600), 0);
@@ -190,7 +190,7 @@ TEST(Ends, APeerWhoseReportNobodyReadsEndsWithinASecondWithAGoodbye) {
   EXPECT_LT(vera.SecondsToEnd(SIGTERM), kMostSeconds);
 }
 
-TEST(Ends, APeerWhoseReaderGoesAwayGoesOnAndLeavesItsReport) {
+TEST(Ends, PeerSurvivesItsClosedOutputAndWritesItsReport) {
   const TemporaryFolder folder;
   const std::string report = (folder.path() / "report").string();
   FullPipe pipe;
@@ -206,7 +206,7 @@ TEST(Ends, APeerWhoseReaderGoesAwayGoesOnAndLeavesItsReport) {
 
 // DDS waits a second by itself for readers that have not acknowledged all. A reader that was killed
 // never does.
-TEST(Ends, APeerWhoseViewerWasJustKilledEndsWithItsReport) {
+TEST(Ends, PeerEndsWithItsReportAfterItsViewerIsKilled) {
   const TemporaryFolder folder;
   for (const int after_ms : {0, 100, 400}) {
     const std::string session = SessionName();
@@ -234,7 +234,7 @@ int Times() {
   return times != nullptr ? std::atoi(times) : 12;
 }
 
-TEST(Ends, AtAnyMomentASignalEndsAPeerWithinASecond) {
+TEST(Ends, SignalEndsAPeerWithinASecondAtAnyTime) {
   const TemporaryFolder folder;
   std::mt19937 random(18);
   std::uniform_real_distribution<double> moment(0.0, 1.5);
@@ -251,7 +251,7 @@ TEST(Ends, AtAnyMomentASignalEndsAPeerWithinASecond) {
   RecordProperty("slowest_ms", static_cast<int>(1000 * *std::ranges::max_element(took)));
 }
 
-TEST(Ends, ViewersAndRelaysEndToo) {
+TEST(Ends, SignalsEndViewersAndRelays) {
   const FullPipe blocked;
   const std::string session = SessionName();
   Started watch(WatchWords(session), blocked.writer());
@@ -270,7 +270,7 @@ std::size_t FilesIn(const std::filesystem::path& folder) {
   return count;
 }
 
-TEST(Ends, ADemosTemporaryFolderGoesHoweverItEnds) {
+TEST(Ends, DemoAlwaysRemovesItsTemporaryFolder) {
   for (const int signal : {SIGINT, SIGTERM, SIGKILL}) {
     const TemporaryFolder folder;
     const std::filesystem::path temporary = folder.path() / "tmp";
@@ -293,7 +293,7 @@ TEST(Ends, ADemosTemporaryFolderGoesHoweverItEnds) {
   }
 }
 
-TEST(Ends, TheDoctorsAnswererEndsUnderAFloodOfProbes) {
+TEST(Ends, DoctorsAnswererEndsUnderAProbeFlood) {
   const TemporaryFolder folder;
   const File said(folder.path() / "said");
   Started doctor({TANDEM_PROGRAM, "doctor", "--answer"}, said.get());

@@ -22,7 +22,7 @@ using ::testing::IsSupersetOf;
 using ::testing::Key;
 using testing::RealPeers;
 
-TEST(HapticThread, OfARealPeerOnlySleepsAndReadsItsProcessorTime) {
+TEST(HapticThread, MakesOnlySleepAndClockSystemCalls) {
   if (kIsSanitized) GTEST_SKIP() << "a sanitizer makes system calls of its own";
   RealPeers peers({.seconds = 3});
   const std::optional<pid_t> haptic = testing::AwaitThread(peers.peer(0).pid(), "haptic");
@@ -44,7 +44,7 @@ TEST(HapticThread, OfARealPeerOnlySleepsAndReadsItsProcessorTime) {
   EXPECT_GT(peers.Report(0).at("contact_share").get<double>(), 0);
 }
 
-TEST(HapticThread, OfAPeerOverDdsAllocatesNothingAndCallsNoDds) {
+TEST(HapticThread, AllocatesNothingAndCallsNoDds) {
   // every function of DDS that is called anywhere in here is counted
   EXPECT_THAT(testing::WatchDdsCalls(), IsEmpty());
   {

@@ -54,7 +54,7 @@ Result<ChildProcess> StartController(const std::string& session, const std::stri
   return ChildProcess::Start(words);
 }
 
-TEST(HostKilled, PartnersFeelLittleAndTheNextHostFindsAll) {
+TEST(HostKilled, PartnersFeelLittleAndTheNextHostRestoresEverything) {
   // nothing of ours sets the environment
   const char* asked = std::getenv("TANDEM_HOST_KILLS");  // NOLINT(concurrency-mt-unsafe)
   const int kills = asked != nullptr ? std::atoi(asked) : 3;

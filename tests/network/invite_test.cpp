@@ -89,7 +89,7 @@ class Invite : public ::testing::Test {
   TwoNetworks networks_;
 };
 
-TEST_F(Invite, SomebodyInAnotherNetworkHoldsAPartByNothingButTheLine) {
+TEST_F(Invite, RemoteUserJoinsAndGrabsWithOnlyTheInvitation) {
   const auto anna = Anna();
   std::string line;
   const auto inviter = Inviter({}, line);
@@ -111,7 +111,7 @@ TEST_F(Invite, SomebodyInAnotherNetworkHoldsAPartByNothingButTheLine) {
   End(*anna);
 }
 
-TEST_F(Invite, OfASecuredSessionTheFirstWhoHasTheLineBecomesAMemberAndNoOther) {
+TEST_F(Invite, FirstInvitationHolderAloneBecomesAMember) {
   ASSERT_TRUE(MakeSessionKeys(In("keys")));
   ASSERT_TRUE(MakeMemberKeys(In("keys"), "anna", Role::kActive, In("keys-anna")));
   // as docs/two-sites.md says it, with ports for a router to map

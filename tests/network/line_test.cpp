@@ -47,7 +47,7 @@ std::vector<std::int64_t> FateBack(std::uint32_t seq) {
   return Lost(seq + 500) ? std::vector<std::int64_t>{} : std::vector<std::int64_t>{0};
 }
 
-TEST(LineBetweenNamespaces, LossIsExactAndNoRoundTripIsShorterThanTheNetworks) {
+TEST(LineBetweenNamespaces, LossIsExactAndRoundTripsAreNotTooShort) {
   if (const char* const why = testing::WhyNoTapHub()) GTEST_SKIP() << why;
   auto hub = TapHub::Open(3, [](std::size_t, std::size_t) {
     return LinkConditions{.delay_ms = kHopMs};

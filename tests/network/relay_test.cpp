@@ -264,7 +264,7 @@ Sent LeastSent(OwnPeer& own) {
          << alone.Table();
 }
 
-TEST(Relay, AnActivePeerSendsTheSameHoweverManyLookOn) {
+TEST(Relay, ActivePeersTrafficIsIndependentOfTheAudience) {
   if (tandem::kIsSanitized) GTEST_SKIP() << "what a sanitizer slows down is not sent in time";
   // longer than all windows take, on a machine that gives it half of its time
   RealPeers partner(

@@ -138,7 +138,7 @@ class FreeBodies : public ::testing::Test {
 const std::vector<Waypoint> kThrow{
     {.t = 0}, {.t = 0.6, .p_W = Vec3(-0.05, 0, 0.02)}, {.t = 0.9, .p_W = Vec3(0.03, 0, 0.1)}};
 
-TEST_F(FreeBodies, OneThatNobodyTouchedFallsForAllAlike) {
+TEST_F(FreeBodies, UntouchedBodyFallsAlikeForAllPeers) {
   const auto model = std::make_shared<WorldModel>(*model_);
   model->bodies[kPuckBody].X_WB0.p.z() += 0.1;
   model_ = model;
@@ -152,7 +152,7 @@ TEST_F(FreeBodies, OneThatNobodyTouchedFallsForAllAlike) {
   EXPECT_EQ(most_at_once_, 1);
 }
 
-TEST_F(FreeBodies, OneThatIsThrownFliesOnAndRestsWhereAllSeeIt) {
+TEST_F(FreeBodies, ThrownBodyRestsAtOnePoseForAllPeers) {
   Add(3, kPuck, kThrow);
   Add(5, -1);
   Run(300);
@@ -184,7 +184,7 @@ TEST_F(FreeBodies, OneThatIsThrownFliesOnAndRestsWhereAllSeeIt) {
 
 // It slides at 0.5 m/s into a paddle that another holds still. The peer that threw it simulates the
 // hit.
-TEST_F(FreeBodies, OneThatIsThrownAtAHeldPartIsStoppedByItAndKnocksNoHand) {
+TEST_F(FreeBodies, ThrownBodyIsStoppedByAHeldPartWithoutAJolt) {
   model_ = Table(9.81, 0.05);
   Add(3, kPuck,
       {{.t = 0}, {.t = 0.3, .p_W = Vec3(-0.02, 0, 0)}, {.t = 0.7, .p_W = Vec3(0.13, 0, 0)}});
@@ -209,7 +209,7 @@ TEST_F(FreeBodies, OneThatIsThrownAtAHeldPartIsStoppedByItAndKnocksNoHand) {
 }
 
 // It is taken out of a push. The peer that pushed it meets no wall, and no third one sees it stand.
-TEST_F(FreeBodies, OneThatIsTakenWhileAnotherPushesItIsNoWallToThatOne) {
+TEST_F(FreeBodies, GrabbedBodyIsNoWallToThePushingPeer) {
   Add(1, -1);
   Add(2, kLeft, {{.t = 0}, {.t = 1.5, .p_W = Vec3(0.14, 0, 0)}});
   Add(3, -1);
@@ -223,7 +223,7 @@ TEST_F(FreeBodies, OneThatIsTakenWhileAnotherPushesItIsNoWallToThatOne) {
   EXPECT_EQ(most_at_once_, 1);
 }
 
-TEST_F(FreeBodies, OneThatFallsOffTheTableStopsFarBelow) {
+TEST_F(FreeBodies, FallingBodyStopsFarBelowTheTable) {
   Add(3, kPuck, {{.t = 0}, {.t = 1, .p_W = Vec3(0, 0.2, 0.05)}});
   Add(5, -1);
   Run(1500);
@@ -235,7 +235,7 @@ TEST_F(FreeBodies, OneThatFallsOffTheTableStopsFarBelow) {
   ExpectNobodyAccused();
 }
 
-TEST_F(FreeBodies, OneThatWasThrownIsWhereItLiesForWhoComesLater) {
+TEST_F(FreeBodies, LateJoinerSeesAThrownBodyAtRest) {
   Add(3, kPuck, kThrow);
   Add(5, -1);
   Run(1050);
@@ -249,7 +249,7 @@ TEST_F(FreeBodies, OneThatWasThrownIsWhereItLiesForWhoComesLater) {
   EXPECT_LT(Disagreement(), 2e-4);
 }
 
-TEST_F(FreeBodies, OneThatIsCaughtGoesOnAsItFlew) {
+TEST_F(FreeBodies, CaughtBodyContinuesItsMotion) {
   model_ = Table(2.0);
   Add(3, kPuck, kThrow);
   Add(5, -1);
@@ -275,7 +275,7 @@ TEST_F(FreeBodies, OneThatIsCaughtGoesOnAsItFlew) {
   EXPECT_EQ(most_at_once_, 1);
 }
 
-TEST_F(FreeBodies, OneThatIsPushedFromHandToHandIsWithWhoeverPushesIt) {
+TEST_F(FreeBodies, PushedBodyBelongsToThePushingPeer) {
   Add(1, -1);
   Add(2, kLeft,
       {{.t = 0}, {.t = 1.5, .p_W = Vec3(0.14, 0, 0)}, {.t = 2.2, .p_W = Vec3(-0.02, 0, 0)}});
@@ -304,7 +304,7 @@ TEST_F(FreeBodies, OneThatIsPushedFromHandToHandIsWithWhoeverPushesIt) {
   EXPECT_EQ(most_at_once_, 1);
 }
 
-TEST_F(FreeBodies, OneThatTwoPressFromBothSidesStaysWithTheFirst) {
+TEST_F(FreeBodies, BodyPressedByTwoPeersStaysWithTheFirst) {
   Add(1, -1);
   Add(2, kLeft, {{.t = 0}, {.t = 1.0, .p_W = Vec3(0.1, 0, 0)}});
   Add(3, kRight, {{.t = 0}, {.t = 1.2}, {.t = 2.2, .p_W = Vec3(-0.18, 0, 0)}});
@@ -318,7 +318,7 @@ TEST_F(FreeBodies, OneThatTwoPressFromBothSidesStaysWithTheFirst) {
   EXPECT_EQ(most_at_once_, 1);
 }
 
-TEST_F(FreeBodies, OneWhosePeerDiesGoesOnAtAnother) {
+TEST_F(FreeBodies, BodyOfADeadPeerContinuesAtAnotherPeer) {
   Add(1, kPuck, kThrow);
   Add(2, -1);
   Add(3, -1);
@@ -351,7 +351,7 @@ class FreeBodiesBySeed : public FreeBodies, public ::testing::WithParamInterface
 };
 
 // Four people grab, throw and push it as they like, over a line that jitters and loses.
-TEST_P(FreeBodiesBySeed, WhateverHandsDoItIsOnesAtATimeAndRestsWhereAllSeeIt) {
+TEST_P(FreeBodiesBySeed, RandomHandsKeepOneOwnerAndOneRestPose) {
   link_ = {.delay_ms = 30, .jitter_ms = 20, .loss = 0.02};
   Add(1, -1, RandomWay());
   Add(2, kLeft, RandomWay());

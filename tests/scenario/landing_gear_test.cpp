@@ -91,7 +91,7 @@ class ActuatorInItsNest : public ::testing::Test {
   static inline std::shared_ptr<const WorldModel>* model_ = nullptr;
 };
 
-TEST_F(ActuatorInItsNest, ComesOutThroughContactAsTheMechanicMeansIt) {
+TEST_F(ActuatorInItsNest, LeavesByTheIntendedPathInContact) {
   for (const char* hand : {"landing_gear_rod.json", "landing_gear_barrel.json"}) {
     const Removal removal = By(hand);
     EXPECT_TRUE(removal.outcome.out) << hand;
@@ -100,7 +100,7 @@ TEST_F(ActuatorInItsNest, ComesOutThroughContactAsTheMechanicMeansIt) {
   }
 }
 
-TEST_F(ActuatorInItsNest, ComesOutByTheSameBitsWithVoxelsThatAreComputedAsItNearsThem) {
+TEST_F(ActuatorInItsNest, ExitIsBitIdenticalWithVoxelsComputedOnDemand) {
   const auto in_part = Load({.voxel_memory_bytes = kVoxelMemory});
   ASSERT_NE(in_part, nullptr);
   ASSERT_NE(in_part->fixture_pages, nullptr) << "all voxels fit";

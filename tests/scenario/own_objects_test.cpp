@@ -32,7 +32,7 @@ struct BallAndSocket {
   double seconds = 0;
 };
 
-TEST(OwnObjects, BothFeelContactAndNeitherGoesIntoTheOther) {
+TEST(OwnObjects, BothPeersFeelContactWithoutPenetration) {
   BallAndSocket scene;
   ASSERT_EQ(scene.model->bodies.size(), 2U);
   const double s = scene.model->scene.voxel_size;

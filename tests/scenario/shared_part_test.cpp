@@ -50,7 +50,7 @@ void ExpectWorkedOut(const SimulatedDemo& demo) {
 
 class SharedPart : public ::testing::TestWithParam<std::tuple<std::string, int>> {};
 
-TEST_P(SharedPart, ComesOutAgainstContactWhateverTheDelay) {
+TEST_P(SharedPart, IsRemovedInContactAtAnyDelay) {
   const auto& [scene, delay_ms] = GetParam();
   const SimulatedDemo demo =
       MustRun(scene, {.seconds = 18, .conditions = {.delay_ms = static_cast<double>(delay_ms)}});
@@ -67,7 +67,7 @@ INSTANTIATE_TEST_SUITE_P(Scenes, SharedPart,
                                   std::to_string(std::get<1>(tested.param)) + "_ms";
                          });
 
-TEST(SharedPart, ComesOutOverALinkThatJittersAndLoses) {
+TEST(SharedPart, IsRemovedUnderJitterAndLoss) {
   const SimulatedDemo demo =
       MustRun("peg_in_slot",
               {.seconds = 18, .conditions = {.delay_ms = 80, .jitter_ms = 40, .loss = 0.05}});
@@ -76,7 +76,7 @@ TEST(SharedPart, ComesOutOverALinkThatJittersAndLoses) {
   EXPECT_LE(demo.mean_delay_s[0], 0.125);
 }
 
-TEST(SharedPart, ComesOutUnderTheOtherLaws) {
+TEST(SharedPart, IsRemovedUnderTheOtherLaws) {
   for (const char* law : {"p+d", "p+dd", "linear", "pdopt"}) {
     SCOPED_TRACE(law);
     ExpectWorkedOut(MustRun("peg_in_slot", {.seconds = 18, .law = *MakeLaw(law)}));
@@ -87,7 +87,7 @@ class ThroughTheFixture : public ::testing::TestWithParam<const char*> {};
 
 // Judges by exact geometry. The oracle is not blind: without contact the same hands pull the part
 // through.
-TEST_P(ThroughTheFixture, ThePartStaysOutWithContactAndGoesThroughWithoutIt) {
+TEST_P(ThroughTheFixture, PartIsStoppedWithContactAndPassesWithoutIt) {
   constexpr double kPatience = 200;  // s
   const SimulatedDemo with = MustRun(GetParam(), {.seconds = 12});
   const PenetrationReport judged = Penetration(*with.model, 0, with.traces, kPatience);
@@ -106,7 +106,7 @@ INSTANTIATE_TEST_SUITE_P(Scenes, ThroughTheFixture,
                          });
 
 // Nothing but contact keeps the nut to its thread: a turn on, along its pitch, and then off.
-TEST(SharedPart, ANutFollowsItsThreadWhereTwoHandsTurnIt) {
+TEST(SharedPart, NutFollowsItsThreadUnderTwoHands) {
   constexpr double kPitch = 5e-3;   // m
   constexpr double kPlay = 0.3e-3;  // m, from one flank to the other
   constexpr double kWellOn = -0.2;  // turns; farther up little of the thread holds, and it tilts
@@ -137,7 +137,7 @@ TEST(SharedPart, ANutFollowsItsThreadWhereTwoHandsTurnIt) {
   }
 }
 
-TEST(SharedPart, TheSameRunGivesTheSameBits) {
+TEST(SharedPart, RunIsDeterministic) {
   const SimulatedDemoOptions options{
       .seconds = 4, .conditions = {.delay_ms = 60, .jitter_ms = 20, .loss = 0.02, .seed = 4}};
   const SimulatedDemo first = MustRun("peg_in_slot", options);

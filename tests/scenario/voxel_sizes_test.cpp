@@ -90,7 +90,7 @@ ForceParameters By(double voxel_size, ContactModel contact = ContactModel::kRefi
 constexpr double kWay = 0.06;
 constexpr double kSide = 1.0 / (1.0 / 300.0 + 1.0 / 800.0);
 
-TEST(VoxelSizes, EqualOnesPushAlike) {
+TEST(VoxelSizes, EqualSizesPushAlike) {
   Pressing pressing(By(0.001), By(0.001), kWay, 1.5);
   pressing.Step(5000);
   // two firm contacts share what both hands press by the way in which they met
@@ -101,7 +101,7 @@ TEST(VoxelSizes, EqualOnesPushAlike) {
 
 // The warning's figures: the pushed one stands off at the gap at which its contact begins, has all
 // of the force, twice that of equals, and the other nothing.
-TEST(VoxelSizes, TheSmallerPushHarderByExactFeatures) {
+TEST(VoxelSizes, SmallerVoxelsPushHarderInRefinedContact) {
   const auto push = ComparePush(By(0.001), By(0.002), kMass);
   ASSERT_TRUE(push && push->first_harder);
   Pressing pressing(By(0.001), By(0.002), kWay, 1.5);
@@ -119,7 +119,7 @@ TEST(VoxelSizes, TheSmallerPushHarderByExactFeatures) {
 // Pressed harder and harder: the other feels something when the pushed one has the warning's
 // newtons at each of its contacts. Before that it touches for a frame now and then, which takes
 // what speed the two have and no more; so ten frames in a row count.
-TEST(VoxelSizes, TheWarningsForceIsWhereTheOtherBeginsToFeel) {
+TEST(VoxelSizes, WarningStatesTheForceAtTheOthersOnset) {
   const auto push = ComparePush(By(0.001), By(0.002), kMass);
   ASSERT_TRUE(push);
   Pressing pressing(By(0.001), By(0.002), 2.5, 125);
@@ -134,7 +134,7 @@ TEST(VoxelSizes, TheWarningsForceIsWhereTheOtherBeginsToFeel) {
 }
 
 // By voxels alone contact begins at the force layer, of faces along the axes within half a voxel.
-TEST(VoxelSizes, TheSmallerPushHarderByVoxelsAlone) {
+TEST(VoxelSizes, SmallerVoxelsPushHarderInPlainContact) {
   const ForceParameters fine = By(0.001, ContactModel::kPlain);
   const ForceParameters coarse = By(0.002, ContactModel::kPlain);
   const auto push = ComparePush(fine, coarse, kMass);
@@ -148,7 +148,7 @@ TEST(VoxelSizes, TheSmallerPushHarderByVoxelsAlone) {
 
 // Over a delay the mirrors give way, by B/te: both feel the other, and what is left between them is
 // that stiffness times the head start.
-TEST(VoxelSizes, OverADelayTheyDifferByTheHeadStartAlone) {
+TEST(VoxelSizes, DelayedContactDiffersOnlyByItsOnset) {
   const auto push = ComparePush(By(0.001), By(0.002), kMass);
   ASSERT_TRUE(push);
   for (const double delay_ms : {20.0, 100.0}) {

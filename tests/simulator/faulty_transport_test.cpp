@@ -165,24 +165,24 @@ class FaultyTransportTest : public ::testing::Test {
   }
 };
 
-TEST_F(FaultyTransportTest, HandsOnAllThatAPeerHears) {
+TEST_F(FaultyTransportTest, ForwardsEverythingReceived) {
   EXPECT_THAT(LostBy(Fault::kNone), IsEmpty());
 }
 
-TEST_F(FaultyTransportTest, LosesWhatAFaultIsAbout) {
+TEST_F(FaultyTransportTest, FaultsDropTheirSamples) {
   EXPECT_THAT(LostBy(Fault::kLostGoodbye), ElementsAre("left 8"));
   EXPECT_THAT(LostBy(Fault::kLostLease), ElementsAre("lost 8"));
   EXPECT_THAT(LostBy(Fault::kStatesDropped), ElementsAre("state 8"));
   EXPECT_THAT(LostBy(Fault::kLinksDropped), ElementsAre("links 8"));
 }
 
-TEST_F(FaultyTransportTest, SendsAllThatAPeerSays) {
+TEST_F(FaultyTransportTest, ForwardsEverythingSent) {
   EXPECT_THAT(
       HeardFromPeerWith(Fault::kNone),
       ElementsAre("state 8", "state 8", "links 8", "info 8", "event 5", "scene 8", "left 8"));
 }
 
-TEST_F(FaultyTransportTest, ChangesWhatAFaultIsAbout) {
+TEST_F(FaultyTransportTest, FaultsAlterTheirSamples) {
   EXPECT_THAT(
       HeardFromPeerWith(Fault::kEventNumberStands),
       ElementsAre("state 8", "state 8", "links 8", "info 8", "event 1", "scene 8", "left 8"));
@@ -236,7 +236,7 @@ TEST_F(FaultyTransportTest, StopsTheBeat) {
   EXPECT_EQ(InboxAfter(Fault::kBeatStands, Messages(kPeer)).info.beat, 1U);
 }
 
-TEST_F(FaultyTransportTest, JoinsAPeerThatHears) {
+TEST_F(FaultyTransportTest, JoinsAReceivingPeer) {
   SimulatedNetwork network;
   NotedInbox own;
   NotedInbox other;

@@ -9,7 +9,7 @@
 namespace tandem {
 namespace {
 
-TEST(HandsSimulator, ASeedGivesTheSameBitsEveryTimeAndOnAnyNumberOfThreads) {
+TEST(HandsSimulator, IsDeterministicPerSeedOnAnyNumberOfThreads) {
   const auto model = MakeLightScene();
   const auto one = SimulateHandSeeds(20, 2, 1, 10, model);
   const auto two = SimulateHandSeeds(20, 2, 2, 10, model);

@@ -153,7 +153,7 @@ class InjectedFault : public ::testing::TestWithParam<Expected> {
 
 // Tests the checkers: with the fault in it a session breaks what the fault is about, which the same
 // seed does not break without.
-TEST_P(InjectedFault, BreaksWhatItIsAbout) {
+TEST_P(InjectedFault, BreaksItsInvariant) {
   const Expected& expected = GetParam();
   std::set<std::string> others;  // sorts that broke as well, or first
   for (const std::uint64_t seed : SeedsFor(expected)) {
@@ -186,7 +186,7 @@ TEST(InjectedFaults, AreAllExpectedToBreakSomething) {
 }
 
 // A check that finds no fault may as well be blind.
-TEST(InjectedFaults, ReachEverySortThatTheCheckersKnow) {
+TEST(InjectedFaults, CoverEveryInvariant) {
   // the words of each Add()
   const std::regex add(R"re(Add\(\s*(?:\w+ \? )?"([^"]+)"(?:\s*:\s*"([^"]+)")?)re");
   const std::set<std::string> known = SortsIn(TANDEM_SIMULATED, add, [](const auto& file) {

@@ -89,7 +89,7 @@ class InjectedHandFault : public ::testing::TestWithParam<Expected> {};
 
 // Tests the checkers: with the fault in it a session breaks what the fault is about, which the same
 // seed does not break without.
-TEST_P(InjectedHandFault, BreaksWhatItIsAbout) {
+TEST_P(InjectedHandFault, BreaksItsInvariant) {
   const Expected& expected = GetParam();
   std::set<std::string> others;
   for (std::uint64_t seed = 1; seed <= kMostSeeds; ++seed) {
@@ -118,7 +118,7 @@ TEST(InjectedHandFaults, AreAllExpectedToBreakSomething) {
 
 // A check that finds no fault may as well be blind. The sorts are the sentences in the checkers'
 // source.
-TEST(InjectedHandFaults, ReachEverySortThatTheCheckersKnow) {
+TEST(InjectedHandFaults, CoverEveryInvariant) {
   const std::regex sentence(R"re("((?:a|an|the|what|something) [a-z' ]+)")re");
   const std::set<std::string> known =
       SortsIn(TANDEM_SIMULATED_HANDS, sentence, [](const auto& file) {

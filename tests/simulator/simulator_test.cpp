@@ -9,7 +9,7 @@
 namespace tandem {
 namespace {
 
-TEST(Simulator, ASeedGivesTheSameBitsEveryTime) {
+TEST(Simulator, IsDeterministicPerSeed) {
   const auto model = MakeLightScene();
   for (const std::uint64_t seed : {3U, 4U}) {
     const SeedResult first = SimulateSeed(seed, model);
@@ -19,7 +19,7 @@ TEST(Simulator, ASeedGivesTheSameBitsEveryTime) {
   }
 }
 
-TEST(Simulator, ThreadsDoNotBearOnWhatASeedGives) {
+TEST(Simulator, ThreadCountDoesNotAffectTheResult) {
   const auto model = MakeLightScene();
   const auto one = SimulateSeeds(20, 4, 1, model);
   const auto three = SimulateSeeds(20, 4, 3, model);
@@ -30,7 +30,7 @@ TEST(Simulator, ThreadsDoNotBearOnWhatASeedGives) {
   }
 }
 
-TEST(Simulator, WhatIsToBeCommonIsCommon) {
+TEST(Simulator, RandomSchedulesContainEveryKindOfEventOften) {
   Tally tally;
   for (std::uint64_t seed = 1; seed <= 100; ++seed) {
     for (const auto& [what, times] : CountOf(DrawSchedule(seed))) tally[what] += times;
@@ -55,7 +55,7 @@ TEST(Simulator, NoSeedBreaksAnInvariant) {
 }
 
 // In these seeds a soft link's damper is stronger than its spring while distant instances approach.
-TEST(Simulator, ALinkMayBrakeInstancesThatApproach) {
+TEST(Simulator, LinkMayBrakeApproachingInstances) {
   for (const std::uint64_t seed : {127U, 348U, 366U, 656U}) {
     EXPECT_EQ(SimulateSeed(seed, MakeLightScene()).broken, std::vector<std::string>{}) << seed;
   }

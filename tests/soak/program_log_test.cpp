@@ -24,7 +24,7 @@ class ProgramLogs : public ::testing::Test {
 };
 
 // The lines are those of the product's orders: app/peer/text/peer_table_text.cpp.
-TEST_F(ProgramLogs, ATableTellsWhoIsCoupledAndAnswersAreNotCounted) {
+TEST_F(ProgramLogs, TableListsCoupledPeersOnly) {
   Say("tandem: anna-1 is in session s (SCHED_FIFO)\n"
       "tandem: peer             delay     coupling  force\n"
       "tandem: ben-1            52 ms     80 N/m    1.20 N    1.20 N    0 %      0 mm      1 ms "
@@ -40,7 +40,7 @@ TEST_F(ProgramLogs, ATableTellsWhoIsCoupledAndAnswersAreNotCounted) {
   EXPECT_EQ(log_.lines(), 1U);
 }
 
-TEST_F(ProgramLogs, AStatusLineTellsWhomAViewerSees) {
+TEST_F(ProgramLogs, StatusLineListsVisiblePeers) {
   Say("tandem: 120 samples/s; anna-1 52 ms, peg moved 3 mm (contact); ben-2 51 ms\ntandem: anna-1 "
       "is");
   EXPECT_THAT(log_.seen(), ElementsAre("anna-1", "ben-2"));
@@ -51,13 +51,13 @@ TEST_F(ProgramLogs, AStatusLineTellsWhomAViewerSees) {
   EXPECT_THAT(log_.seen(), IsEmpty());
 }
 
-TEST_F(ProgramLogs, TheMostLinesOfAWindowAreCounted) {
+TEST_F(ProgramLogs, CountsThePeakLineRate) {
   for (int i = 0; i < 30; ++i) Say("tandem: news\n", i);
   EXPECT_EQ(log_.most_lines(), 11U);  // 0 to 10 s, both included
   EXPECT_EQ(log_.lines(), 30U);
 }
 
-TEST_F(ProgramLogs, ANumberThatIsNoneIsFound) {
+TEST_F(ProgramLogs, DetectsNonFiniteNumbers) {
   Say("tandem: 120 samples/s; nancy-1 52 ms, peg moved 3 mm\n");
   EXPECT_EQ(log_.not_finite(), "");
   Say("tandem: ben-1            52 ms     80 N/m    -nan N    1.20 N\n");

@@ -60,7 +60,7 @@ class SoakJudgement : public ::testing::Test {
   std::vector<TraceSample> trace_;
 };
 
-TEST_F(SoakJudgement, ASoundLifeHasNoFault) {
+TEST_F(SoakJudgement, HealthyLifeHasNoFault) {
   EXPECT_THAT(Faults(), IsEmpty());
   const json row = AsJson(life_, kMinute);
   EXPECT_EQ(row.at("memory").at("growth_bytes"), 0);
@@ -68,24 +68,24 @@ TEST_F(SoakJudgement, ASoundLifeHasNoFault) {
   EXPECT_EQ(row.at("missed_beside_stops"), 12.0);
 }
 
-TEST_F(SoakJudgement, MemoryThatGrowsAfterItHasSettledIsFound) {
+TEST_F(SoakJudgement, DetectsMemoryGrowth) {
   for (Footprint& one : life_.footprints) {
     if (one.at_s > 30) one.memory += static_cast<std::int64_t>(300'000 * (one.at_s - 30));
   }
   EXPECT_THAT(Faults(), ElementsAre(HasSubstr("it grew by ")));
 }
 
-TEST_F(SoakJudgement, DescriptorsThatAreNotClosedAreFound) {
+TEST_F(SoakJudgement, DetectsDescriptorLeaks) {
   life_.footprints.back().files = 29;
   EXPECT_THAT(Faults(), ElementsAre(HasSubstr("files open")));
 }
 
-TEST_F(SoakJudgement, ALifeThatIsTooShortIsNotJudgedByItsMemory) {
+TEST_F(SoakJudgement, ShortLifeIsNotJudgedByMemory) {
   life_.footprints.resize(35);
   EXPECT_FALSE(CourseOf(life_, kMinute.settle_s));
 }
 
-TEST_F(SoakJudgement, NumbersThatAreNoneAreFound) {
+TEST_F(SoakJudgement, DetectsNonFiniteNumbers) {
   report_["frame_cpu_us"]["p99"] = std::nan("");  // JSON has no such number
   EXPECT_THAT(Faults(), ElementsAre(HasSubstr("no number in its report: /frame_cpu_us/p99")));
   report_.erase("frame_cpu_us");
@@ -96,7 +96,7 @@ TEST_F(SoakJudgement, NumbersThatAreNoneAreFound) {
   EXPECT_THAT(Faults(), ElementsAre(HasSubstr("nan N")));
 }
 
-TEST_F(SoakJudgement, ForceBeyondTheLimitsNoContactAndNoDelayAreFound) {
+TEST_F(SoakJudgement, DetectsExcessForceAndMissingContactOrDelay) {
   report_["felt"]["peak_N"] = 12.1;
   report_["contact_share"] = 0;
   report_["delay_ms"] = 0.1;
@@ -104,7 +104,7 @@ TEST_F(SoakJudgement, ForceBeyondTheLimitsNoContactAndNoDelayAreFound) {
                                     HasSubstr("a delay of 0.1 ms")));
 }
 
-TEST_F(SoakJudgement, AnEndThatIsLateWrongOrWithoutAGoodbyeIsFound) {
+TEST_F(SoakJudgement, DetectsLateOrWrongExitAndMissingGoodbye) {
   life_.took_to_end_s = 1.2;
   life_.exit_code = 139;
   life_.said_goodbye = false;
@@ -114,25 +114,25 @@ TEST_F(SoakJudgement, AnEndThatIsLateWrongOrWithoutAGoodbyeIsFound) {
 }
 
 // A recording that could not be finished is told by the exit code: docs/architecture.md.
-TEST_F(SoakJudgement, APeerWhoseDiskWasFullMustSaySoAtItsEnd) {
+TEST_F(SoakJudgement, FullDiskMustBeReportedAtTheEnd) {
   life_.disk_full = true;
   EXPECT_THAT(Faults(), ElementsAre(HasSubstr("it ended with 0 for 3")));
   life_.exit_code = 3;
   EXPECT_THAT(Faults(), IsEmpty());
 }
 
-TEST_F(SoakJudgement, AReportOrATraceThatIsMissingIsFound) {
+TEST_F(SoakJudgement, DetectsMissingReportOrTrace) {
   EXPECT_THAT(FaultsOf(life_, kMinute), ElementsAre(HasSubstr("no report")));
   trace_.clear();
   EXPECT_THAT(Faults(), ElementsAre(HasSubstr("its hand never began")));
 }
 
-TEST_F(SoakJudgement, TooManyLinesAreFound) {
+TEST_F(SoakJudgement, DetectsExcessiveOutput) {
   life_.most_lines_per_s = 14;
   EXPECT_THAT(Faults(), ElementsAre(HasSubstr("14.000 lines a second")));
 }
 
-TEST_F(SoakJudgement, AKilledLifeIsJudgedByItsMemoryAndItsLinesAlone) {
+TEST_F(SoakJudgement, KilledProcessIsJudgedByMemoryAndLinesOnly) {
   life_.killed = true;
   life_.exit_code.reset();
   life_.said_goodbye = false;

@@ -14,7 +14,7 @@ std::string Drawn(std::uint64_t seed, int count) {
   return text;
 }
 
-TEST(SoakSchedule, OneSeedDrawsTheSameFaultsAndAnotherSeedDoesNot) {
+TEST(SoakSchedule, FaultsAreDeterministicPerSeed) {
   EXPECT_EQ(Drawn(7, 100), Drawn(7, 100));
   EXPECT_NE(Drawn(7, 100), Drawn(8, 100));
 }
@@ -28,7 +28,7 @@ TEST(SoakSchedule, EveryRoundHasEveryKindOnce) {
   }
 }
 
-TEST(SoakSchedule, OnlyTheKindsThatAreNamedAreDrawn) {
+TEST(SoakSchedule, DrawsOnlyNamedKinds) {
   SoakSchedule schedule(1, KindsIn("stop,clock_step"));
   std::set<SoakFault::Kind> kinds;
   for (int i = 0; i < 20; ++i) kinds.insert(schedule.Next().kind);
@@ -37,7 +37,7 @@ TEST(SoakSchedule, OnlyTheKindsThatAreNamedAreDrawn) {
 }
 
 // Their memory is judged over the whole run.
-TEST(SoakSchedule, TheFirstPeerAndTheFirstViewerLiveThroughAllFaults) {
+TEST(SoakSchedule, FirstPeerAndFirstViewerAreNeverKilled) {
   SoakSchedule schedule(1);
   std::set<std::size_t> ended;
   for (int i = 0; i < 1000; ++i) {

@@ -176,7 +176,7 @@ class Soak : public ::testing::Test {
   const SoakBounds bounds_ = BoundsOf(wanted_s_);
 };
 
-TEST_F(Soak, ThreePeersAndTwoViewersOutliveDrawnFaults) {
+TEST_F(Soak, ThreePeersAndTwoViewersSurviveRandomFaults) {
   const std::vector<std::string> shared_memory = SharedMemory();
   ordered_json result{{"seed", Seed()},
                       {"wanted_s", wanted_s_},

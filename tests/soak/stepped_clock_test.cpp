@@ -11,7 +11,7 @@
 namespace tandem::testing {
 namespace {
 
-TEST(SteppedClock, AProgramSeesTheStepAndTheMachineDoesNot) {
+TEST(SteppedClock, OnlyTheProgramSeesTheClockStep) {
 #ifndef TANDEM_STEPPED_CLOCK
   GTEST_SKIP() << "a sanitizer's own library must be loaded first";
 #else

@@ -55,7 +55,7 @@ INSTANTIATE_TEST_SUITE_P(Laws, EveryLaw, ::testing::Values("p+d", "p+dd"),
                          });
 
 // Each law is judged after a knock: every user, hand, network and delay.
-TEST_P(EveryLaw, IsCalmInEveryCell) {
+TEST_P(EveryLaw, IsStableInEveryCell) {
   const std::vector<std::size_t> users =
       Whole() ? std::vector<std::size_t>{2, 3, 4, 8} : std::vector<std::size_t>{2};
   const std::vector<double> delays =
@@ -77,7 +77,7 @@ TEST_P(EveryLaw, IsCalmInEveryCell) {
   }
 }
 
-TEST_P(EveryLaw, IsCalmWithEightUsersOverALossyLine) {
+TEST_P(EveryLaw, IsStableWithEightUsersOverALossyLine) {
   for (const double tau : {0.1, 0.5}) {
     SCOPED_TRACE(tau);
     LabCase test = Knock(GetParam(), "off", tau, true);
@@ -87,7 +87,7 @@ TEST_P(EveryLaw, IsCalmWithEightUsersOverALossyLine) {
 }
 
 // The oracle is not blind, and the gate keeps even this law within its credit, one for each end.
-TEST(Type2, AFixedStiffnessBlowsUpAndTheGateHoldsIt) {
+TEST(Type2, FixedStiffnessExplodesUnlessGated) {
   LabCase test = Knock("constant", "off", 0.1, false);
   const CaseResult without = RunCase(test, FreeBox());
   EXPECT_EQ(without.verdict, Verdict::kUnstable);
@@ -100,7 +100,7 @@ TEST(Type2, AFixedStiffnessBlowsUpAndTheGateHoldsIt) {
 }
 
 // Forces are exchanged in place of states: half of k_crit is too much already.
-TEST(Type2, ExchangedForcesGrowWhereExchangedStatesDoNot) {
+TEST(Type2, ForceExchangeIsUnstableWhereStateExchangeIsStable) {
   LabCase test = Knock("constant", "relaxed", 0.1, false);
   test.law.limits.constant_stiffness = 100;
   test.law.limits.constant_damping = 10;
@@ -125,7 +125,7 @@ LabCase Move(const std::string& law, double tau, bool lossy) {
 
 // The table of p+d, +-15 %: 20/72/140/181 mm clean, 45/87/145/181 mm lossy. The default law is
 // below it and below what p+d was measured at, at every delay.
-TEST(Type2, InstancesPartAsFarAsTheLawSays) {
+TEST(Type2, InstancesSeparateAsTheLawPredicts) {
   const std::string firmer_law = DefaultLaw()->name();
   ASSERT_NE(firmer_law, "p+d");
   const std::array<double, 4> delays{0.02, 0.1, 0.3, 1.0};
@@ -148,7 +148,7 @@ TEST(Type2, InstancesPartAsFarAsTheLawSays) {
 }
 
 // Under p+d hand A pushes 0.1 m with 300 N/m against B's 400 N/m: 24/56/73/82 mm apart, +-10 %.
-TEST(Type2, HandsThatHoldAgainstOneAnotherPartByForceOverStiffness) {
+TEST(Type2, OpposingHandsSeparateByForceOverStiffness) {
   const std::array<double, 4> delays{0.02, 0.1, 0.3, 1.0};
   const std::array<double, 4> expected{0.024, 0.056, 0.073, 0.082};
   for (std::size_t i = 0; i < delays.size(); ++i) {
@@ -202,7 +202,7 @@ TEST(Type2, ShortDelaysAndMoreUsersAreStableToTheBoundary) {
 
 // With inertia over mass in all gains every axis has the same boundary. The first body is knocked
 // about z, and nothing but its turning moves.
-TEST(Type2, TurningHasTheBoundaryOfTravel) {
+TEST(Type2, RotationHasTheBoundaryOfTranslation) {
   HandScript turned;
   turned.impedance = Turning(HandOfBox("off").impedance, FreeBox().inertia());
   Push knock{.t = 1, .lasts = 0.05, .F_D_W = {}};
@@ -229,7 +229,7 @@ TEST(Type2, TurningHasTheBoundaryOfTravel) {
 }
 
 // For 1.5 s nothing comes, then all again: no energy, no blow-up, no step above 1 N in a frame.
-TEST_P(EveryLaw, FindsAnOutageAndItsEndHarmless) {
+TEST_P(EveryLaw, SurvivesAnOutage) {
   for (const double tau : {0.02, 0.3}) {
     SCOPED_TRACE(tau);
     LabCase test = Move(GetParam(), tau, false);

@@ -171,7 +171,7 @@ struct ApartRun {
 // Both sides find the wall about 0.6 s after the two no longer come nearer. The gentle slew caps
 // the link. After two seconds more the second comes back to the first by its way. This holds for
 // both ends and any delay.
-TEST(Apart, AWallBetweenTwoIsFoundCappedAndHealed) {
+TEST(Apart, WallBetweenInstancesIsDetectedForceCappedAndResolved) {
   for (const double delay_ms : {1.0, 20.0, 100.0, 200.0}) {
     SCOPED_TRACE(std::to_string(delay_ms) + " ms");
     ApartRun run({{1, 2}, {0.06, -0.06}, delay_ms});
@@ -227,7 +227,7 @@ TEST(Apart, AWallBetweenTwoIsFoundCappedAndHealed) {
 }
 
 // A peer that is parted from the lowest comes to it: two to one, or one to two.
-TEST(Apart, ThreeMeetWhereTheLowestIs) {
+TEST(Apart, ThreePeersMeetAtTheLowestPeersInstance) {
   for (const std::size_t lonely : {0U, 1U, 2U}) {
     SCOPED_TRACE(lonely);
     ApartCase test{{1, 2, 3}, {-0.06, -0.06, -0.06}, 50};
@@ -247,7 +247,7 @@ TEST(Apart, ThreeMeetWhereTheLowestIs) {
 }
 
 // Either of the two asks: the second comes back at once, without the time of patience.
-TEST(Apart, AUserAsksToBeBroughtTogether) {
+TEST(Apart, UserCanRequestTheWayBack) {
   for (const std::size_t asks : {0U, 1U}) {
     ApartRun run({{1, 2}, {0.06, -0.06}, 50});
     run.Run(2.6);
@@ -264,7 +264,7 @@ TEST(Apart, AUserAsksToBeBroughtTogether) {
 
 // The user asks before the link is capped. It pulls with more than is gentle to let go of in 0.2 s,
 // and falls with the hand all the same, at both ends.
-TEST(Apart, TheLinkFallsWithTheHandThatLetsGo) {
+TEST(Apart, LinkEndsWithTheReleasedHand) {
   for (const double delay_ms : {1.0, 50.0}) {
     SCOPED_TRACE(delay_ms);
     ApartRun run({{1, 2}, {0.06, -0.06}, delay_ms});
@@ -288,7 +288,7 @@ TEST(Apart, TheLinkFallsWithTheHandThatLetsGo) {
   }
 }
 
-TEST(Apart, NothingToHealIsSaidSo) {
+TEST(Apart, SaysWhenNothingSeparatesTheInstances) {
   ApartRun run({{1, 2}, {0.06, 0.06}, 20});
   run.Run(2);
   run.session.node(0).peer().commands().TryPush({Command::Kind::kHeal, kNoObject, 0});
@@ -298,7 +298,7 @@ TEST(Apart, NothingToHealIsSaidSo) {
 }
 
 // All of it is in the inputs of the frames, and no frame of it allocates.
-TEST(Apart, TheWayBackIsRepeatedBitForBit) {
+TEST(Apart, WayBackReplaysBitForBit) {
   const ScratchFolder scratch;
   ApartRun run({{1, 2}, {0.06, -0.06}, 30, 300, scratch.path()});
   run.Run(3);
@@ -337,7 +337,7 @@ TEST(Apart, SoftHandsAreHeldTogether) {
 }
 
 // The other vanishes while we are on the way: the hand takes the body where it is, softly.
-TEST(Apart, TheWayEndsWhereTheOtherVanishes) {
+TEST(Apart, WayBackEndsWhenThePartnerVanishes) {
   ApartRun run({{1, 2}, {0.06, -0.06}, 20});
   run.Run(2.6);
   run.session.node(1).peer().commands().TryPush({Command::Kind::kHeal, kNoObject, 0});

@@ -32,7 +32,7 @@ struct Row {
 };
 
 // TANDEM_STABILITY=1 adds a delay of 1 s.
-TEST(FindBoundary, IsWhereTheWholeChainsEigenvaluesSay) {
+TEST(FindBoundary, MatchesTheEigenvaluesOfTheWholeChain) {
   const bool whole = std::getenv("TANDEM_STABILITY") != nullptr;
   for (const Row& row :
        {Row{"off", 0.1, 1.023}, Row{"off", 0.3, 1.009}, Row{"off", 1.0, 1.010},
@@ -47,7 +47,7 @@ TEST(FindBoundary, IsWhereTheWholeChainsEigenvaluesSay) {
 }
 
 // A case on which theory is silent is named, not run.
-TEST(FindBoundary, TellsWhereThereIsNone) {
+TEST(FindBoundary, ReportsAMissingBoundary) {
   LabCase exchanged = Constant("off", 0.1);
   exchanged.law.exchange_forces = true;
   EXPECT_TRUE(FindBoundary(exchanged, FreeBox()).fault);

@@ -15,7 +15,7 @@ using testing::Box;
 using testing::MakeWorldModel;
 using testing::ScriptedNode;
 
-TEST(ContactBlend, MeetsFirmlyAndGivesWayToWhatTheDelayAllows) {
+TEST(ContactBlend, StartsFirmAndSoftensToTheDelaysLimit) {
   ContactBlend blend;
   blend.Next(false, 0.1, 0, 1e-3);
   EXPECT_FALSE(blend.yields());
@@ -31,7 +31,7 @@ TEST(ContactBlend, MeetsFirmlyAndGivesWayToWhatTheDelayAllows) {
   EXPECT_FALSE(blend.yields());
 }
 
-TEST(ContactBlend, StandsFirmWhereTheDelayAllowsIt) {
+TEST(ContactBlend, StaysFirmAtShortDelay) {
   ContactBlend blend;
   for (int i = 0; i < 1000; ++i) blend.Next(true, 0.004, 0, 1e-3);
   EXPECT_FALSE(blend.yields());
@@ -42,7 +42,7 @@ std::vector<Waypoint> Shift(const Vec3& by, double seconds) {
 }
 
 // Two press one another, with 40 mm of overlap wanted, at every delay. They come to rest.
-TEST(Type1, TwoThatPressOneAnotherComeToRestAtEveryDelay) {
+TEST(Type1, PressingPartsComeToRestAtEveryDelay) {
   const auto model = MakeWorldModel(
       {{Transformed(Box(Vec3(0.03, 0.03, 0.03)), {Quat::Identity(), Vec3(-0.05, 0, 0)})},
        {Transformed(Box(Vec3(0.03, 0.03, 0.03)), {Quat::Identity(), Vec3(0.05, 0, 0)})}},
@@ -77,7 +77,7 @@ TEST(Type1, TwoThatPressOneAnotherComeToRestAtEveryDelay) {
 
 // The other's part is cut off in front of our thin wall and comes back behind it. Its mirror goes
 // there by its share of the travel limit, and nothing of the holder of our wall is pushed or jumps.
-TEST(Type1, AfterAnOutageThePartComesBackBehindAThinWallWithoutTunnellingOurs) {
+TEST(Type1, MirrorReturningBehindAThinWallDoesNotPullOurBodyThrough) {
   const auto model = MakeWorldModel(
       {{Transformed(Box(Vec3(0.004, 0.06, 0.06)), {Quat::Identity(), Vec3(0, 0, 0)})},
        {Transformed(Box(Vec3(0.02, 0.02, 0.02)), {Quat::Identity(), Vec3(0.04, 0, 0)})}},

@@ -66,7 +66,7 @@ struct OwnMeasure {
 };
 
 // Another measure of the same runs, kept apart: the test's own.
-TEST(RunCase, MeasuresWhatEveryFrameShows) {
+TEST(RunCase, MetricsMatchTheFrames) {
   for (const Cell& cell :
        {Cell{"off", 0.1}, Cell{"heavy", 0.3}, Cell{"relaxed", 0.02}, Cell{"off", 0.1, 2, true},
         Cell{"off", 0.1, 3}, Cell{"relaxed", 0.1, 2, false, LabMotion::kMove}}) {
@@ -103,7 +103,7 @@ TEST(RunCase, MeasuresWhatEveryFrameShows) {
 }
 
 // The hand of a file goes 40 mm along y, with a grasp of its own. The other follows.
-TEST(RunCase, AHandOfAFileGoesItsOwnWay) {
+TEST(RunCase, HandFromAFileFollowsItsScript) {
   LabCase test;
   HandScript script;
   script.X_BD.p = Vec3(0, 0, 0.05);
@@ -125,7 +125,7 @@ TEST(RunCase, AHandOfAFileGoesItsOwnWay) {
 }
 
 // The case has 200 N/m without drag at 100 ms, hands off: 10 times k_crit.
-TEST(RunCase, CatchesWhatIsUnstable) {
+TEST(RunCase, DetectsInstability) {
   LabCase test;
   test.hands = {HandOfBox("off")};
   test.law.name = "constant";
@@ -136,7 +136,7 @@ TEST(RunCase, CatchesWhatIsUnstable) {
   EXPECT_GT(run.metrics.generated_J, 0.01);
 }
 
-TEST(RunCase, GivesTheSameBitsAgainAndOthersForAnotherSeed) {
+TEST(RunCase, IsDeterministicPerSeed) {
   LabCase test;
   test.hands = {HandOfBox("relaxed")};
   test.network = LossyNetwork();
@@ -149,7 +149,7 @@ TEST(RunCase, GivesTheSameBitsAgainAndOthersForAnotherSeed) {
 
 // where the ways differ, one link pulls 1.6 s before the other; a body that one link alone pulls
 // gets energy of a knock: 33 mJ
-TEST(RunCase, KnocksOnceEveryLinkPulls) {
+TEST(RunCase, KnockWaitsForAllLinks) {
   LabCase test;
   test.hands = {HandOfBox("off")};
   test.law.gate = false;
@@ -170,7 +170,7 @@ TEST(RunCase, KnocksOnceEveryLinkPulls) {
 }
 
 // Nothing else of a clean line depends on the seed.
-TEST(RunCase, SendersThatSendNowAndThenDoSoAtTimesOfTheirOwn) {
+TEST(RunCase, SendersHaveIndependentPhases) {
   LabCase test;
   test.hands = {HandOfBox("relaxed")};
   test.publish_hz = 100;
@@ -181,7 +181,7 @@ TEST(RunCase, SendersThatSendNowAndThenDoSoAtTimesOfTheirOwn) {
   EXPECT_GE(digests.size(), 3U);
 }
 
-TEST(RunCase, TellsThatLoopsDoNotClose) {
+TEST(RunCase, ReportsLoopsThatStayOpen) {
   LabCase test;
   test.hands = {HandOfBox("off")};
   test.network.there.loss = 1;

@@ -39,7 +39,7 @@ double OfACopyThatForesees(double delay_s) {
   return std::min(kWay, 0.5 * kPeak * kWay * delay_s * delay_s);
 }
 
-TEST(Divergence, OfTheDefaultLawIsWithinAFewTimesWhatNoLawCanBeat) {
+TEST(Divergence, DefaultLawIsWithinASmallFactorOfTheLowerBound) {
   struct Case {
     double delay_s;
     double most_m;   // m; never more than was measured

@@ -115,7 +115,7 @@ double LargestChange(const std::vector<Vec3>& force, std::size_t frames) {
   return largest;
 }
 
-TEST(Felt, WhoComesOrGoesChangesNoForceByMoreThanOneNewton) {
+TEST(Felt, JoinOrLeaveChangesNoForceByMoreThanOneNewton) {
   for (const double tau : {0.001, 0.02, 0.1}) {
     const Forces calm = ThreeNewtons(tau, What::kNothing);
     ASSERT_NEAR(calm.links[5900].norm(), 3.0, 0.15) << tau;
@@ -144,7 +144,7 @@ TEST(Felt, WhoComesOrGoesChangesNoForceByMoreThanOneNewton) {
 
 // Many links go and come at once. A peer that is heard and does not hear, or the other way, is not
 // lost: a link is softer the longer it has no echo.
-TEST(Felt, WhoIsCutOffFromAllOthersFeelsNoChangeByMoreThanOneNewton) {
+TEST(Felt, IsolatedPeerFeelsNoChangeByMoreThanOneNewton) {
   for (const double tau : {0.001, 0.1}) {
     for (const std::size_t others : {1U, 2U, 4U, 8U}) {
       for (const Cut cut : {Cut::kBothWays, Cut::kFromIt, Cut::kToIt}) {

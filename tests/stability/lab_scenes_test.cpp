@@ -43,7 +43,7 @@ constexpr const char* kDefaultLaw = R"({"gate": false})";
 
 // One user leans on what is there, and one is pulled away from it. The hands are heavy. The ball
 // has no friction, so it goes on swinging in its socket for a second, across the user's push.
-TEST(LabScenes, AreCalmUnderTheDefaultLawInContact) {
+TEST(LabScenes, AreStableUnderTheDefaultLawInContact) {
   for (const char* name : {"wall", "slot", "ball"}) {
     const LabScene scene = SceneOf(Case(name, "press", kDefaultLaw));
     const Vec3 swings = std::string(name) == "ball" ? Vec3(0, 1, 1) : Vec3(0, 0, 0);
@@ -72,7 +72,7 @@ TEST(LabScenes, AreCalmUnderTheDefaultLawInContact) {
 
 // Voxels of 2 mm are for speed. Leaning on the ball's socket is as calm with voxels of half the
 // size.
-TEST(LabScenes, TheBallIsCalmWithFinerVoxelsToo) {
+TEST(LabScenes, BallIsStableWithFinerVoxels) {
   const ScratchFolder finer;
   for (const char* mesh : {"ball.stl", "socket.stl"}) {
     std::filesystem::copy_file(kFolder / mesh, finer.path() / mesh);
@@ -93,7 +93,7 @@ TEST(LabScenes, TheBallIsCalmWithFinerVoxelsToo) {
 }
 
 // A knock 54 mm from the centre turns the body. Growth, tail and energy count that.
-TEST(LabScenes, AGraspOffTheCentreTurnsTheBodyAndIsCalm) {
+TEST(LabScenes, OffCentreGraspRotatesTheBodyStably) {
   const LabCase test = Case("off_centre", "kick", kDefaultLaw);
   const CaseResult run = RunCase(test, SceneOf(test));
   ExpectCalm(run);
@@ -111,7 +111,7 @@ TEST(LabScenes, FaultsNameTheFileAndTheBody) {
 // The network has delays of 20, 300, 50, 1000 and 20 ms, outages of 1.5 s and 3.5 s, and jitter and
 // loss at 100 Hz, while a hand goes to and fro. There is no energy, nothing for the gate to do, and
 // no step of the links above 1 N in a frame.
-TEST(LabScenes, TheDefaultLawBearsDelaysThatJumpAndOutages) {
+TEST(LabScenes, DefaultLawSurvivesDelayJumpsAndOutages) {
   const Result<LabCase> test = LoadCase(kFolder / "adversarial.json");
   ASSERT_TRUE(test) << test.error().what;
   const CaseResult run = RunCase(*test, SceneOf(*test));
@@ -123,7 +123,7 @@ TEST(LabScenes, TheDefaultLawBearsDelaysThatJumpAndOutages) {
 
 // The same network with 200 N/m and no drag blows up. The gate holds it within its credits: 0.1 J
 // for every end of a link that has begun, of which there are two more after each outage.
-TEST(LabScenes, AFixedStiffnessDoesNotBearThemButForTheGate) {
+TEST(LabScenes, FixedStiffnessNeedsTheEnergyGate) {
   Result<LabCase> test = LoadCase(kFolder / "adversarial.json");
   ASSERT_TRUE(test) << test.error().what;
   test->hands = {*HandNamed("off", Inertia{})};

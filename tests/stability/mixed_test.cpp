@@ -38,7 +38,7 @@ const Vec3& Held(SimulatedSession& session, std::size_t peer) {
 
 // Two peers, or four, hold the cube some way apart. The peer that does not hold it sees one cube,
 // at their mean.
-TEST(Mixed, AThirdMeetsASharedBodyAsOneThingAtTheMeanOfItsInstances) {
+TEST(Mixed, ThirdPeerMeetsASharedBodyAtTheMeanOfItsInstances) {
   const auto model = TwoCubes();
   for (const std::size_t holders : {2U, 4U}) {
     SimulatedSession session;
@@ -60,7 +60,7 @@ TEST(Mixed, AThirdMeetsASharedBodyAsOneThingAtTheMeanOfItsInstances) {
 }
 
 // The instances part for good. Then there are two cubes, and the third peer runs into each of them.
-TEST(Mixed, InstancesThatHavePartedAreMetBoth) {
+TEST(Mixed, SeparatedInstancesBothMakeContact) {
   const auto model = TwoCubes();
   for (const std::size_t holders : {2U, 4U}) {
     for (const double side : {0.06, -0.06}) {

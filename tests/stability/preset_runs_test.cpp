@@ -74,7 +74,7 @@ TEST(DefaultPreset, IsStableInEveryCell) {
 
 // Hands hold a part apart over a line that loses samples. Each change of stiffness moves the part,
 // and none moves it so that it is felt (docs/decisions/0050-links-that-last.md).
-TEST(DefaultPreset, HandsThatHoldAgainstOneAnotherFeelNothingOfALossyLineWithAnySeed) {
+TEST(DefaultPreset, OpposingHandsFeelNoPacketLossWithAnySeed) {
   LabCase test = *ParseCase(
       R"({"network": "lossy", "publish_hz": 100, "motion": "hold", "delay_s": 0.02})", "case");
   const LabScene scene = *LoadLabScene(test, kPresets);
@@ -97,7 +97,7 @@ TEST(AcceptancePreset, PassesAllRowsInOneShardOfForty) {
   ExpectAllRows(results);
 }
 
-TEST(MapPreset, HasNothingUnstableThatIsPredictedStableInOneShardOfForty) {
+TEST(MapPreset, HasNoUnstablePredictedStableCellInOneShardOfForty) {
   const Results results = RunPreset("map.json", {1, 40});
   EXPECT_GE(results.records.size(), 13U);
   ExpectAllRows(results);
@@ -122,7 +122,7 @@ TEST(NetworksPreset, PassesItsRow) {
 }
 
 // A preset that is added is added here, or to one of the tests named above.
-TEST(OffsetPreset, HasNothingUnstableThatIsPredictedStableInOneShardOfEight) {
+TEST(OffsetPreset, HasNoUnstablePredictedStableCellInOneShardOfEight) {
   const Results results = RunPreset("offset.json", {1, 8});
   ExpectAllRows(results);
 }

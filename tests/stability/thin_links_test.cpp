@@ -34,7 +34,7 @@ void ExpectAtRest(const CaseResult& run) {
 }
 
 // The links are more than 2.4 s old at times. Such a link is softer, and does not fall to nothing.
-TEST(ThinLinks, AtASecondOfDelayKeepTheirStiffnessThroughBursts) {
+TEST(ThinLinks, KeepTheirStiffnessThroughBurstsAtOneSecondOfDelay) {
   for (const char* hands : {R"(["off"])", R"(["heavy"])"}) {
     for (const char* motion : {"kick", "move"}) {
       for (int seed = 1; seed <= 3; ++seed) {
@@ -50,7 +50,7 @@ TEST(ThinLinks, AtASecondOfDelayKeepTheirStiffnessThroughBursts) {
   }
 }
 
-TEST(ThinLinks, AmongFiveKeepTheirStiffness) {
+TEST(ThinLinks, KeepTheirStiffnessAmongFivePeers) {
   const CaseResult run = RunText(
       std::string(
           R"({"users": 5, "hands": ["heavy"], "delay_s": 0.6, "publish_hz": 37, "seed": 2, )") +
@@ -61,7 +61,7 @@ TEST(ThinLinks, AmongFiveKeepTheirStiffness) {
 
 // The stiffness says where the part is that two hands pull apart, and the network moves the delay
 // that the stiffness is made for.
-TEST(ThinLinks, DoNotMoveAPartThatHandsPullApart) {
+TEST(ThinLinks, DoNotMoveAPartUnderOpposingForces) {
   const std::string heavy = R"({"mass_kg": 3, "damping_Ns_m": 0.7})";
   for (const std::string line :
        {R"("delay_s": 0.03, "publish_hz": 1000)", R"("delay_s": 0.3, "publish_hz": 120)",
@@ -90,24 +90,24 @@ void ExpectCalm(std::uint64_t first, std::size_t count) {
 }
 
 // The cases are a few of those that `tandem stability random` draws. presets.sh runs a thousand.
-TEST(RandomCases, AreCalmUnderTheDefaultLaw) {
+TEST(RandomCases, AreStableUnderTheDefaultLaw) {
   ExpectCalm(1, 12);
 }
 
 // Five users at 0.8 s and 15 samples a second. Bursts of loss are as long as the loop, and a soft
 // hand holds the part apart from the others.
-TEST(RandomCases, ASoftHandHoldsAPartStillThroughSilencesOfSeconds) {
+TEST(RandomCases, SoftHandHoldsAPartStillThroughLongSilences) {
   ExpectCalm(5157, 1);
 }
 
 // Two users are torn apart by a wall and meet again with an empty tank at one end. A link of no
 // stiffness needs no reserve for the way of its copy, so it rises.
-TEST(RandomCases, ALinkRisesAgainWhereItsTankIsEmpty) {
+TEST(RandomCases, LinkStiffnessRecoversWithAnEmptyEnergyTank) {
   ExpectCalm(767, 1);
 }
 
 // A hand without a spring presses a ball into its socket. Contact alone would turn it on and on.
-TEST(RandomCases, APressedBallComesToRestInItsSocket) {
+TEST(RandomCases, PressedBallComesToRestInItsSocket) {
   ExpectCalm(9455, 1);
 }
 

@@ -45,7 +45,7 @@ CaseResult OverTraces(LabCase test, const LinkTrace& there, const LinkTrace& bac
   return RunCase(test, FreeBox());
 }
 
-TEST(TraceRuns, OfAConstantDelayIsTheRunWithThatDelay) {
+TEST(TraceRuns, ConstantTraceEqualsAConstantDelay) {
   for (const double delay_s : {0.02, 0.1, 0.3}) {
     SCOPED_TRACE(delay_s);
     const LabCase test = Move(delay_s);
@@ -60,7 +60,7 @@ TEST(TraceRuns, OfAConstantDelayIsTheRunWithThatDelay) {
   }
 }
 
-TEST(TraceRuns, OfWhatJitterAndLossDidIsTheRunWithThemWithinTwoInAHundred) {
+TEST(TraceRuns, TraceOfJitterAndLossMatchesThemWithinTwoPercent) {
   LabCase test = Move(0.06);
   test.network.there = test.network.back = {.jitter_ms = 20, .loss = 0.05};
   const LinkTrace there(1000,
@@ -76,7 +76,7 @@ TEST(TraceRuns, OfWhatJitterAndLossDidIsTheRunWithThemWithinTwoInAHundred) {
   EXPECT_NEAR(trace.metrics.peak_force / plan.metrics.peak_force, 1, 0.02);
 }
 
-TEST(TraceRuns, RepeatBitForBitAndDifferWithThePlaceWhereTheyBegin) {
+TEST(TraceRuns, AreDeterministicPerStartPosition) {
   LabCase test = Move(0);
   test.network.there.trace = *KeepModel("leo", TraceWay::kThere, 1);
   test.network.back.trace = *KeepModel("leo", TraceWay::kBack, 1);

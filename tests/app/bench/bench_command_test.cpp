@@ -43,7 +43,7 @@ void ExpectNumbers(const json& told, const std::vector<std::string>& paths) {
 
 const std::string kPeg = std::string(TANDEM_SCENES) + "/peg_in_slot_peg.stl";
 
-TEST(BenchCommand, PointsSaysWhatAPointsTestTakes) {
+TEST(BenchCommand, PointsReportsTheTimePerPointTest) {
   const json told = Bench("points --scene peg_in_slot --voxel 0.004 --rounds 1");
   ExpectNumbers(told, {"/transform_ns", "/coherent_ns", "/random_ns", "/limit_ns", "/random_4t_ns",
                        "/limit_4t_ns", "/map_bytes", "/points", "/field_ns",
@@ -53,7 +53,7 @@ TEST(BenchCommand, PointsSaysWhatAPointsTestTakes) {
   EXPECT_GT(told["points"], 0);
 }
 
-TEST(BenchCommand, RemovalEndsWhereVoxelsDoNotComeInTime) {
+TEST(BenchCommand, RemovalEndsWhenVoxelsArriveTooLate) {
   const Said said = RunTandem(
       "bench removal --scene bracket_actuator --voxel-mm 0.5 --passes 1 --capacity 100000 "
       "--voxel-memory 3MiB "
@@ -66,7 +66,7 @@ TEST(BenchCommand, RemovalEndsWhereVoxelsDoNotComeInTime) {
   EXPECT_NE(small.err.find("it needs at least"), std::string::npos) << small.err;
 }
 
-TEST(BenchCommand, Table1HasThePapersRowsAndTheBallIsAsThePapers) {
+TEST(BenchCommand, Table1HasThePapersRowsAndReproducesItsBall) {
   const json told = Bench("table1 --scenes ball_and_socket --threads 1");
   ASSERT_EQ(told["rows"].size(), 2U);
   for (const json& row : told["rows"]) {
@@ -97,7 +97,7 @@ TEST(BenchCommand, Figure10FitsAPowerAndDrawsIt) {
   }
 }
 
-TEST(PowerLaw, OfExactPowersIsFoundExactly) {
+TEST(PowerLaw, IsExactForExactPowers) {
   std::vector<VoxelizeTime> times;
   for (const double size_mm : {1.0, 2.5, 4.0}) {
     times.push_back(
@@ -108,7 +108,7 @@ TEST(PowerLaw, OfExactPowersIsFoundExactly) {
   EXPECT_NEAR(law.factor, 3, 1e-12);
 }
 
-TEST(BenchCommand, RemovalSaysWhetherThePartCameOutAndWhatFramesTook) {
+TEST(BenchCommand, RemovalReportsTheOutcomeAndFrameTimes) {
   const ScratchFolder folder;
   const json told = Bench("removal --scene peg_in_slot --voxel-mm 2 --passes 1 --plots " +
                           folder.path().string());
@@ -128,7 +128,7 @@ TEST(BenchCommand, RemovalSaysWhetherThePartCameOutAndWhatFramesTook) {
   }
 }
 
-TEST(BenchCommand, VoxelizeSaysWhatItTakesAndWhatPolygonsSave) {
+TEST(BenchCommand, VoxelizeReportsTimeAndThePolygonSaving) {
   const json told = Bench("voxelize " + kPeg + " --scale 0.001 --voxel 0.002 --threads 1");
   ExpectNumbers(told, {"/seconds", "/cpu_seconds", "/points_per_chunk", "/band_voxels", "/bytes",
                        "/bytes_per_band_voxel", "/polygons", "/edge_voxels", "/vertex_voxels",
@@ -188,7 +188,7 @@ TEST(FineCylinder, KeepsFewOfItsEdgesWhenVoxelized) {
   }
 }
 
-TEST(BenchCommand, FrameSaysWhatFramesTakeAndThatNoContactWasMissed) {
+TEST(BenchCommand, FrameReportsTimesAndNoMissedContact) {
   const json told = Bench("frame --scene peg_in_slot --frames 1000 --capacity 100000 --passes 2");
   ExpectNumbers(told, {"/points",
                        "/voxels",
@@ -215,7 +215,7 @@ TEST(BenchCommand, FrameSaysWhatFramesTakeAndThatNoContactWasMissed) {
   EXPECT_GT(told["contacts"], 0);
 }
 
-TEST(BenchCommand, FrameWithoutCoherenceTestsAllAndWithoutDriftIsForPlainContact) {
+TEST(BenchCommand, FrameWithoutCoherenceTestsMoreAndDriftOptionNeedsPlainContact) {
   const std::string frame = "frame --scene peg_in_slot --frames 1000 --capacity 100000";
   EXPECT_GT(Bench(frame + " --without coherence")["tests_per_frame"],
             2 * Bench(frame)["tests_per_frame"].get<double>());
@@ -224,14 +224,14 @@ TEST(BenchCommand, FrameWithoutCoherenceTestsAllAndWithoutDriftIsForPlainContact
   EXPECT_NE(said.err.find("--without drift: only plain contact"), std::string::npos) << said.err;
 }
 
-TEST(BenchCommand, MemorySaysBytesABandVoxel) {
+TEST(BenchCommand, MemoryReportsBytesPerBandVoxel) {
   const json told = Bench("memory --scene peg_in_slot");
   ExpectNumbers(told, {"/bytes_per_band_voxel", "/scenes/0/bytes_per_band_voxel_refined",
                        "/scenes/0/resident_bytes_per_band_voxel"});
   EXPECT_EQ(told["scenes"].size(), 1U);
 }
 
-TEST(BenchCommand, NetworkSaysWhatThereAndBackTakes) {
+TEST(BenchCommand, NetworkReportsTheRoundTrip) {
   const json told = Bench("network --seconds 0.1");
   ExpectNumbers(
       told, {"/udp_rtt_p50_us", "/dds_rtt_p50_us", "/ratio", "/udp_rtt_p99_us", "/dds_rtt_p99_us"});
@@ -239,7 +239,7 @@ TEST(BenchCommand, NetworkSaysWhatThereAndBackTakes) {
   EXPECT_EQ(told["bytes"], 916);  // a state with its links, which a peer sends at 1 kHz
 }
 
-TEST(BenchCommand, SessionSaysWhatIsDeliveredAmongPeersAndWhetherAllMet) {
+TEST(BenchCommand, SessionReportsDeliveryAndDiscovery) {
   const json told = Bench("session --peers 2 --hz 250 --seconds 1");
   ExpectNumbers(told, {"/samples_sent", "/samples_delivered", "/delivered", "/least_delivered",
                        "/least_sent", "/frames", "/missed", "/judged_frames", "/judged_missed",
@@ -251,7 +251,7 @@ TEST(BenchCommand, SessionSaysWhatIsDeliveredAmongPeersAndWhetherAllMet) {
   EXPECT_GT(told["frames"], told["judged_frames"]);
 }
 
-TEST(BenchCommand, SessionComparesPeersWithPeersApart) {
+TEST(BenchCommand, SessionComparesCoupledWithIndependentPeers) {
   const json told = Bench("session --compare 1 --rounds 1 --hz 250 --seconds 1");
   ExpectNumbers(told, {"/sessions/0/ratio_to_apart", "/sessions/0/median_ratio_to_apart",
                        "/sessions/0/frame_wall_p999_us", "/sessions/0/frames",
@@ -259,7 +259,7 @@ TEST(BenchCommand, SessionComparesPeersWithPeersApart) {
                        "/sessions/0/apart/frame_wall_p999_us", "/sessions/0/apart/missed"});
 }
 
-TEST(BenchCommand, SessionComparesWithTheRunsBeforeAndAfterWithoutViewers) {
+TEST(BenchCommand, SessionComparesRunsWithAndWithoutViewers) {
   const json told = Bench("session --viewers 1 --rounds 1 --hz 250 --seconds 1");
   ASSERT_EQ(told["sessions"].size(), 3U);
   ExpectNumbers(told, {"/viewerless_ratio", "/sessions/1/ratio", "/sessions/1/ratio_least",
@@ -281,7 +281,7 @@ std::vector<std::string> Under(const std::string& top, std::vector<std::string> 
   return paths;
 }
 
-TEST(BenchCommand, FidelitySaysHowTrueContactOnPlanesIs) {
+TEST(BenchCommand, FidelityReportsContactErrorOnPlanes) {
   const json told = Bench("fidelity --approaches 1 --tilts 1 --only first-force --only pressed");
   ExpectNumbers(told, kOnPlanes);
   ExpectNumbers(told, Under("/plain", kOnPlanes));
@@ -289,7 +289,7 @@ TEST(BenchCommand, FidelitySaysHowTrueContactOnPlanesIs) {
 }
 
 // Holds exist in refined contact alone.
-TEST(BenchCommand, FidelitySaysWhetherHandsFeelRestAndTheClearanceThatTheyAskFor) {
+TEST(BenchCommand, FidelityReportsRestAndRequestedClearance) {
   const json told = Bench(
       "fidelity --holds 2 --clearance-tilts 1 --sheet-tries 6 --only holds --only clearance "
       "--only sheets");
@@ -320,7 +320,7 @@ std::vector<std::string> OfPart(const std::string& top, std::vector<std::string>
 }
 
 // Balls, nuts and pegs simulate many seconds, so they run on demand.
-TEST(BenchCommand, FidelitySaysHowPartsGoTogether) {
+TEST(BenchCommand, FidelityReportsAssembly) {
   if (std::getenv("TANDEM_BENCHES") == nullptr) {
     GTEST_SKIP() << "runs when TANDEM_BENCHES is set";
   }
@@ -352,13 +352,13 @@ TEST(BenchCommand, FidelitySaysHowPartsGoTogether) {
   EXPECT_LT(told["false_pushes"]["contacts"], 3000);
 }
 
-TEST(BenchCommand, FidelityMeasuresWhatThereIs) {
+TEST(BenchCommand, FidelityMeasuresAllModels) {
   const Said said = RunTandem("bench fidelity --only screw");
   EXPECT_EQ(said.exit_code, kExitUsage);
   EXPECT_NE(said.err.find("first-force"), std::string::npos) << said.err;
 }
 
-TEST(BenchCommand, WithoutATemporaryFolderIsRefusedInALine) {
+TEST(BenchCommand, MissingTemporaryFolderIsRefusedInOneLine) {
   // a folder in which nobody can make one, and a folder that does not exist
   for (const std::string folder : {"/proc", "/nowhere"}) {
     const Said said =

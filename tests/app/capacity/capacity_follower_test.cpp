@@ -25,14 +25,14 @@ double Priced(const StepReport& report) {
          kTests;
 }
 
-TEST(CapacityFollower, GivesWhatWasMeasuredLessWhatLightFramesTake) {
+TEST(CapacityFollower, SubtractsTheTimeOfLightFrames) {
   CapacityFollower follower(kTests, kLookPrice, kBudget);
   EXPECT_EQ(follower.tests(), kTests);
   for (int frame = 0; frame < 1000; ++frame) follower.Count(Frame(0, 0), 40e-6);
   EXPECT_NEAR(follower.tests(), 0.95 * kTests, 0.001 * kTests);
 }
 
-TEST(CapacityFollower, LearnsWhatTestsAndLooksCostWhereTheBodiesAre) {
+TEST(CapacityFollower, LearnsTheCostOfTestsAndQueries) {
   const StepReport heavy = Frame(20'000, 250);
   for (const double share : {0.5, 1.0, 1.6}) {
     CapacityFollower follower(kTests, kLookPrice, kBudget);
@@ -46,7 +46,7 @@ TEST(CapacityFollower, LearnsWhatTestsAndLooksCostWhereTheBodiesAre) {
   }
 }
 
-TEST(CapacityFollower, IsNotLedAstrayByAFrameThatTheMachineHeldUp) {
+TEST(CapacityFollower, IgnoresAFrameDelayedByTheMachine) {
   const StepReport heavy = Frame(20'000, 250);
   CapacityFollower follower(kTests, kLookPrice, kBudget);
   for (int frame = 0; frame < 500; ++frame) follower.Count(heavy, Priced(heavy));
@@ -58,7 +58,7 @@ TEST(CapacityFollower, IsNotLedAstrayByAFrameThatTheMachineHeldUp) {
   EXPECT_GT(follower.tests(), 0.97 * before);
 }
 
-TEST(CapacityFollower, NeverGivesLessThanAQuarterNorMoreThanFourTimes) {
+TEST(CapacityFollower, StaysWithinAFactorOfFour) {
   std::mt19937_64 random(6);
   std::uniform_real_distribution<double> share(0, 1);
   for (int run = 0; run < 100; ++run) {

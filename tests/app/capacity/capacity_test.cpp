@@ -40,7 +40,7 @@ double CpuSeconds(const Work& work) {
   return 1e-9 * static_cast<double>(MachineClock().ThreadCpuNs() - begin);
 }
 
-TEST(Capacity, IsInProportionToTheTimeThatAFrameHas) {
+TEST(Capacity, IsProportionalToTheFrameTime) {
   const auto model = BallOverPlate();
   std::vector<double> ratios;
   for (int round = 0; round < 5; ++round) {
@@ -56,7 +56,7 @@ TEST(Capacity, IsNeverLessThanAThousandTests) {
 
 // A frame that tests N points should take N / capacity of the given time. Without coherence every
 // frame tests every point, so that there is little else in it.
-TEST(Capacity, SaysWhatFramesOfTestsTake) {
+TEST(Capacity, ReportsTheTimeOfPointTestFrames) {
   kHapticThread.Enter();
   const auto model = BallOverPlate(ContactModel::kPlain);
   World world(model, {.experiments = {.coherence = false, .chunks = false, .drift = false}});
@@ -81,7 +81,7 @@ TEST(Capacity, SaysWhatFramesOfTestsTake) {
 }
 
 // The same holds in the refined model, whose frames look up features, and push some of them.
-TEST(Capacity, SaysWhatFramesOfFeaturesTake) {
+TEST(Capacity, ReportsTheTimeOfFeatureFrames) {
   kHapticThread.Enter();
   const auto model = BallOverPlate();
   World world(model, {.experiments = {.coherence = false, .chunks = false}});
@@ -106,14 +106,14 @@ TEST(Capacity, SaysWhatFramesOfFeaturesTake) {
 }
 
 // There are no exact looks in the plain model: none is measured.
-TEST(Capacity, HasNoMeasuredPriceInThePlainModel) {
+TEST(Capacity, HasNoMeasuredQueryCostInThePlainModel) {
   const FrameCapacity capacity =
       MeasureCapacity(*BallOverPlate(ContactModel::kPlain), kFrameBudget);
   EXPECT_EQ(capacity.look_price, kDefaultLookPrice);
   EXPECT_GT(capacity.tests, 1000.0);
 }
 
-TEST(Capacity, IsTheDefaultWhereNothingCanBeTested) {
+TEST(Capacity, IsTheDefaultWithoutMeasurableContact) {
   EXPECT_EQ(MeasureCapacity(WorldModel{}, kFrameBudget).tests, kDefaultCapacity);
 }
 

@@ -39,7 +39,7 @@ class CacheCommand : public ::testing::Test {
   ScratchFolder scratch_;
 };
 
-TEST_F(CacheCommand, ListsVerifiesAndClearsWhatProgramsKeep) {
+TEST_F(CacheCommand, ListsVerifiesAndClearsCachedFiles) {
   EXPECT_EQ(Asked("list")["files"].size(), 0U);
   LoadAScene();
   const json list = Asked("list");
@@ -55,7 +55,7 @@ TEST_F(CacheCommand, ListsVerifiesAndClearsWhatProgramsKeep) {
   EXPECT_EQ(Asked("list")["files"].size(), 0U);
 }
 
-TEST_F(CacheCommand, VerifyNamesWhatIsDamaged) {
+TEST_F(CacheCommand, VerifyNamesDamagedFiles) {
   LoadAScene();
   const std::string file = Asked("list")["files"][0]["file"];
   fs::resize_file(file, fs::file_size(file) - 100);
@@ -68,12 +68,12 @@ TEST_F(CacheCommand, VerifyNamesWhatIsDamaged) {
   EXPECT_EQ(Run("cache verify").exit_code, kExitOk);
 }
 
-TEST_F(CacheCommand, IsRefusedWhereNothingIsKept) {
+TEST_F(CacheCommand, IsRefusedWithoutACacheFolder) {
   ExpectRefused(RunTandem("cache list", "TANDEM_CACHE= "), kExitFile, "TANDEM_CACHE is empty");
   ExpectRefused(RunTandem("cache", "TANDEM_CACHE= "), kExitUsage, "subcommand");
 }
 
-TEST_F(CacheCommand, GoesByAPersonsFolders) {
+TEST_F(CacheCommand, UsesTheUsersCacheFolder) {
   const std::string home = scratch_.path().string();
   const auto folder = [](const std::string& before) {
     return json::parse(RunTandem("cache list --json", "env -u TANDEM_CACHE " + before).out, nullptr,

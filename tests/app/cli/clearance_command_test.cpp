@@ -153,7 +153,7 @@ class ClearanceCommand : public ::testing::Test {
 
 // A key in the middle of its hole is as far from each wall as its play, and no path keeps more.
 // Surfaces may come 0.05 voxel nearer than a clearance.
-TEST_F(ClearanceCommand, AKeyPassesWithItsPlayAndWithNoMore) {
+TEST_F(ClearanceCommand, KeyPassesWithItsPlayAndNoMore) {
   constexpr double kVoxelMm = 0.5;
   for (const double play_mm : {0.1, 0.2}) {
     const ScratchFolder key;
@@ -181,7 +181,7 @@ TEST_F(ClearanceCommand, AKeyPassesWithItsPlayAndWithNoMore) {
 
 // The edge of a wall, turned by 45 degrees, points at the face of a cube that goes by. The cube
 // begins and ends 40 mm beside it.
-TEST_F(ClearanceCommand, APartThatGoesByAnEdgeIsAsFarAsTheyStandAside) {
+TEST_F(ClearanceCommand, PartPassingAnEdgeHasItsLateralDistance) {
   constexpr double kApartMm = 3;
   const double half = 10 * kMillimetre;
   const double to_edge = half * std::sqrt(2.0);  // distance of the edge from the wall's middle
@@ -203,7 +203,7 @@ TEST_F(ClearanceCommand, APartThatGoesByAnEdgeIsAsFarAsTheyStandAside) {
 }
 
 // The hand uses 0.3 of the one voxel by which points can be displaced.
-TEST_F(ClearanceCommand, WhatTheHandHadOrderedIsEnlarged) {
+TEST_F(ClearanceCommand, RecordedClearanceOrdersAreEnlarged) {
   const TriangleMesh wall = BoxBetween({13 * kMillimetre, -30 * kMillimetre, -30 * kMillimetre},
                                        {20 * kMillimetre, 30 * kMillimetre, 0});
   const json room = Measured(CubeBeside(wall), {{.body = "cube",
@@ -218,7 +218,7 @@ TEST_F(ClearanceCommand, WhatTheHandHadOrderedIsEnlarged) {
 // The block is half a voxel beside the way of the cube, which starts away from it. Refined contact
 // begins 0.45 voxel away, so the recorded path is straight. A hand with more clearance is pushed
 // aside.
-TEST_F(ClearanceCommand, AHandThatIsPushedAsidePassesWithMoreThanItsPathHad) {
+TEST_F(ClearanceCommand, DeflectedHandPassesWithMoreThanThePathsClearance) {
   const TriangleMesh wall = BoxBetween({10.5 * kMillimetre, -30 * kMillimetre, 30 * kMillimetre},
                                        {20 * kMillimetre, 30 * kMillimetre, 0.05});
   const json room = Measured(
@@ -228,7 +228,7 @@ TEST_F(ClearanceCommand, AHandThatIsPushedAsidePassesWithMoreThanItsPathHad) {
   EXPECT_GE(room.at("kept_mm").get<double>(), room.at("passes_with_mm").get<double>() - 0.05);
 }
 
-TEST_F(ClearanceCommand, WhereNothingIsFixedThePartMustEndWhereItEnded) {
+TEST_F(ClearanceCommand, WithoutFixedBodiesThePartMustReachItsEndPose) {
   const TriangleMesh other = BoxBetween({13 * kMillimetre, -30 * kMillimetre, -30 * kMillimetre},
                                         {20 * kMillimetre, 30 * kMillimetre, 0});
   const json room =
@@ -243,7 +243,7 @@ TEST_F(ClearanceCommand, WhereNothingIsFixedThePartMustEndWhereItEnded) {
 // voxel and the clearance. With a play of 0.6 voxel the key goes in freely up to a clearance of
 // 0.15. A firm hand presses it in at some more, but not at the 0.65 that the distances along the
 // way allow.
-TEST_F(ClearanceCommand, AKeyThatTheRimKeepsOutDoesNotPassThoughItKeepsItsDistance) {
+TEST_F(ClearanceCommand, KeyBlockedByTheRimDoesNotPass) {
   constexpr double kVoxelMm = 0.5;
   folder_.Write("hole.obj", ObjText(testing::KeyholeMesh(0.6 * kVoxelMm * kMillimetre)));
   folder_.Write("key.obj", ObjText(testing::KeyMesh()));
@@ -262,7 +262,7 @@ TEST_F(ClearanceCommand, AKeyThatTheRimKeepsOutDoesNotPassThoughItKeepsItsDistan
 // Another hand brings its body, which begins 8 mm beside the cube, nearer by 5 mm. The faces of the
 // two are across x, so their gap is what the recording peer has between their origins, less the
 // halves: 10 mm of the cube, 3.5 mm of the other.
-TEST_F(ClearanceCommand, ABodyThatAnotherHandBringsNearerCounts) {
+TEST_F(ClearanceCommand, CountsABodyMovedByAnotherHand) {
   const TriangleMesh other = BoxBetween({18 * kMillimetre, -30 * kMillimetre, -30 * kMillimetre},
                                         {25 * kMillimetre, 30 * kMillimetre, 30 * kMillimetre});
   double gap = 1;
@@ -283,7 +283,7 @@ TEST_F(ClearanceCommand, ABodyThatAnotherHandBringsNearerCounts) {
 
 // Without contact the hand brings a cube, whose lowest face is 10 mm below its origin, into a plate
 // whose top is at -30 mm.
-TEST_F(ClearanceCommand, APathThroughABodyIsBelowZeroAndPassesWithNothing) {
+TEST_F(ClearanceCommand, PathThroughABodyHasNegativeClearance) {
   const TriangleMesh plate = BoxBetween({-60 * kMillimetre, -60 * kMillimetre, -80 * kMillimetre},
                                         {60 * kMillimetre, 60 * kMillimetre, -30 * kMillimetre});
   double lowest_z = 0;
@@ -301,7 +301,7 @@ TEST_F(ClearanceCommand, APathThroughABodyIsBelowZeroAndPassesWithNothing) {
   EXPECT_TRUE(room.at("passes_with_mm").is_null());
 }
 
-TEST_F(ClearanceCommand, SaysBothFiguresToAPerson) {
+TEST_F(ClearanceCommand, PrintsBothFiguresAsText) {
   const TriangleMesh wall = BoxBetween({13 * kMillimetre, -30 * kMillimetre, -30 * kMillimetre},
                                        {20 * kMillimetre, 30 * kMillimetre, 0});
   RecordHands(CubeBeside(wall),
@@ -312,7 +312,7 @@ TEST_F(ClearanceCommand, SaysBothFiguresToAPerson) {
   EXPECT_THAT(said.out, HasSubstr("the same hand passes with a clearance of at least 1 mm, "));
 }
 
-TEST_F(ClearanceCommand, WhatIsNoWholeRecordingOfAHandIsRefusedInOneLine) {
+TEST_F(ClearanceCommand, IncompleteRecordingIsRefusedInOneLine) {
   const TriangleMesh wall = BoxBetween({13 * kMillimetre, -30 * kMillimetre, -30 * kMillimetre},
                                        {20 * kMillimetre, 30 * kMillimetre, 0});
   const std::string scene = CubeBeside(wall);
@@ -337,7 +337,7 @@ TEST_F(ClearanceCommand, WhatIsNoWholeRecordingOfAHandIsRefusedInOneLine) {
 }
 
 // A cube over a plate with far edges is as far from it as its lowest corner is high.
-TEST(PathDistance, IsThatOfTheLowestCornerOfATurningCubeAtEveryPoseWithFewSearches) {
+TEST(PathDistance, MatchesARotatingCubeWithFewSearches) {
   const TriangleMesh plate = BoxBetween({-1, -1, -0.02}, {1, 1, 0});
   const TriangleMesh cube = Transformed(BoxOfHalf(Vec3::Constant(10 * kMillimetre)),
                                         {Quat::Identity(), Vec3(0, 0, 50 * kMillimetre)});
@@ -371,7 +371,7 @@ TEST(PathDistance, IsThatOfTheLowestCornerOfATurningCubeAtEveryPoseWithFewSearch
 }
 
 // Two cubes on one line: the gap between their faces, whichever of them moves.
-TEST(PathDistance, OfTwoThatMoveCountsWhatBothMoved) {
+TEST(PathDistance, CountsTheMotionOfBothBodies) {
   const TriangleMesh cube = BoxOfHalf(Vec3::Constant(10 * kMillimetre));
   const TriangleMesh beside = Transformed(cube, {Quat::Identity(), Vec3(50 * kMillimetre, 0, 0)});
   const auto model = testing::MakeWorldModel({{cube}, {beside}}, 5 * kMillimetre);

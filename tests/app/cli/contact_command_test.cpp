@@ -65,7 +65,7 @@ class ContactCommand : public ::testing::Test {
 };
 
 // A pair that presses with 45.6 N must not be answered with no force.
-TEST_F(ContactCommand, RefusesALayerThatMissesContactsAndNamesOneThatWorks) {
+TEST_F(ContactCommand, RefusesAnUnsafeLayerAndSuggestsASafeOne) {
   const Said refused = Run("--force-layer 0");
   EXPECT_EQ(refused.exit_code, kExitUsage);
   EXPECT_TRUE(refused.out.empty()) << refused.out;
@@ -75,7 +75,7 @@ TEST_F(ContactCommand, RefusesALayerThatMissesContactsAndNamesOneThatWorks) {
   EXPECT_EQ(Run("--contact plain --force-layer 0").exit_code, kExitOk);
 }
 
-TEST_F(ContactCommand, GoesByTheModelsOwnLayerUnlessOneIsGiven) {
+TEST_F(ContactCommand, UsesTheModelsDefaultLayer) {
   const Said said = Run("");
   ASSERT_EQ(said.exit_code, kExitOk) << said.err;
   // four corners and the twenty voxels of each of four edges are 0.15 voxels within the clearance,
@@ -232,7 +232,7 @@ class PosesOfRealParts : public ::testing::TestWithParam<Pair> {
   fs::path poses_;
 };
 
-TEST_P(PosesOfRealParts, NothingTouchesWhereTheyAreFarAndSomethingWhereTheyCollide) {
+TEST_P(PosesOfRealParts, ContactOccursOnlyInCollidingPoses) {
   const Pair& pair = GetParam();
   const std::map<int, PoseAnswer> at_surface = AnswersAt(0, "plain");
   const std::map<int, PoseAnswer> around = AnswersAt(1, "refined");

@@ -37,7 +37,7 @@ class DefaultPeer : public testing::PeerCommand {
   }
 };
 
-TEST_F(DefaultPeer, MeasuresItsCapacityAndFollowsWhatFramesTake) {
+TEST_F(DefaultPeer, MeasuresAndAdaptsItsCapacity) {
   const Said said = RunBall("");
   ASSERT_EQ(said.exit_code, kExitOk) << said.err;
   const json report = Report();
@@ -71,7 +71,7 @@ TEST_F(DefaultPeer, MeasuresItsCapacityAndFollowsWhatFramesTake) {
 
 // The capacity of each frame is an input that is kept with the others, so the run is repeated bit
 // for bit.
-TEST_F(DefaultPeer, IsRepeatedWithTheCapacityThatEachFrameHad) {
+TEST_F(DefaultPeer, ReplaysWithEachFramesCapacity) {
   ASSERT_EQ(RunBall("").exit_code, kExitOk);
   const Said said = RunTandem("replay --json " + In("recording"), "timeout 60 ");
   EXPECT_EQ(said.exit_code, kExitOk) << said.err;
@@ -79,7 +79,7 @@ TEST_F(DefaultPeer, IsRepeatedWithTheCapacityThatEachFrameHad) {
 }
 
 // The peer names the full disk at once and with the right number, and still writes its report.
-TEST_F(DefaultPeer, TellsThatItsRecordingsDiskIsFullAndWritesItsReport) {
+TEST_F(DefaultPeer, ReportsAFullRecordingDisk) {
   // a limit of 100 KiB a file, which the recording reaches within a second
   const Said said = RunTandem("peer --interface lo --session " + session_ + " --scene " + kScene +
                                   " --hold ball --seconds 2 --capacity 100000 --hand " + kHand +

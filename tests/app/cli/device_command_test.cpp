@@ -73,7 +73,7 @@ class DeviceCommand : public PeerCommand {
   }
 };
 
-TEST_F(DeviceCommand, TheHandFeelsThroughAProcessOfItsOwnAndTheReportSaysSo) {
+TEST_F(DeviceCommand, DeviceProcessGivesForceAndIsReported) {
   const Said said = Run("one", Swinging("--seconds 3 --report " + In("report")));
   ASSERT_EQ(said.exit_code, kExitOk) << said.err;
   EXPECT_THAT(said.err, HasSubstr("at most 3 N and 0.15 N m"));
@@ -98,7 +98,7 @@ TEST_F(DeviceCommand, TheHandFeelsThroughAProcessOfItsOwnAndTheReportSaysSo) {
   EXPECT_EQ(forces.back(), 0);
 }
 
-TEST_F(DeviceCommand, SaysWhatADeviceClaimsThatCannotBe) {
+TEST_F(DeviceCommand, ReportsImpossibleDeviceClaims) {
   const Said said = Run("one",
                         "--name anna --hold right --passivity --device-core 1023 --device "
                         "fake:continuous_N=-1,stiffness=nan,rate_hz=30 --seconds 1 --report " +
@@ -112,7 +112,7 @@ TEST_F(DeviceCommand, SaysWhatADeviceClaimsThatCannotBe) {
   EXPECT_EQ(Report().at("safety").at("passivity").at("control"), true);
 }
 
-TEST_F(DeviceCommand, ThePeerGoesOnWhenItsDeviceDies) {
+TEST_F(DeviceCommand, PeerSurvivesItsDevice) {
   Running anna = Start("one", Swinging("--report " + In("report")));
   ASSERT_TRUE(anna.WaitFor("anna is in session"));
   const pid_t device = DevicePid();
@@ -124,7 +124,7 @@ TEST_F(DeviceCommand, ThePeerGoesOnWhenItsDeviceDies) {
   EXPECT_EQ(anna.Wait(), kExitOk);
 }
 
-TEST_F(DeviceCommand, AnEmergencyStopIsSaidAndHoldsUntilItIsEnded) {
+TEST_F(DeviceCommand, EmergencyStopIsReportedAndHoldsUntilReset) {
   Running anna = Start("one", Swinging("--report " + In("report")));
   ASSERT_TRUE(anna.WaitFor("anna is in session"));
   ASSERT_TRUE(WaitForForce());
@@ -141,7 +141,7 @@ TEST_F(DeviceCommand, AnEmergencyStopIsSaidAndHoldsUntilItIsEnded) {
   EXPECT_EQ(Report().at("safety").at("stops"), 1);
 }
 
-TEST_F(DeviceCommand, AKilledPeerLeavesNoForceAndNoProcess) {
+TEST_F(DeviceCommand, KilledPeerLeavesNeitherForceNorProcess) {
   Running anna = Start("one", Swinging(""));
   ASSERT_TRUE(anna.WaitFor("anna is in session"));
   ASSERT_TRUE(WaitForForce());
@@ -155,7 +155,7 @@ TEST_F(DeviceCommand, AKilledPeerLeavesNoForceAndNoProcess) {
   EXPECT_EQ(Forces(1).back(), 0);
 }
 
-TEST_F(DeviceCommand, SaysWhichDeviceCannotBe) {
+TEST_F(DeviceCommand, ReportsAnInvalidDevice) {
   ExpectRefused(Run("one", "--name anna --hold right --device omega:7"), kExitDevice,
                 "there is no driver 'omega'");
   ExpectRefused(Run("one", "--name anna --hold right --device omega"), kExitDevice,

@@ -24,7 +24,7 @@ json DeviceNamed(const json& said, const std::string& name) {
   return {};
 }
 
-TEST(DevicesCommand, ListsEachDriverWithWhatMendsIt) {
+TEST(DevicesCommand, ListsEachDriverWithItsRemedy) {
   const Said said = RunTandem("devices --json");
   ASSERT_EQ(said.exit_code, kExitOk) << said.err;
   const json out = json::parse(said.out, nullptr, false);
@@ -45,7 +45,7 @@ TEST(DevicesCommand, ListsEachDriverWithWhatMendsIt) {
   EXPECT_THAT(RunTandem("devices --all").out, HasSubstr("fake"));
 }
 
-TEST(DevicesCommand, OutlivesADriverThatCrashesAndSaysWhatIsUnsound) {
+TEST(DevicesCommand, SurvivesACrashingDriverAndReportsInvalidClaims) {
   setenv("TANDEM_DEVICES", TANDEM_UNSOUND_DRIVERS, 1);
   const Said said = RunTandem("devices --json");
   unsetenv("TANDEM_DEVICES");

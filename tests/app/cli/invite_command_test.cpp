@@ -83,7 +83,7 @@ class InviteCommand : public ::testing::Test {
   int inviters_ = 0;
 };
 
-TEST_F(InviteCommand, PrintsOneObjectWithTheLineAndWhatIsInIt) {
+TEST_F(InviteCommand, PrintsTheInvitationAsOneJsonObject) {
   const std::string session = RandomSession();
   Said said = RunTandem("invite '" + session +
                         " a' --json --scene peg_in_slot --external-address 192.0.2.7 "
@@ -107,7 +107,7 @@ TEST_F(InviteCommand, PrintsOneObjectWithTheLineAndWhatIsInIt) {
   EXPECT_TRUE(ReadInvitation(said.out));
 }
 
-TEST_F(InviteCommand, TheInvitedGetsKeysOfItsOwnAndCanComeBackByTheSameLine) {
+TEST_F(InviteCommand, InvitedPeerGetsItsOwnKeysAndCanReturn) {
   json printed;
   const auto inviter = Inviter(RandomSession(), printed, {"--role", "viewer"});
   const std::string line = printed.at("line");
@@ -128,7 +128,7 @@ TEST_F(InviteCommand, TheInvitedGetsKeysOfItsOwnAndCanComeBackByTheSameLine) {
   ExpectRefused(Join(line, "other_home", "--only-keys"), kExitNetwork, "was used or withdrawn");
 }
 
-TEST_F(InviteCommand, AnAlteredLineIsRefusedInOneLineAndLeavesNoKeys) {
+TEST_F(InviteCommand, AlteredInvitationIsRefusedWithoutKeys) {
   json printed;
   const auto inviter = Inviter(RandomSession(), printed);
   const Result<Invitation> given = ReadInvitation(printed.at("line").get<std::string>());
@@ -153,7 +153,7 @@ TEST_F(InviteCommand, AnAlteredLineIsRefusedInOneLineAndLeavesNoKeys) {
   EXPECT_THAT(inviter->said(), HasSubstr("withdrawn"));
 }
 
-TEST_F(InviteCommand, ALineOfAnotherSessionIsRefused) {
+TEST_F(InviteCommand, InvitationOfAnotherSessionIsRefused) {
   json gear;
   json wing;
   const auto one = Inviter(RandomSession(), gear);
@@ -168,7 +168,7 @@ TEST_F(InviteCommand, ALineOfAnotherSessionIsRefused) {
   }
 }
 
-TEST_F(InviteCommand, WhoeverIsAloneBehindALineIsToldSo) {
+TEST_F(InviteCommand, ReportsThatNoInviterListens) {
   Invitation plain;
   plain.session = RandomSession();
   plain.hosts = {"127.0.0.1"};
@@ -179,7 +179,7 @@ TEST_F(InviteCommand, WhoeverIsAloneBehindALineIsToldSo) {
 }
 
 // The line's time is over, and nobody is there.
-TEST_F(InviteCommand, ALineThatHasEndedIsRefused) {
+TEST_F(InviteCommand, ExpiredInvitationIsRefused) {
   Invitation ended;
   ended.session = RandomSession();
   ended.hosts = {"127.0.0.1"};
@@ -190,7 +190,7 @@ TEST_F(InviteCommand, ALineThatHasEndedIsRefused) {
                 "the invitation expired at 2023-11-14 22:13 UTC");
 }
 
-TEST_F(InviteCommand, SaysWhatIsWrongInOneLine) {
+TEST_F(InviteCommand, ReportsErrorsInOneLine) {
   ExpectRefused(RunTandem("invite S --keys " + In("none") + " --name ben"), kExitFile,
                 "has no identity_ca.pem");
   ExpectRefused(RunTandem("invite S --keys " + In("none")), kExitUsage,
@@ -211,7 +211,7 @@ TEST_F(InviteCommand, SaysWhatIsWrongInOneLine) {
                 "for a viewer");
 }
 
-TEST_F(InviteCommand, WhereNoLineLeadsAMemberIsMadeByTwoFiles) {
+TEST_F(InviteCommand, MemberIsMadeByTwoFilesWithoutAConnection) {
   ASSERT_TRUE(MakeSessionKeys(In("keys")));
   Said said = RunTandem("keys request " + In("ben"));
   ASSERT_EQ(said.exit_code, 0) << said.err;

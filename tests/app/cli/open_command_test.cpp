@@ -13,7 +13,7 @@ namespace {
 using testing::RunTandem;
 using testing::Said;
 
-TEST(OpenCommand, TellsWithoutAWindowWhatItWouldShowAndEndsItsController) {
+TEST(OpenCommand, DryRunDescribesTheWindowAndEndsItsController) {
   const Said said = RunTandem(
       "open peg_in_slot --headless --json --name anna --peer-options "
       "'--capacity 20000'");
@@ -30,14 +30,14 @@ TEST(OpenCommand, TellsWithoutAWindowWhatItWouldShowAndEndsItsController) {
   EXPECT_NE(std::system(("pgrep -f -- '[-]-control " + control + "' >/dev/null").c_str()), 0);
 }
 
-TEST(OpenCommand, ADeviceMovesTheHandInPlaceOfTheMouse) {
+TEST(OpenCommand, DeviceReplacesTheMouse) {
   const Said said = RunTandem("open peg_in_slot --headless --json --device fake:x_mm=5");
   ASSERT_EQ(said.exit_code, 0) << said.err;
   EXPECT_EQ(nlohmann::json::parse(said.out).at("hand").at("input"), "device");
   EXPECT_EQ(RunTandem("open peg_in_slot --headless --device no-such:").exit_code, 6);
 }
 
-TEST(OpenCommand, NamesWhatIsWrongInALineAndTheUsualExitCodes) {
+TEST(OpenCommand, ReportsErrorsInOneLineWithExitCodes) {
   Said said = RunTandem("open no_such_scene --headless");
   EXPECT_EQ(said.exit_code, 3);
   EXPECT_NE(said.err.find("no_such_scene"), std::string::npos);

@@ -133,7 +133,7 @@ void ExpectGoodRefusal(const Asked& asked, const std::string& value) {
   EXPECT_THAT(line, HasSubstr(value.empty() ? "" : "got '" + value + "'"));
 }
 
-TEST(Options, NoNumberTakesWhatIsNoneNorOneOutOfAllMeasure) {
+TEST(Options, NumbersRejectInvalidAndExtremeValues) {
   std::size_t numbers = 0;
   for (const Asked& asked : AllOptions()) {
     if (!asked.number) continue;
@@ -147,7 +147,7 @@ TEST(Options, NoNumberTakesWhatIsNoneNorOneOutOfAllMeasure) {
 }
 
 // 0 is no number of anything here but means: for ever, all, none, the first
-TEST(Options, ZeroIsTakenWhereItMeansSomething) {
+TEST(Options, ZeroIsAcceptedWhereMeaningful) {
   const std::set<std::string> means{"--control-domain",
                                     "--core",
                                     "--device-core",
@@ -190,7 +190,7 @@ TEST(Options, ZeroIsTakenWhereItMeansSomething) {
   }
 }
 
-TEST(Options, NoTextIsEmpty) {
+TEST(Options, TextsRejectEmptyValues) {
   std::size_t texts = 0;
   for (const Asked& asked : AllOptions()) {
     if (asked.number) continue;
@@ -200,7 +200,7 @@ TEST(Options, NoTextIsEmpty) {
   EXPECT_GT(texts, 40U);
 }
 
-TEST(Options, WhatIsTypedIsShownWithoutControlCharactersAndCut) {
+TEST(Options, EchoedInputIsCleanedAndShortened) {
   Commands commands;
   const std::string line =
       commands.Refusal({"peer", "--seconds=\x1b[2J\n" + std::string(100'000, 'x')});
@@ -224,7 +224,7 @@ TEST(Options, SizesHaveUnits) {
 }
 
 /// The program itself answers with a line of its own and exit code 2.
-TEST(Options, TheProgramsSayItInALine) {
+TEST(Options, ProgramsReportErrorsInOneLine) {
   for (const auto& [words, line] : std::vector<std::pair<std::string, std::string>>{
            {"peer --seconds nan", "tandem: --seconds: expected a number from 0 to 604800"},
            {"simulate --threads 100000 --seeds 2",

@@ -160,7 +160,7 @@ std::vector<OwnAnswer> OwnAnswers(const std::filesystem::path& folder, const std
 
 class PosesOfOwnParts : public ::testing::TestWithParam<std::size_t> {};
 
-TEST_P(PosesOfOwnParts, NothingTouchesWhereTheyAreFarAndSomethingWhereTheyCollide) {
+TEST_P(PosesOfOwnParts, ContactOccursOnlyInCollidingPoses) {
   const OwnPair pair = OwnPairs()[GetParam()];
   ASSERT_TRUE(ClosedAndTurnedOutward(pair.fixed));
   ASSERT_TRUE(ClosedAndTurnedOutward(pair.moving));

@@ -32,7 +32,7 @@ using testing::Running;
 using testing::RunTandem;
 using testing::Said;
 
-TEST_F(PeerCommand, SaysAtTheEndWhatBecameOfItsBody) {
+TEST_F(PeerCommand, ReportsItsBodyAtTheEnd) {
   const Said said = Run("one", "--name anna --hold right --hand " + In("shift.json") +
                                    " --seconds 2 --report " + In("report"));
   ASSERT_EQ(said.exit_code, kExitOk) << said.err;
@@ -48,7 +48,7 @@ TEST_F(PeerCommand, SaysAtTheEndWhatBecameOfItsBody) {
   EXPECT_TRUE(report.at("start_gaps").empty());
 }
 
-TEST_F(PeerCommand, TellsBeforeTheStartHowBodiesStandAndObeysQuit) {
+TEST_F(PeerCommand, ReportsStartGapsAndObeysQuit) {
   // the right box stands 0.03 mm beside the left one, by voxels of 1 mm
   WriteScene("near", 0.001, "right.obj", -0.00997);
   Running anna = Start("near", "--name anna --hold right --report " + In("report"));
@@ -63,7 +63,7 @@ TEST_F(PeerCommand, TellsBeforeTheStartHowBodiesStandAndObeysQuit) {
   EXPECT_EQ(json::parse(stream, nullptr, false).at("start_gaps").size(), 1U);
 }
 
-TEST_F(PeerCommand, WhoHoldsAnOwnBodyIsToldWhoAsksForItAndHow) {
+TEST_F(PeerCommand, HolderLearnsWhoAsksAndHowToAnswer) {
   Running anna = Start("one", "--name anna --hold left");
   ASSERT_TRUE(anna.WaitFor("you hold left"));
   Running ben = Start("one", "--name ben");
@@ -78,7 +78,7 @@ TEST_F(PeerCommand, WhoHoldsAnOwnBodyIsToldWhoAsksForItAndHow) {
   EXPECT_EQ(ben.End(), kExitOk);
 }
 
-TEST_F(PeerCommand, SaysInALineWhatKeepsItOut) {
+TEST_F(PeerCommand, ReportsInOneLineWhyItCannotJoin) {
   ExpectRefused(RunTandem("peer --interface nosuch0 --session s --scene " + In("one.json")),
                 kExitNetwork, "nosuch0");
   ExpectRefused(Run("nowhere", ""), kExitFile, "nowhere.json: there is no such file");
@@ -95,7 +95,7 @@ TEST_F(PeerCommand, SaysInALineWhatKeepsItOut) {
 }
 
 // The newcomer, which has the lowest id, offers its own parameters before it has heard of anybody.
-TEST_F(PeerCommand, WhoWaitsUnderWayKeepsToItsParametersBesideANewcomersOffer) {
+TEST_F(PeerCommand, WaitingPeerKeepsItsParametersBesideAnOffer) {
   EarlyInbox ears;
   DdsOptions options;
   options.session = session_;
@@ -129,7 +129,7 @@ TEST_F(PeerCommand, WhoWaitsUnderWayKeepsToItsParametersBesideANewcomersOffer) {
 }
 
 // The layer is offered as an earlier version of the program would.
-TEST_F(PeerCommand, AJoinerRefusesASessionWhoseLayerMissesContacts) {
+TEST_F(PeerCommand, JoinerRefusesALayerThatMissesContacts) {
   EarlyInbox ears;
   DdsOptions options;
   options.session = session_;
@@ -150,7 +150,7 @@ TEST_F(PeerCommand, AJoinerRefusesASessionWhoseLayerMissesContacts) {
   (*joined)->Leave();
 }
 
-TEST_F(PeerCommand, AJoinerOfOtherContentIsToldWhichBodyAndFile) {
+TEST_F(PeerCommand, JoinerWithOtherContentLearnsWhichBodyAndFile) {
   Running anna = Start("one", "--name anna");
   ASSERT_TRUE(anna.WaitFor("is in session"));
   const Said said = Run("other", "--seconds 1");
@@ -160,7 +160,7 @@ TEST_F(PeerCommand, AJoinerOfOtherContentIsToldWhichBodyAndFile) {
   EXPECT_THAT(anna.said(), Not(HasSubstr("joined")));
 }
 
-TEST_F(PeerCommand, AJoinerOfOtherVoxelsAdoptsTheSessionsWhichOutliveTheirAuthor) {
+TEST_F(PeerCommand, JoinerAdoptsTheSessionsVoxelsBeyondTheirAuthor) {
   Running anna = Start("one", "--name anna");
   ASSERT_TRUE(anna.WaitFor("is in session"));
   Running ben = Start("two", "--name ben --hold right");
@@ -177,7 +177,7 @@ TEST_F(PeerCommand, AJoinerOfOtherVoxelsAdoptsTheSessionsWhichOutliveTheirAuthor
   EXPECT_EQ(ben.End(), kExitOk);
 }
 
-TEST_F(PeerCommand, WhoInsistsIsToldWhoPushesHarderAndGetsNoSharedBody) {
+TEST_F(PeerCommand, InsistingPeerIsWarnedAndGetsNoSharedBody) {
   Running anna = Start("one", "--name anna");
   ASSERT_TRUE(anna.WaitFor("is in session"));
   ExpectRefused(Run("two", "--insist --hold right"), kExitIncompatiblePeer,
@@ -185,7 +185,7 @@ TEST_F(PeerCommand, WhoInsistsIsToldWhoPushesHarderAndGetsNoSharedBody) {
   Running ben = Start("two", "--name ben --insist --hold left");
   ASSERT_TRUE(ben.WaitFor("you hold left"));
   ben.Order("grab right");
-  // 0.45 of a voxel; 10 N as of ForceParameters.WhoHasTheSmallerVoxelsPushesHarder
+  // 0.45 of a voxel; 10 N as of ForceParameters.SmallerVoxelsPushHarder
   EXPECT_THAT(ben.said(), HasSubstr("the session pushes harder; where parts press one another, "
                                     "yours is pushed back from a gap of 0.90 mm on, theirs from "
                                     "0.45 mm, and up to 10 N a point of contact you feel all"));
@@ -197,7 +197,7 @@ TEST_F(PeerCommand, WhoInsistsIsToldWhoPushesHarderAndGetsNoSharedBody) {
   EXPECT_EQ(ben.End(), kExitOk);
 }
 
-TEST_F(PeerCommand, OfTwoWhoBeginAtOnceByOtherVoxelsOneAdoptsTheOthers) {
+TEST_F(PeerCommand, SimultaneousStartWithOtherVoxelsConverges) {
   Running anna = Start("one", "--name anna --wait-for 1");
   Running ben = Start("two", "--name ben --wait-for 1");
   const auto adopted = [](const Running& peer) {
@@ -213,7 +213,7 @@ TEST_F(PeerCommand, OfTwoWhoBeginAtOnceByOtherVoxelsOneAdoptsTheOthers) {
   EXPECT_EQ(ben.End(), kExitOk);
 }
 
-TEST_F(PeerCommand, ALateJoinerFindsAParkedBodyWhereItWasPut) {
+TEST_F(PeerCommand, LateJoinerFindsParkedBodiesInPlace) {
   Viewer ears;
   DdsOptions options;
   options.session = session_;
@@ -254,7 +254,7 @@ TEST_F(PeerCommand, ALateJoinerFindsAParkedBodyWhereItWasPut) {
   EXPECT_EQ(anna.End(), kExitOk);
 }
 
-TEST_F(PeerCommand, AnotherProtocolIsToldInALineAndAsAnExitCode) {
+TEST_F(PeerCommand, OtherProtocolGivesOneLineAndAnExitCode) {
   Viewer ears;
   DdsOptions options;
   options.session = session_;
@@ -276,7 +276,7 @@ TEST_F(PeerCommand, AnotherProtocolIsToldInALineAndAsAnExitCode) {
   (*joined)->Leave();
 }
 
-TEST_F(PeerCommand, TwoOfOneNameAreToldApart) {
+TEST_F(PeerCommand, PeersOfEqualNamesAreDistinguished) {
   Running first = Start("one", "--name anna");
   ASSERT_TRUE(first.WaitFor("is in session"));
   Running second = Start("one", "--name anna");
@@ -286,7 +286,7 @@ TEST_F(PeerCommand, TwoOfOneNameAreToldApart) {
   EXPECT_EQ(second.End(), kExitOk);
 }
 
-TEST_F(PeerCommand, AClearanceIsOrderedWhileItRuns) {
+TEST_F(PeerCommand, ClearanceCanBeSetAtRunTime) {
   Running anna = Start("one", "--name anna --hold left");
   ASSERT_TRUE(anna.WaitFor("you hold left"));
   anna.Order("displace -0.1");
@@ -298,7 +298,7 @@ TEST_F(PeerCommand, AClearanceIsOrderedWhileItRuns) {
   EXPECT_EQ(anna.End(), kExitOk);
 }
 
-TEST_F(PeerCommand, AViewerLooksOnAndAUserWithoutForceFeedbackIsOtherwiseEqual) {
+TEST_F(PeerCommand, ViewerOnlyWatchesAndForcelessUserIsAFullPeer) {
   Running anna = Start("one", "--name anna --device none --hold left --seconds 4 --hand " +
                                   In("shift.json") + " --report " + In("anna"));
   ASSERT_TRUE(anna.WaitFor("you hold left"));
@@ -315,7 +315,7 @@ TEST_F(PeerCommand, AViewerLooksOnAndAUserWithoutForceFeedbackIsOtherwiseEqual) 
   EXPECT_NEAR(trace->back().X_WB.p.z(), 0.03, 1e-6);
 }
 
-TEST_F(PeerCommand, AReportThatCannotBeWrittenIsToldBeforeTheSession) {
+TEST_F(PeerCommand, UnwritableReportIsReportedBeforeTheSession) {
   const std::string nowhere = In("nowhere/report");
   ExpectRefused(Run("one", "--report " + nowhere), kExitFile, nowhere + ": cannot be written");
   ExpectRefused(Run("one", "--report " + In("")), kExitFile, ": cannot be written");
@@ -323,7 +323,7 @@ TEST_F(PeerCommand, AReportThatCannotBeWrittenIsToldBeforeTheSession) {
                 nowhere + ": cannot be written");
 }
 
-TEST_F(PeerCommand, ASceneOfOursGoesByItsName) {
+TEST_F(PeerCommand, BuiltInSceneIsGivenByName) {
   const Said said = RunTandem("peer --interface lo --capacity 20000 --session " + session_ +
                               " --scene peg_in_slot --hold peg --seconds 0.1");
   EXPECT_EQ(said.exit_code, kExitOk) << said.err;
@@ -336,7 +336,7 @@ TEST_F(PeerCommand, ASceneOfOursGoesByItsName) {
   }
 }
 
-TEST_F(PeerCommand, AnEmptyHandIsToldWhatThereIs) {
+TEST_F(PeerCommand, EmptyHandIsToldTheBodies) {
   Running anna = Start("one", "--name anna");
   EXPECT_TRUE(anna.WaitFor(
       "your hand is empty: start with --hold BODY, or type 'grab BODY'; bodies: left, right"));

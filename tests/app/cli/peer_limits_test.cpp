@@ -25,7 +25,7 @@ using testing::Said;
 
 // The peer beats on, so that others do not see a ghost. It keeps to its time and ends when it is
 // told to.
-TEST_F(PeerCommand, OrdersWithoutEndDoNotKeepItFromAnything) {
+TEST_F(PeerCommand, EndlessOrdersDoNotBlockIt) {
   Running anna = Start("one", "--name anna");
   ASSERT_TRUE(anna.WaitFor("is in session"));
   const std::string command = std::string("yes | timeout -s KILL 40 ") + TANDEM_PROGRAM + " peer " +
@@ -40,7 +40,7 @@ TEST_F(PeerCommand, OrdersWithoutEndDoNotKeepItFromAnything) {
 
 // The peer keeps its motion in locked memory, for the first ten minutes and with a report only. A
 // day of it would be 12 GB.
-TEST_F(PeerCommand, ADayTakesNoMoreMemoryThanTenMinutes) {
+TEST_F(PeerCommand, MemoryDoesNotGrowOverADay) {
   const auto megabytes = [this](const std::string& more, const std::string& report) {
     Running peer = Start("one", "--name anna --hold left " + more);
     EXPECT_TRUE(peer.WaitFor("you hold left")) << peer.said();
@@ -58,7 +58,7 @@ TEST_F(PeerCommand, ADayTakesNoMoreMemoryThanTenMinutes) {
   EXPECT_NEAR(megabytes("--report " + In("endless"), "endless"), least + 86.4, 20.0);
 }
 
-TEST_F(PeerCommand, MoreBodiesThanOneMayAnswerForAreRefusedAtOnce) {
+TEST_F(PeerCommand, TooManyBodiesAreRefusedAtOnce) {
   json scene{{"name", "many"}, {"voxel_m", 0.002}, {"bodies", json::array()}};
   for (std::size_t i = 0; i <= kMaxClaims; ++i) {
     scene["bodies"].push_back({{"name", std::string("b") + std::to_string(i)},
@@ -102,7 +102,7 @@ TEST_F(PeerCommand, ItsHapticThreadHasNoPageFaults) {
 }
 
 // No point test of a ball in its socket fits into a frame, so the ball goes at the travel floor.
-TEST_F(PeerCommand, ShowsWhatItsFramesGiveUpToItsUserAndToThoseWhoLookOn) {
+TEST_F(PeerCommand, ShowsFrameLimitsToUserAndViewers) {
   Running anna("--interface lo --capacity 1 --session " + session_ +
                    " --scene " TANDEM_SCENES "/ball_and_socket.json --hold ball --name anna",
                In("anna"));
@@ -121,7 +121,7 @@ TEST_F(PeerCommand, ShowsWhatItsFramesGiveUpToItsUserAndToThoseWhoLookOn) {
 
 // Ball and socket have such fine voxels and such a thick force layer that a pair cannot hold all
 // its contacts.
-TEST_F(PeerCommand, SaysOnceThatContactsAreMoreThanThereIsRoomFor) {
+TEST_F(PeerCommand, ReportsContactOverflowOnce) {
   const std::filesystem::path scenes = TANDEM_SCENES;
   json dense = json::parse(std::ifstream(scenes / "ball_and_socket.json"));
   dense["voxel_m"] = 0.00015;

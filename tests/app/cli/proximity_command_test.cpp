@@ -38,7 +38,7 @@ class ProximityCommand : public ::testing::Test {
   std::filesystem::path scene_;
 };
 
-TEST_F(ProximityCommand, WithoutPosesSaysHowFarEachMovingBodyIsAtFirst) {
+TEST_F(ProximityCommand, WithoutPosesReportsInitialDistances) {
   const Said said = Run(scene_.string());
   ASSERT_EQ(said.exit_code, kExitOk) << said.err;
   EXPECT_THAT(said.out, HasSubstr("cube to plate: 25.0000 mm"));
@@ -76,7 +76,7 @@ TEST_F(ProximityCommand, TakesMeshFilesNamesAndOtherUnits) {
   EXPECT_THAT(said.out, HasSubstr("cube to plate: 3.0000 mm"));
 }
 
-TEST_F(ProximityCommand, ByVoxelsAloneStaysWithinTheErrorThatItStates) {
+TEST_F(ProximityCommand, VoxelDistanceIsWithinItsStatedError) {
   const std::string poses = Poses("cube,0,0,0.0184,1,1,0,0\n");
   const Said said = Run(scene_.string() + " --coarse --csv --poses " + poses);
   ASSERT_EQ(said.exit_code, kExitOk) << said.err;
@@ -92,7 +92,7 @@ TEST_F(ProximityCommand, ByVoxelsAloneStaysWithinTheErrorThatItStates) {
   EXPECT_LE(error, 1.7331e-3);  // sqrt(3) voxels and the rounding of single precision
 }
 
-TEST_F(ProximityCommand, SaysInOneLineWhatIsWrong) {
+TEST_F(ProximityCommand, ReportsErrorsInOneLine) {
   const auto line = [&](const std::string& arguments, int code) {
     const Said said = Run(arguments);
     ExpectRefused(said, code, "");

@@ -78,7 +78,7 @@ class ReplayCommand : public ::testing::Test {
 };
 std::unique_ptr<ScratchFolder> ReplayCommand::folder_;
 
-TEST_F(ReplayCommand, RepeatsARunWithOneHashASecondForAnyNumberOfThreads) {
+TEST_F(ReplayCommand, HashesAreIndependentOfTheThreadCount) {
   const json one = Replayed(File("run"));
   EXPECT_EQ(one.at("identical"), true);
   EXPECT_EQ(one.at("torn"), false);
@@ -90,7 +90,7 @@ TEST_F(ReplayCommand, RepeatsARunWithOneHashASecondForAnyNumberOfThreads) {
   EXPECT_EQ(two.at("hash_each_second"), one.at("hash_each_second"));
 }
 
-TEST_F(ReplayCommand, SaysWhatBecameOfTheBodyInHand) {
+TEST_F(ReplayCommand, ReportsTheFateOfTheHeldBody) {
   const Said said = RunTandem("replay " + File("run"), "timeout 60 ");
   EXPECT_EQ(said.exit_code, 0) << said.err;
   EXPECT_THAT(said.err, HasSubstr("tandem: peg stands "));
@@ -104,7 +104,7 @@ TEST_F(ReplayCommand, SaysWhatBecameOfTheBodyInHand) {
   EXPECT_LT(verdicts[0].at("deepest_mm").get<double>(), 0.5);
 }
 
-TEST_F(ReplayCommand, ExportsPosesThatDistancesCanBeHadAlong) {
+TEST_F(ReplayCommand, ExportedPosesServeTheProximityCommand) {
   const std::string poses = File("poses.csv");
   const json run = Replayed(File("run") + " --export " + poses);
   std::ifstream stream(poses);
@@ -125,7 +125,7 @@ TEST_F(ReplayCommand, ExportsPosesThatDistancesCanBeHadAlong) {
   EXPECT_NE(along.at("rows")[rows - 1].at("distance_m"), along.at("rows")[0].at("distance_m"));
 }
 
-TEST_F(ReplayCommand, ASessionOfOneHasNoNetwork) {
+TEST_F(ReplayCommand, SinglePeerSessionHasNoNetwork) {
   const std::string network = " --as-network " + File("line.csv");
   ExpectRefused(File("run") + network, kExitFailed, "the recording has no messages of a peer");
   ExpectRefused(File("run") + " --as-network " + File("run"), kExitUsage, "recording itself");
@@ -150,7 +150,7 @@ TEST_F(ReplayCommand, IsShownToViewersAtItsSpeed) {
   EXPECT_GT(watched.at("samples").get<int>(), 100);
 }
 
-TEST_F(ReplayCommand, IsToldApartFromSomebodyWhoIsThere) {
+TEST_F(ReplayCommand, IsDistinguishedFromALivePeer) {
   const std::string session = NewSession();
   ChildProcess replay =
       Start("replay --speed 0.2 " + File("run") + " --interface lo --session " + session);
@@ -161,7 +161,7 @@ TEST_F(ReplayCommand, IsToldApartFromSomebodyWhoIsThere) {
 }
 
 // The recorded path is that of another machine, or of another day.
-TEST_F(ReplayCommand, FindsItsSceneWhereItLiesNow) {
+TEST_F(ReplayCommand, FindsItsMovedScene) {
   const ScratchFolder before;
   fs::path scene;
   for (const auto& entry : fs::recursive_directory_iterator(kScenes)) {
@@ -183,7 +183,7 @@ TEST_F(ReplayCommand, FindsItsSceneWhereItLiesNow) {
   EXPECT_THAT(replayed.err, HasSubstr(std::string("scene found in ") + kScenes));
 }
 
-TEST_F(ReplayCommand, SaysWhereItLookedForASceneThatIsGone) {
+TEST_F(ReplayCommand, ReportsWhereItSearchedForAMissingScene) {
   const ScratchFolder before;
   const std::string scene = testing::WriteKeyScene(before, 0.0004, 0.0005);
   const Said said =
@@ -215,7 +215,7 @@ std::string WithOtherHeader(const std::string& file,
 }
 
 // A stranger's recording could have voxels that fill the memory.
-TEST_F(ReplayCommand, VoxelsFarFromTheScenesAreTakenOnlyWhereTheUserSaysSo) {
+TEST_F(ReplayCommand, UnusualVoxelSizesNeedTheUsersConsent) {
   const auto changed = [](double factor) {
     std::ofstream(File("voxels"), std::ios::binary)
         << WithOtherHeader(File("run"), [&](nlohmann::ordered_json& header) {
@@ -232,7 +232,7 @@ TEST_F(ReplayCommand, VoxelsFarFromTheScenesAreTakenOnlyWhereTheUserSaysSo) {
 }
 
 // A stranger's recording could name any file of the user's.
-TEST_F(ReplayCommand, OpensNothingButASceneFileThatARecordingNames) {
+TEST_F(ReplayCommand, OpensOnlySceneFilesThatARecordingNames) {
   std::ofstream(File("secret.txt")) << "secret";
   std::ofstream(File("named"), std::ios::binary)
       << WithOtherHeader(File("run"), [](nlohmann::ordered_json& header) {
@@ -245,7 +245,7 @@ TEST_F(ReplayCommand, OpensNothingButASceneFileThatARecordingNames) {
 }
 
 // Active peers would take the replay for an active peer that answers for bodies and is deaf.
-TEST_F(ReplayCommand, IsNotShownWhereActivePeersAreNorGoesOnWhenOneComes) {
+TEST_F(ReplayCommand, IsNotShownBesideActivePeers) {
   const std::string session = NewSession();
   const std::string shown = File("run") + " --interface lo --session " + session;
   const std::string refusal =
@@ -258,7 +258,7 @@ TEST_F(ReplayCommand, IsNotShownWhereActivePeersAreNorGoesOnWhenOneComes) {
   EXPECT_EQ(ben.Wait(std::chrono::seconds(20)), 0);
 }
 
-TEST_F(ReplayCommand, ATornFileIsRepeatedAsFarAsItGoes) {
+TEST_F(ReplayCommand, TruncatedFileReplaysToItsEnd) {
   const auto size = fs::file_size(File("run"));
   fs::copy_file(File("run"), File("torn"));
   fs::resize_file(File("torn"), size - 1);  // half of it may end where a frame does
@@ -269,7 +269,7 @@ TEST_F(ReplayCommand, ATornFileIsRepeatedAsFarAsItGoes) {
   EXPECT_EQ(torn.at("frames").get<int>(), Replayed(File("run")).at("frames").get<int>() - 1);
 }
 
-TEST_F(ReplayCommand, ADamagedFileIsNotCalledGood) {
+TEST_F(ReplayCommand, DamagedFileIsReported) {
   fs::copy_file(File("run"), File("damaged"));
   const auto size = fs::file_size(File("damaged"));
   std::fstream stream(File("damaged"), std::ios::binary | std::ios::in | std::ios::out);
@@ -291,7 +291,7 @@ TEST_F(ReplayCommand, ADamagedFileIsNotCalledGood) {
                                   std::to_string(unread) + " bytes were not replayed"));
 }
 
-TEST_F(ReplayCommand, WhatAKilledPeerRecordedIsRepeated) {
+TEST_F(ReplayCommand, RecordingOfAKilledPeerReplays) {
   const std::string file = File("killed");
   ChildProcess peer = Start(kPegScene + " --session " + NewSession() + " --record " + file);
   // wait until the file has more than half of the first one's length
@@ -307,7 +307,7 @@ TEST_F(ReplayCommand, WhatAKilledPeerRecordedIsRepeated) {
   EXPECT_GT(replayed.at("frames").get<int>(), 1000);
 }
 
-TEST_F(ReplayCommand, AnotherSceneOrFileIsRefused) {
+TEST_F(ReplayCommand, OtherSceneOrFileIsRefused) {
   ExpectRefused(File("run") + " --scene " + kScenes + "/ball_and_socket.json", kExitFile,
                 "is not the recorded scene");
   ExpectRefused(File("run") + " --scene /nowhere.json", kExitFile, "/nowhere.json");
@@ -324,7 +324,7 @@ TEST_F(ReplayCommand, AnotherSceneOrFileIsRefused) {
 
 // A byte in the middle is changed and its frame's checksum set right again. The replay names the
 // frame.
-TEST_F(ReplayCommand, AnInputThatWasChangedIsNamedByItsFrame) {
+TEST_F(ReplayCommand, ChangedInputIsNamedByItsFrame) {
   std::ifstream stream(File("run"), std::ios::binary);
   std::string bytes{std::istreambuf_iterator<char>(stream), {}};
   const auto number = [&bytes](std::size_t at) {
@@ -365,7 +365,7 @@ TEST_F(ReplayCommand, ExportsAnMcapFile) {
   EXPECT_THAT(bytes, HasSubstr("/bodies/peg/pose"));
 }
 
-TEST_F(ReplayCommand, ARecordingIsNeverRecordedOver) {
+TEST_F(ReplayCommand, RecordingIsNeverOverwritten) {
   const auto size = fs::file_size(File("run"));
   const Said said =
       RunTandem(kPegScene + " --seconds 1 --session " + NewSession() + " --record " + File("run"));
@@ -375,7 +375,7 @@ TEST_F(ReplayCommand, ARecordingIsNeverRecordedOver) {
   EXPECT_EQ(fs::file_size(File("run")), size);
 }
 
-TEST_F(ReplayCommand, DoesNotExportOverTheRecordingItself) {
+TEST_F(ReplayCommand, DoesNotOverwriteTheRecordingByAnExport) {
   fs::copy_file(File("run"), File("kept"));
   fs::create_symlink(File("kept"), File("link"));
   const auto size = fs::file_size(File("kept"));

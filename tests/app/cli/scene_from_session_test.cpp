@@ -42,7 +42,7 @@ class SceneFromSession : public testing::PeerCommand {
   }
 };
 
-TEST_F(SceneFromSession, FindsTheSceneOnThisMachineByItsContent) {
+TEST_F(SceneFromSession, FindsALocalSceneByContent) {
   As("anna");
   Running anna = Start("one", "--name anna --hold left");
   ASSERT_TRUE(anna.WaitFor("you hold left"));
@@ -62,7 +62,7 @@ TEST_F(SceneFromSession, FindsTheSceneOnThisMachineByItsContent) {
 }
 
 // ben's machine has no such file: anna's scene stays in her folder, which he never opened.
-TEST_F(SceneFromSession, FetchesItFromAPeerOnceThePersonHasSaidSo) {
+TEST_F(SceneFromSession, FetchesFromAPeerAfterConsent) {
   As("anna");
   Running anna = Start("one", "--name anna --hold left");
   ASSERT_TRUE(anna.WaitFor("you hold left"));
@@ -94,7 +94,7 @@ TEST_F(SceneFromSession, FetchesItFromAPeerOnceThePersonHasSaidSo) {
   EXPECT_EQ(anna.End(), kExitOk);
 }
 
-TEST_F(SceneFromSession, IsNotHandedOutByAPeerThatSharesNothing) {
+TEST_F(SceneFromSession, PeerWithoutSharingServesNothing) {
   As("anna");
   Running anna = Start("one", "--name anna --no-share-scene");
   ASSERT_TRUE(anna.WaitFor("is in session"));
@@ -105,7 +105,7 @@ TEST_F(SceneFromSession, IsNotHandedOutByAPeerThatSharesNothing) {
 }
 
 // The scene has 4 MB that no compression makes fewer, and a peer sends 1 MB a second.
-TEST_F(SceneFromSession, GoesOnWhereAJoinerWasKilledAndWithAnotherPeerWhereOneLeft) {
+TEST_F(SceneFromSession, ResumesAfterAKillAndSwitchesPeersAfterALeave) {
   std::string box = testing::BoxObjText(0.02, 0.02, 0.02);
   std::mt19937_64 random(5);
   while (box.size() < 4'000'000) {
@@ -166,7 +166,7 @@ class Greedy final : public FileParty {
   std::uint32_t turns_ = 0;
 };
 
-TEST_F(SceneFromSession, AStrangerWhoAsksWithoutEndIsNotHeardForAWhileAndFillsNothing) {
+TEST_F(SceneFromSession, RequestFloodMutesItsSenderAndTakesNoMemory) {
   As("anna");
   Running anna = Start("one", "--name anna --hold left --report " + In("report"));
   ASSERT_TRUE(anna.WaitFor("you hold left"));
@@ -196,7 +196,7 @@ TEST_F(SceneFromSession, AStrangerWhoAsksWithoutEndIsNotHeardForAWhileAndFillsNo
 }
 
 // A viewer's keys allow no topic of files, and the viewer asks by another topic.
-TEST_F(SceneFromSession, MembersOfASecuredSessionFetchAndViewersToo) {
+TEST_F(SceneFromSession, SecuredMembersAndViewersFetch) {
   As("anna");
   for (const std::string words : {"session ", "peer ", "viewer "}) {
     const std::string name = words == "peer " ? " anna" : words == "viewer " ? " vera" : "";
@@ -215,7 +215,7 @@ TEST_F(SceneFromSession, MembersOfASecuredSessionFetchAndViewersToo) {
   EXPECT_EQ(anna.End(), kExitOk);
 }
 
-TEST_F(SceneFromSession, SaysInALineWhyThereIsNone) {
+TEST_F(SceneFromSession, ReportsInOneLineWhyTheSceneIsMissing) {
   As("ben");
   ExpectRefused(RunTandem("peer --interface lo --session " + session_), kExitUsage,
                 "--scene is required, or --scene-from-session");

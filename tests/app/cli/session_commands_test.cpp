@@ -87,7 +87,7 @@ class SecuredSession : public ::testing::Test {
 };
 std::unique_ptr<ScratchFolder> SecuredSession::folder_;
 
-TEST_F(SecuredSession, IsShownBehindARelayToHoldersOfTheAudiencesKeysAndToNobodyElse) {
+TEST_F(SecuredSession, RelayShowsItToKeyHoldersOnly) {
   const std::string session = RandomName();
   const std::string at = " --interface lo --session " + session;
   ChildProcess anna =
@@ -113,7 +113,7 @@ TEST_F(SecuredSession, IsShownBehindARelayToHoldersOfTheAudiencesKeysAndToNobody
   EXPECT_EQ(anna.Wait(std::chrono::seconds(10)), 0);
 }
 
-TEST_F(SecuredSession, KeysServeTheirPurposeOnly) {
+TEST_F(SecuredSession, KeysServeOnlyTheirPurpose) {
   const std::string in = " --interface lo --session " + RandomName();
   ExpectRefused("watch --secure " + Keys("in/anna") + in, kExitSecurity, "use keys of a viewer");
   ExpectRefused("watch --secure " + Keys("out/hall") + in, kExitSecurity,
@@ -126,7 +126,7 @@ TEST_F(SecuredSession, KeysServeTheirPurposeOnly) {
   ExpectRefused("watch --secure " + folder_->path().string() + in, kExitSecurity, "is missing");
 }
 
-TEST_F(SecuredSession, KeysAreNeitherOverwrittenNorMadeOfOneAuthority) {
+TEST_F(SecuredSession, KeysAreNotOverwrittenAndNeedTwoAuthorities) {
   ExpectRefused("keys session " + Keys("in"), kExitFile, "never overwritten");
   ExpectRefused("keys session /proc/x", kExitFile, "/proc/x: cannot be made: ");
   ExpectRefused("keys peer " + Keys("in") + " anna", kExitFile, "never overwritten");
@@ -143,7 +143,7 @@ TEST_F(SecuredSession, KeysAreNeitherOverwrittenNorMadeOfOneAuthority) {
 }
 
 // A relay with such keys of the members' own authorities could speak as each member.
-TEST_F(SecuredSession, ARelaysKeysAreMadeInTheAudiencesSessionAlone) {
+TEST_F(SecuredSession, RelayKeysAreMadeInTheAudiencesSessionOnly) {
   ExpectRefused("keys relay " + Keys("in") + " eve", kExitSecurity,
                 "'tandem keys session FOLDER --audience'");
   EXPECT_FALSE(std::filesystem::exists(Keys("in/eve")));
@@ -164,7 +164,7 @@ TEST_F(SecuredSession, ARelaysKeysAreMadeInTheAudiencesSessionAlone) {
                 kExitSecurity, "of the same authority as");
 }
 
-TEST(Watch, SaysInALineWhatKeepsItOut) {
+TEST(Watch, ReportsInOneLineWhyItCannotJoin) {
   const std::string session = " --session " + RandomName();
   ExpectUsage("watch", "--session");
   ExpectUsage("watch --domain 231" + session, "--domain");
@@ -177,7 +177,7 @@ TEST(Watch, SaysInALineWhatKeepsItOut) {
   ExpectRefused("watch --scene /nowhere.json" + session, kExitFile, "/nowhere.json");
 }
 
-TEST(Watch, OfASessionThatNobodyIsInItSaysWhatMayBeWrongAndNotThatItIsPlain) {
+TEST(Watch, EmptySessionSuggestsCausesWithoutCallingItPlain) {
   const std::string there = RandomName();
   const std::string wrong = RandomName();
   const TemporaryFolder folder;
@@ -203,7 +203,7 @@ TEST(Watch, OfASessionThatNobodyIsInItSaysWhatMayBeWrongAndNotThatItIsPlain) {
   EXPECT_EQ(peer.End(), 0);
 }
 
-TEST_F(SecuredSession, LooksToWhoHasNoKeysLikeASecuredOneNotLikeAPlainOne) {
+TEST_F(SecuredSession, LooksSecuredToPeersWithoutKeys) {
   const std::string session = RandomName();
   const std::string at = " --interface lo --session " + session;
   ChildProcess anna = Start("peer --capacity 20000 --hold peg --scene " TANDEM_SCENES
@@ -216,7 +216,7 @@ TEST_F(SecuredSession, LooksToWhoHasNoKeysLikeASecuredOneNotLikeAPlainOne) {
   EXPECT_EQ(anna.Wait(std::chrono::seconds(10)), 0);
 }
 
-TEST(Relay, SaysInALineWhatKeepsItOut) {
+TEST(Relay, ReportsInOneLineWhyItCannotJoin) {
   const std::string session = " --session " + RandomName();
   ExpectUsage("relay", "--session");
   ExpectRefused("relay --interface nosuch0" + session, kExitNetwork, "nosuch0");
@@ -225,7 +225,7 @@ TEST(Relay, SaysInALineWhatKeepsItOut) {
 }
 
 // The peers meet over loopback: each has a port of its own and names the others, without multicast.
-TEST(Relay, ShowsASessionThatIsReachedByNamedAddressesOnly) {
+TEST(Relay, ShowsASessionReachableOnlyByNamedAddresses) {
   const std::string session = RandomName();
   const auto start = [&](const std::string& arguments) {
     std::istringstream stream(arguments + " --interface lo --session " + session);
@@ -264,7 +264,7 @@ TEST(Peer, ReadsItsNetworkPlanBeforeItJoins) {
   ExpectUsage(peer + " --delay-ms 5 --network " + plan, "--network");
 }
 
-TEST(Doctor, FindsWhatIsWrongAndSaysWhatMendsIt) {
+TEST(Doctor, FindsFaultsAndNamesRemedies) {
   const Said good = RunTandem("doctor --interface lo --json", "timeout 60 ");
   EXPECT_EQ(good.exit_code, 0) << good.out << good.err;
   EXPECT_TRUE(json::parse(good.out, nullptr, false).is_object() ||
@@ -284,7 +284,7 @@ TEST(Doctor, FindsWhatIsWrongAndSaysWhatMendsIt) {
 }
 
 // The law that knows of no delay is not for ordinary use.
-TEST(PeerGain, TheConstantLawIsForTheLabAlone) {
+TEST(PeerGain, ConstantLawIsReservedForTheLab) {
   const std::string arguments = "peer --session s --scene nowhere.json --law constant";
   ExpectRefused(arguments, kExitUsage, "it is for the lab, with --lab");
   ExpectRefused(arguments + " --lab", kExitFile, "nowhere.json");

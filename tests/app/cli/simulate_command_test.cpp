@@ -12,7 +12,7 @@ namespace {
 using testing::RunTandem;
 using testing::Said;
 
-TEST(SimulateCommand, GivesTheSameDigestTwiceAndOnAnyNumberOfThreads) {
+TEST(SimulateCommand, DigestIsIndependentOfRepetitionAndThreads) {
   const Said one = RunTandem("simulate --first 3 --seeds 3 --threads 1 --json");
   const Said two = RunTandem("simulate --first 3 --seeds 3 --threads 3 --json");
   ASSERT_EQ(one.exit_code, kExitOk) << one.out << one.err;
@@ -28,7 +28,7 @@ TEST(SimulateCommand, GivesTheSameDigestTwiceAndOnAnyNumberOfThreads) {
   EXPECT_EQ(a["happened"], b["happened"]);
 }
 
-TEST(SimulateCommand, ASeedIsToldSoThatOneCanFollow) {
+TEST(SimulateCommand, ReportsEachSeed) {
   const Said said = RunTandem("simulate --seed 3 --verbose");
   EXPECT_EQ(said.exit_code, kExitOk) << said.out;
   for (const char* const line : {" joins, object ", "is told: you hold", "longest round trip"}) {
@@ -36,7 +36,7 @@ TEST(SimulateCommand, ASeedIsToldSoThatOneCanFollow) {
   }
 }
 
-TEST(SimulateCommand, HandsAreAsRepeatableAndSayWhoDidWhat) {
+TEST(SimulateCommand, HandsAreRepeatableAndNameTheActors) {
   const Said one = RunTandem("simulate --hands --seeds 2 --seconds 10 --threads 1 --json");
   const Said two = RunTandem("simulate --hands --seeds 2 --seconds 10 --threads 2 --json");
   ASSERT_EQ(one.exit_code, kExitOk) << one.out << one.err;
@@ -51,7 +51,7 @@ TEST(SimulateCommand, HandsAreAsRepeatableAndSayWhoDidWhat) {
   }
 }
 
-TEST(SimulateCommand, TakesSecondsOfASceneOrOfHands) {
+TEST(SimulateCommand, AcceptsDurationsForScenesAndHands) {
   for (const char* const wrong :
        {"--seeds 2 --seconds 20", "--hands --seconds 9", "--hands --scene ball_and_socket"}) {
     const Said said = RunTandem(std::string("simulate ") + wrong);
@@ -60,7 +60,7 @@ TEST(SimulateCommand, TakesSecondsOfASceneOrOfHands) {
   }
 }
 
-TEST(SimulateCommand, RefusesWhatIsNoSeed) {
+TEST(SimulateCommand, RefusesInvalidSeeds) {
   for (const char* const wrong : {"--seed -1", "--seed x", "--seeds 0", "--scene no_such_scene"}) {
     const Said said = RunTandem(std::string("simulate ") + wrong);
     EXPECT_NE(said.exit_code, kExitOk) << wrong;
@@ -68,7 +68,7 @@ TEST(SimulateCommand, RefusesWhatIsNoSeed) {
   }
 }
 
-TEST(SimulateCommand, SaysHowFastASceneGoes) {
+TEST(SimulateCommand, ReportsTheSpeedOfAScene) {
   const auto began = std::chrono::steady_clock::now();
   const Said said =
       RunTandem("simulate --scene " TANDEM_SCENES "/ball_and_socket.json --seconds 1.5 --json");

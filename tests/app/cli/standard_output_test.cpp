@@ -13,7 +13,7 @@ using testing::ExpectRefused;
 using testing::RunTandem;
 using testing::Said;
 
-TEST(StandardOutput, OnAFullDiskIsAnErrorInALine) {
+TEST(StandardOutput, FullDiskIsAnErrorInOneLine) {
   for (const std::string command :
        {"simulate --first 3 --seeds 1 --json", "keys rights", "--version", "peer --help"}) {
     ASSERT_EQ(RunTandem(command).exit_code, kExitOk) << command;
@@ -22,7 +22,7 @@ TEST(StandardOutput, OnAFullDiskIsAnErrorInALine) {
   }
 }
 
-TEST(StandardOutput, WhoseReaderHasGoneIsAnErrorWithoutALine) {
+TEST(StandardOutput, ClosedReaderIsAnErrorWithoutAMessage) {
   int ends[2];
   ASSERT_EQ(pipe(ends), 0);
   close(ends[0]);
@@ -33,7 +33,7 @@ TEST(StandardOutput, WhoseReaderHasGoneIsAnErrorWithoutALine) {
   EXPECT_EQ(said.err, "");
 }
 
-TEST(StandardOutput, ThatIsClosedIsOfNoConcernWhereNothingIsPrinted) {
+TEST(StandardOutput, ClosedOutputIsIgnoredWithoutPrinting) {
   const ScratchFolder scratch;
   const std::string keys = (scratch.path() / "keys").string();
   EXPECT_EQ(RunTandem("keys session " + keys + " >&-").exit_code, kExitOk);

@@ -44,7 +44,7 @@ class VoxelizeCommand : public ::testing::Test {
   std::string mesh_;
 };
 
-TEST_F(VoxelizeCommand, WritesAMapThatReachesAsFarAsAsked) {
+TEST_F(VoxelizeCommand, WritesAMapOfTheRequestedRange) {
   const std::filesystem::path file = folder_.path() / "wedge.voxmap";
   for (const auto& [range, bits] : {std::pair{1, 2}, std::pair{8, 4}, std::pair{40, 8}}) {
     const Said said = RunTandem("voxelize " + mesh_ + " --voxel 0.002 --json --range " +
@@ -90,7 +90,7 @@ TEST_F(VoxelizeCommand, RefusesARangeThatItsMarksCannotHold) {
 }
 
 // The wedge is 100 units long: in millimetres a hand's breadth, in metres more than fits.
-TEST_F(VoxelizeCommand, TakesAFileToBeInMetresAsItsBenchDoesAndSaysSoWhenItIsTooLarge) {
+TEST_F(VoxelizeCommand, AssumesMetresAndSaysSoForALargeMesh) {
   const std::filesystem::path wedge = folder_.Write("millimetres.obj",
                                                     "v 0 0 0\nv 100 0 0\nv 0 100 0\nv 0 0 100\n"
                                                     "f 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
@@ -124,7 +124,7 @@ TEST_F(VoxelizeCommand, TakesA3mfFileInTheUnitThatItDeclares) {
   EXPECT_NEAR(volume_of(" --scale 0.0127"), declared / 8, 1e-9 * declared);
 }
 
-TEST_F(VoxelizeCommand, StopsWhenAskedAndLeavesNoFile) {
+TEST_F(VoxelizeCommand, CancellationLeavesNoFile) {
   const std::filesystem::path file = folder_.path() / "wedge.voxmap";
   Result<ChildProcess> child =
       ChildProcess::Start({TANDEM_PROGRAM, "voxelize", mesh_, "--voxel", "0.00015", "--range",

@@ -37,7 +37,7 @@ TEST(PosesFile, IsReadInFull) {
   EXPECT_NEAR(RotationVector(poses->at(0).X_WM.q).z(), 0.5 * M_PI, 1e-12);
 }
 
-TEST(PosesFile, AColumnThatIsGivenTwiceIsRefused) {
+TEST(PosesFile, DuplicateColumnIsRefused) {
   const ScratchFolder folder;
   const auto error = [&](const std::string& header) {
     const auto file = folder.Write("p.csv", header + "\na,b,k,1,2,3,0,0,2,90,9\n");
@@ -53,7 +53,7 @@ TEST(PosesFile, AColumnThatIsGivenTwiceIsRefused) {
   EXPECT_EQ(error(without_names), "") << "nobody reads columns without a name";
 }
 
-TEST(PosesFile, TextThatATerminalWouldActOnIsRefusedWithItsPlace) {
+TEST(PosesFile, TerminalControlsAreRefusedWithTheirPosition) {
   EXPECT_EQ(ErrorOfPoses("a,b\x1b[31m,k,0,0,0,0,0,1,0"),
             ":2: moving: expected plain text of at most 256 bytes, got \"b?[31m\"");
   EXPECT_THAT(ErrorOfPoses("a\xE2\x80\xAE,b,k,0,0,0,0,0,1,0"), HasSubstr(":2: fixed: expected"));
@@ -63,7 +63,7 @@ TEST(PosesFile, TextThatATerminalWouldActOnIsRefusedWithItsPlace) {
   EXPECT_EQ(ErrorOfPoses("a," + std::string(256, 'b') + ",k,0,0,0,0,0,1,0"), "");
 }
 
-TEST(PosesFile, NumbersBeyondEveryPoseAreRefused) {
+TEST(PosesFile, ImplausibleNumbersAreRefused) {
   EXPECT_EQ(ErrorOfPoses("a,b,k,0,1e300,0,0,0,1,0"),
             ":2: ty: expected a number from -1e9 to 1e9, got \"1e300\"");
   EXPECT_THAT(ErrorOfPoses("a,b,k,0,0,0,0,0,1,1e300"), HasSubstr(":2: angle_deg: expected"));

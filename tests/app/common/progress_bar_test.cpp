@@ -5,7 +5,7 @@
 namespace tandem {
 namespace {
 
-TEST(ProgressLine, TellsTheTimeLeftByTheShareOfTheWork) {
+TEST(ProgressLine, EstimatesRemainingTimeFromProgress) {
   // a quarter took 10 s: 30 s more
   EXPECT_EQ(ProgressLine(3, 40, 0.25, 10), "[#######                       ] 3 of 40, 30 s left");
   EXPECT_EQ(ProgressLine(20, 40, 0.5, 600),
@@ -15,7 +15,7 @@ TEST(ProgressLine, TellsTheTimeLeftByTheShareOfTheWork) {
   EXPECT_EQ(ProgressLine(40, 40, 1, 600), "[##############################] 40 of 40, 0 s left");
 }
 
-TEST(ProgressLine, KeepsToItselfWhatItCannotKnowYet) {
+TEST(ProgressLine, OmitsUnknownRemainingTime) {
   EXPECT_EQ(ProgressLine(0, 40, 0, 0), "[                              ] 0 of 40");
 }
 

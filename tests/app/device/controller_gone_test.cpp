@@ -62,7 +62,7 @@ void RecordWorst(const Worst& worst) {
   ::testing::Test::RecordProperty("empty_loop_ms", std::to_string(worst.empty_ms));
 }
 
-TEST(DeviceProcess, TheForceOfAKilledControllerIsGoneInTime) {
+TEST(DeviceProcess, KilledControllersForceEndsInTime) {
   const TemporaryFolder folder;
   std::mt19937 random(1);
   Worst worst;
@@ -94,7 +94,7 @@ TEST(DeviceProcess, TheForceOfAKilledControllerIsGoneInTime) {
 
 // The test is the parent of the device process and lives on, so nobody tells that process that its
 // controller is gone. The age of its orders alone ends the force.
-TEST(DeviceProcess, TheForceOfAControllerWhoseEndNobodyTellsIsGoneInTime) {
+TEST(DeviceProcess, UnreportedControllerEndStopsTheForceInTime) {
   const TemporaryFolder folder;
   const std::filesystem::path file = folder.path() / "motor";
   std::mt19937 random(3);
@@ -137,7 +137,7 @@ TEST(DeviceProcess, TheForceOfAControllerWhoseEndNobodyTellsIsGoneInTime) {
   RecordWorst(worst);
 }
 
-TEST(DeviceProcess, TheForceOfAStoppedControllerIsGoneInTimeAndComesBack) {
+TEST(DeviceProcess, StoppedControllersForceEndsInTimeAndReturns) {
   const TemporaryFolder folder;
   const std::filesystem::path file = folder.path() / "motor";
   std::mt19937 random(2);

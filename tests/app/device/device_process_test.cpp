@@ -39,7 +39,7 @@ using testing::RunningController;
 using testing::RunWithForce;
 using testing::Sleep;
 
-TEST(DeviceProcess, WhateverADriverClaimsNoHandGetsMoreThanItMayHave) {
+TEST(DeviceProcess, DriverClaimsCannotRaiseTheSafetyLimit) {
   const auto own = RunWithForce(
       29, 1500, ",peak_N=1000,peak_Nm=50,continuous_N=1000,continuous_Nm=50", 500, {30, 1});
   EXPECT_EQ(own->process->limits().force, 30);
@@ -47,7 +47,7 @@ TEST(DeviceProcess, WhateverADriverClaimsNoHandGetsMoreThanItMayHave) {
   EXPECT_LE(own->All().step, 5 + 1e-9);
 }
 
-TEST(DeviceProcess, ABadPoseAnUnwellDriverAndAButtonEndTheForce) {
+TEST(DeviceProcess, InvalidPoseDriverFaultAndStopButtonEndTheForce) {
   const auto run = [](const std::string& options) {
     const auto own = RunWithForce(1.0, 1400, options);
     EXPECT_EQ(own->motor.force(), 0) << options;
@@ -59,7 +59,7 @@ TEST(DeviceProcess, ABadPoseAnUnwellDriverAndAButtonEndTheForce) {
   EXPECT_EQ(run(",stop_at=800"), SafetyState::kStopped);
 }
 
-TEST(DeviceProcess, AHandleThatLeapsGetsNoForce) {
+TEST(DeviceProcess, LeapingHandleGetsNoForce) {
   const auto own = RunWithForce(2.4, 1500, ",jump_at=1100");
   const std::vector<FakeRecord::Write> writes = own->motor.Since(0);
   const auto whole = std::find_if(writes.begin(), writes.end(), [](const auto& write) {
@@ -78,20 +78,20 @@ TEST(DeviceProcess, AHandleThatLeapsGetsNoForce) {
 
 // The driver's own read takes 30 ms. For as long the motor has an old force, and then none until a
 // ramp-in.
-TEST(DeviceProcess, ADriverThatHangsIsAnOverrun) {
+TEST(DeviceProcess, HangingDriverIsAnOverrun) {
   const auto own = RunWithForce(1.9, 850, ",hang_at=800,hang_ms=30");
   EXPECT_EQ(own->motor.force(), 0);
   EXPECT_GE(own->process->Newest()->counts.zeroed, 1U);
 }
 
-TEST(DeviceProcess, ACrashOfItsOwnLeavesNoForce) {
+TEST(DeviceProcess, CrashLeavesNoForce) {
   const auto own = RunWithForce(2.0, 1300, ",crash_at=1000");
   EXPECT_EQ(own->motor.force(), 0);
   EXPECT_THAT(own->process->News(), ::testing::HasSubstr("the device process ended"));
   EXPECT_EQ(own->process->News(), "");  // said once
 }
 
-TEST(DeviceProcess, NoSignalLeavesAForceAtTheMotor) {
+TEST(DeviceProcess, SignalsLeaveNoForce) {
   for (const int signal : {SIGTERM, SIGHUP,  SIGUSR1, SIGUSR2, SIGALRM,   SIGVTALRM, SIGPROF,
                            SIGIO,   SIGXCPU, SIGXFSZ, SIGPWR,  SIGSTKFLT, SIGRTMIN,  SIGRTMAX,
                            SIGSYS,  SIGTRAP, SIGSEGV, SIGBUS,  SIGFPE,    SIGILL,    SIGABRT}) {
@@ -103,7 +103,7 @@ TEST(DeviceProcess, NoSignalLeavesAForceAtTheMotor) {
   }
 }
 
-TEST(DeviceProcess, WhatATerminalSendsIsTheControllersToAnswer) {
+TEST(DeviceProcess, IgnoresTerminalSignals) {
   RunningController own("");
   ASSERT_TRUE(own.motor.WaitForForce(0.5));
   EXPECT_EQ(getsid(own.process->pid()), own.process->pid());  // a session of its own
@@ -119,14 +119,14 @@ TEST(DeviceProcess, WhatATerminalSendsIsTheControllersToAnswer) {
 }
 
 // The loop's thread runs out of its stack: the handler needs another one to run on.
-TEST(DeviceProcess, ADriverThatRunsOutOfItsStackLeavesNoForce) {
+TEST(DeviceProcess, StackOverflowInTheDriverLeavesNoForce) {
   RunningController own(",recurse_at=1500");
   ASSERT_TRUE(own.motor.WaitForForce(1.0));
   EXPECT_TRUE(own.WaitForEnd(5));
   EXPECT_EQ(own.motor.force(), 0);
 }
 
-TEST(DeviceProcess, ADriverThatHangsForEverLeavesNoForceAndEndsWhenItIsToldTo) {
+TEST(DeviceProcess, HungDriverLeavesNoForceAndCanBeEnded) {
   RunningController own(",hang_at=1500,hang_ms=1e6");
   ASSERT_TRUE(own.motor.WaitForForce(1.0));
   EmptyLoop empty;
@@ -148,7 +148,7 @@ TEST(DeviceProcess, ADriverThatHangsForEverLeavesNoForceAndEndsWhenItIsToldTo) {
   EXPECT_EQ(own.motor.force(), 0);
 }
 
-TEST(DeviceProcess, ADriverThatHangsWhileItOpensEndsWhenItIsToldTo) {
+TEST(DeviceProcess, DriverHangingInOpenCanBeEnded) {
   Result<SharedMemory> shared = SharedMemory::Create("tandem-device", sizeof(DeviceMemory));
   ASSERT_TRUE(shared);
   auto* memory = new (shared->data()) DeviceMemory;
@@ -166,7 +166,7 @@ TEST(DeviceProcess, ADriverThatHangsWhileItOpensEndsWhenItIsToldTo) {
 }
 
 // The vendor's thread goes on asking while the loop stands still in a read.
-TEST(DeviceProcess, AVendorsThreadGetsNoForceFromALoopThatStandsStill) {
+TEST(DeviceProcess, StalledLoopGivesAVendorThreadNoForce) {
   int judged = 0;
   const std::array<const char*, 3> rates{"500", "1000", "3000"};
   for (std::size_t round = 0; round < 3 || (judged == 0 && round < 12); ++round) {
@@ -208,7 +208,7 @@ TEST(DeviceProcess, AVendorsThreadGetsNoForceFromALoopThatStandsStill) {
   EXPECT_GE(judged, 1);
 }
 
-TEST(DeviceProcess, TellsWhatItsLoopWasGrantedAndHowOftenItTicks) {
+TEST(DeviceProcess, ReportsSchedulingAndTickRate) {
   const auto process = DeviceProcess::Start({.driver = "fake:rate_hz=500", .core = 1023});
   ASSERT_TRUE(process);
   EXPECT_THAT((*process)->scheduler(), ::testing::StartsWith("SCHED_"));
@@ -216,7 +216,7 @@ TEST(DeviceProcess, TellsWhatItsLoopWasGrantedAndHowOftenItTicks) {
   EXPECT_EQ((*process)->period_ns(), 2 * kMs);
 }
 
-TEST(DeviceProcess, ItsPassivityControlIsAskedForAndToldOf) {
+TEST(DeviceProcess, PassivityControlIsOptionalAndReported) {
   for (const bool control : {false, true}) {
     const auto process = DeviceProcess::Start({.driver = "fake:", .passivity_control = control});
     ASSERT_TRUE(process);
@@ -225,7 +225,7 @@ TEST(DeviceProcess, ItsPassivityControlIsAskedForAndToldOf) {
   }
 }
 
-TEST(DeviceProcess, EndsInAnOrderlyWayWhenItIsToldTo) {
+TEST(DeviceProcess, EndsCleanlyOnRequest) {
   OwnController own("");
   own.device->Start();
   for (int i = 0; i < 40 && own.motor.force() <= 2; ++i) own.Run(250);
@@ -241,7 +241,7 @@ TEST(DeviceProcess, EndsInAnOrderlyWayWhenItIsToldTo) {
   EXPECT_LE(own.All().step, kSlew + 1e-9);
 }
 
-TEST(DeviceProcess, SaysWhyThereIsNoDevice) {
+TEST(DeviceProcess, ReportsWhyTheDeviceIsMissing) {
   const auto none = DeviceProcess::Start({.driver = "omega:7"});
   ASSERT_FALSE(none);
   EXPECT_THAT(none.error().what, ::testing::HasSubstr("there is no driver 'omega'"));
@@ -250,7 +250,7 @@ TEST(DeviceProcess, SaysWhyThereIsNoDevice) {
   EXPECT_THAT(wrong.error().what, ::testing::HasSubstr("expected a number, got 'lots'"));
 }
 
-TEST(DeviceProcess, TheProgramAloneSaysWhatStartsIt) {
+TEST(DeviceProcess, ProgramStartedByHandExitsWithItsErrorCodes) {
   const std::string run = std::string(TANDEM_DEVICE) +
                           " --driver none: --memory 0 </dev/null "
                           "2>/dev/null";

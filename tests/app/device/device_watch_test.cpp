@@ -44,13 +44,13 @@ class SlowToStop : public Device {
 }
 
 // The watch must not be in the driver when the driver is destroyed.
-TEST(DeviceWatchDeathTest, HasLeftTheDriverWhenItForgetsIt) {
+TEST(DeviceWatchDeathTest, ForgetsTheDriverOnlyAfterLeavingIt) {
   GTEST_FLAG_SET(death_test_style, "threadsafe");
   EXPECT_EXIT(EndWhileTheWatchStops(std::chrono::milliseconds(100)), ::testing::ExitedWithCode(0),
               "");
 }
 
-TEST(DeviceWatchDeathTest, EndsTheProcessWhereTheDriverKeepsItForEver) {
+TEST(DeviceWatchDeathTest, EndsTheProcessOfAHungDriver) {
   GTEST_FLAG_SET(death_test_style, "threadsafe");
   EXPECT_EXIT(EndWhileTheWatchStops(std::chrono::hours(1)), ::testing::ExitedWithCode(kExitDevice),
               "");

@@ -115,7 +115,7 @@ class DriverDeviceTest : public ::testing::Test {
   std::int64_t time_ns_ = 0;
 };
 
-TEST_F(DriverDeviceTest, TheHandleBeginsAtThePartAndMovesAsItDoesInTheDevicesFrame) {
+TEST_F(DriverDeviceTest, HandleStartsAtThePartAndMovesInTheDevicesFrame) {
   const auto device = Open("a=b");
   ASSERT_TRUE(device);
   EXPECT_EQ(puppet.options, "a=b");
@@ -128,7 +128,7 @@ TEST_F(DriverDeviceTest, TheHandleBeginsAtThePartAndMovesAsItDoesInTheDevicesFra
   EXPECT_FALSE((*device)->capabilities().in_scene);
 }
 
-TEST_F(DriverDeviceTest, TheWorkspaceMovesWithTheHandlesFirstPlace) {
+TEST_F(DriverDeviceTest, WorkspaceMovesWithTheHandlesFirstPosition) {
   for (int i = 0; i < 3; ++i) {
     puppet.can.workspace_min[i] = -0.5;
     puppet.can.workspace_max[i] = 0.5;
@@ -139,7 +139,7 @@ TEST_F(DriverDeviceTest, TheWorkspaceMovesWithTheHandlesFirstPlace) {
   EXPECT_LT((middle - (home_.p - Vec3(0.1, 0.2, 0.3))).norm(), 1e-12);
 }
 
-TEST_F(DriverDeviceTest, WhatIsInTheSceneIsTakenAsItIs) {
+TEST_F(DriverDeviceTest, PoseInTheSceneFrameIsUsedUnchanged) {
   puppet.can.in_scene = 1;
   const auto device = Open();
   ASSERT_TRUE(device);
@@ -147,7 +147,7 @@ TEST_F(DriverDeviceTest, WhatIsInTheSceneIsTakenAsItIs) {
   EXPECT_TRUE((*device)->capabilities().in_scene);
 }
 
-TEST_F(DriverDeviceTest, ASpeedThatIsNotReportedIsThatOfTheLastPoses) {
+TEST_F(DriverDeviceTest, MissingSpeedIsDerivedFromPoses) {
   const auto device = Open();
   ASSERT_TRUE(device);
   Anchor handle;
@@ -164,7 +164,7 @@ TEST_F(DriverDeviceTest, ASpeedThatIsNotReportedIsThatOfTheLastPoses) {
   EXPECT_EQ((*device)->Read().V_WA.v.x(), 0.7);
 }
 
-TEST_F(DriverDeviceTest, AnUnpluggedDeviceHoldsTheHandAndGoesOnWithoutAJump) {
+TEST_F(DriverDeviceTest, ReconnectedDeviceContinuesWithoutAJump) {
   const auto device = Open();
   ASSERT_TRUE(device);
   Go(Vec3(0.12, 0.2, 0.3));
@@ -198,7 +198,7 @@ TEST_F(DriverDeviceTest, OneFailedReadMovesNothing) {
   EXPECT_NEAR((*device)->Read().X_WA.p.x(), home_.p.x() + 0.01, 1e-12);
 }
 
-TEST_F(DriverDeviceTest, APoseThatIsNoneIsAFailureAndHoldsTheHand) {
+TEST_F(DriverDeviceTest, InvalidPoseIsAFailureAndHoldsTheHand) {
   const auto device = Open();
   ASSERT_TRUE(device);
   const double nan = std::numeric_limits<double>::quiet_NaN();
@@ -212,7 +212,7 @@ TEST_F(DriverDeviceTest, APoseThatIsNoneIsAFailureAndHoldsTheHand) {
   EXPECT_TRUE((*device)->failed());
 }
 
-TEST_F(DriverDeviceTest, TheMotorsGetTheForceAndHearOfTheBeginning) {
+TEST_F(DriverDeviceTest, MotorsGetTheForceAndTheStart) {
   const auto device = Open();
   ASSERT_TRUE(device);
   (*device)->Render({Vec3(0.1, 0, 0), Vec3(0, 2, 0)});
@@ -229,7 +229,7 @@ TEST_F(DriverDeviceTest, TheMotorsGetTheForceAndHearOfTheBeginning) {
   EXPECT_EQ(puppet.stops, 1);
 }
 
-TEST_F(DriverDeviceTest, AVendorsThreadTakesTheForceUntilItIsCut) {
+TEST_F(DriverDeviceTest, VendorThreadReadsTheForceUntilItIsCut) {
   puppet.can.asks = 1;
   const auto device = Open();
   ASSERT_TRUE(device);
@@ -262,7 +262,7 @@ TEST_F(DriverDeviceTest, ButtonsReachTheLoop) {
   EXPECT_TRUE((*device)->stop_button());
 }
 
-TEST_F(DriverDeviceTest, WhatADriverRefusesIsSaidAndNothingIsLeftOpen) {
+TEST_F(DriverDeviceTest, DriverRefusalIsReportedAndNothingStaysOpen) {
   puppet.open = TANDEM_FAILED;
   puppet.error = "no such device: plug it in";
   auto device = Open();

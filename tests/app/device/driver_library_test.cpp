@@ -28,7 +28,7 @@ TEST(DriverLibrary, LoadsADriverOfTheBuildTree) {
   EXPECT_STREQ((*fake)->name, "fake");
 }
 
-TEST(DriverLibrary, SaysWhatIsWrongWithAFile) {
+TEST(DriverLibrary, ExplainsInvalidLibraryFiles) {
   const TemporaryFolder folder;
   const std::filesystem::path text = folder.path() / "text.so";
   std::ofstream(text) << "no library";
@@ -40,7 +40,7 @@ TEST(DriverLibrary, SaysWhatIsWrongWithAFile) {
   EXPECT_THAT(FaultOf(kUnsound / "misnamed.so"), HasSubstr("its driver is called 'unsound'"));
 }
 
-TEST(DriverLibrary, FindsDriversByTheirFilesOfTheFirstFolderThatHasThem) {
+TEST(DriverLibrary, FindsDriversInTheFirstFolderThatHasThem) {
   const TemporaryFolder first;
   const TemporaryFolder second;
   for (const char* file : {"arm.so", "Upper.so", "note.txt"}) std::ofstream(first.path() / file);

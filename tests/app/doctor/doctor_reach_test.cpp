@@ -46,7 +46,7 @@ class DoctorReach : public ::testing::Test {
   int exit_code_ = 0;
 };
 
-TEST_F(DoctorReach, ALineIsLookedAtAndNotUsedUp) {
+TEST_F(DoctorReach, InvitationIsCheckedWithoutBeingUsed) {
   ASSERT_TRUE(MakeSessionKeys(In("keys")));
   const std::string session = "doctor-" + std::to_string(std::random_device{}());
   testing::Program inviter({TANDEM_PROGRAM, "invite", session, "--keys", In("keys"), "--name",
@@ -83,7 +83,7 @@ TEST_F(DoctorReach, ALineIsLookedAtAndNotUsedUp) {
   EXPECT_THAT(gone.at("mend").get<std::string>(), HasSubstr("TCP " + port));
 }
 
-TEST_F(DoctorReach, AnAddressThatNobodyOutsideCanReachIsNamed) {
+TEST_F(DoctorReach, UnreachableAddressIsNamed) {
   const auto of = [this](const std::string& options) {
     return Finding(Lo(options), "own address");
   };
@@ -94,7 +94,7 @@ TEST_F(DoctorReach, AnAddressThatNobodyOutsideCanReachIsNamed) {
   EXPECT_EQ(of("--external-address 198.51.100.7 --port 17654").at("verdict"), "ok");
 }
 
-TEST_F(DoctorReach, KeysOfWhoeverTakesPartAreLookedAtWithoutBeingUsed) {
+TEST_F(DoctorReach, KeysAreCheckedWithoutBeingUsed) {
   ASSERT_TRUE(MakeSessionKeys(In("keys")));
   ASSERT_TRUE(MakeMemberKeys(In("keys"), "anna", Role::kActive, In("anna")));
   ASSERT_TRUE(MakeMemberKeys(In("keys"), "vic", Role::kViewer, In("vic"), 3));
@@ -108,7 +108,7 @@ TEST_F(DoctorReach, KeysOfWhoeverTakesPartAreLookedAtWithoutBeingUsed) {
   EXPECT_EQ(Finding(Lo("--secure " + In("anna")), "keys").at("verdict"), "bad");
 }
 
-TEST_F(DoctorReach, APortOfItsOwnIsFreeOrTold) {
+TEST_F(DoctorReach, OwnPortIsFreeOrReported) {
   EXPECT_EQ(Finding(Lo("--port 17656"), "ports").at("verdict"), "ok");
   const int taken = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
   sockaddr_in at{};

@@ -137,7 +137,7 @@ std::string WhyNot(const Invitation& invitation, std::optional<Kind> kind = {}) 
   return outcome.fault->what;
 }
 
-TEST(Enrolment, WhoeverHasTheLineGetsWhatTheInviterSigned) {
+TEST(Enrolment, InvitationHolderGetsASignedCertificate) {
   Inviter inviter;
   const EnrolmentOutcome outcome = Enrol(inviter.invitation, kRequest);
   ASSERT_FALSE(outcome.fault) << outcome.fault->what;
@@ -149,7 +149,7 @@ TEST(Enrolment, WhoeverHasTheLineGetsWhatTheInviterSigned) {
   EXPECT_EQ(inviter.told(), "");
 }
 
-TEST(Enrolment, ALineIsUsedOnce) {
+TEST(Enrolment, InvitationIsUsedOnce) {
   Inviter inviter;
   // the first stays on the line after its answer, so that the port stays open
   const Caller first(inviter.invitation.enrolment.port);
@@ -179,7 +179,7 @@ TEST(Enrolment, ALineIsUsedOnce) {
 }
 
 // each of these lines has a good CHECK: somebody has altered it on purpose
-TEST(Enrolment, AnAlteredLineIsRefusedAndUsesNothingUp) {
+TEST(Enrolment, AlteredInvitationIsRefusedWithoutBeingUsed) {
   Inviter inviter;
   const auto altered = [&](const auto& change) {
     Invitation invitation = inviter.invitation;
@@ -216,7 +216,7 @@ TEST(Enrolment, AnAlteredLineIsRefusedAndUsesNothingUp) {
   EXPECT_THAT(inviter.told(), HasSubstr("without the secret"));
 }
 
-TEST(Enrolment, AnInvitationEndsInTime) {
+TEST(Enrolment, InvitationExpires) {
   Inviter inviter("gear", 1);
   const Caller idle(inviter.invitation.enrolment.port);
   EXPECT_EQ(inviter.Wait(), End::kExpired);
@@ -224,7 +224,7 @@ TEST(Enrolment, AnInvitationEndsInTime) {
               HasSubstr("the invitation expired at"));
 }
 
-TEST(Enrolment, AnotherSessionsInviterIsToldFromOurs) {
+TEST(Enrolment, InviterOfAnotherSessionIsDetected) {
   Inviter gear("gear");
   Inviter wing("wing");
   Invitation astray = gear.invitation;
@@ -235,7 +235,7 @@ TEST(Enrolment, AnotherSessionsInviterIsToldFromOurs) {
 }
 
 // A program at the port without the certificate's key hears nothing of the secret.
-TEST(Enrolment, NothingIsSaidToAStranger) {
+TEST(Enrolment, StrangersGetNoInformation) {
   Inviter gear;
   const Result<TlsIdentity> own = TlsIdentity::Make();
   ASSERT_TRUE(own);
@@ -272,7 +272,7 @@ TEST(Enrolment, NothingIsSaidToAStranger) {
   EXPECT_EQ(heard, "");
 }
 
-TEST(Enrolment, TooManyWrongSecretsCloseTheInvitation) {
+TEST(Enrolment, WrongSecretsCloseTheInvitation) {
   Inviter inviter;
   Invitation guess = inviter.invitation;
   for (int i = 0; i < EnrolmentListener::kMostWrong; ++i) {
@@ -285,7 +285,7 @@ TEST(Enrolment, TooManyWrongSecretsCloseTheInvitation) {
   EXPECT_EQ(inviter.times_signed(), 0);
 }
 
-TEST(Enrolment, ProofsAreOfOneConnection) {
+TEST(Enrolment, ProofsAreBoundToOneConnection) {
   Inviter inviter;
   const Caller first(inviter.invitation.enrolment.port);
   const Caller second(inviter.invitation.enrolment.port);
@@ -295,7 +295,7 @@ TEST(Enrolment, ProofsAreOfOneConnection) {
             ProofOf(inviter.invitation, other.Binding()));
 }
 
-TEST(Enrolment, CallersWhoSayNothingOrNonsenseKeepNobodyOut) {
+TEST(Enrolment, SilentOrInvalidCallersDoNotBlockOthers) {
   Inviter inviter;
   std::vector<std::unique_ptr<Caller>> callers;
   for (int i = 0; i < EnrolmentListener::kMostConnections + 6; ++i) {
@@ -307,7 +307,7 @@ TEST(Enrolment, CallersWhoSayNothingOrNonsenseKeepNobodyOut) {
   EXPECT_EQ(inviter.Wait(), End::kUsed);
 }
 
-TEST(Enrolment, ALongOrMalformedRequestIsRefused) {
+TEST(Enrolment, LongOrMalformedRequestIsRefused) {
   Inviter inviter;
   for (const std::string& text : {std::string("{}\n"), std::string("[[[[[[\n"), std::string("\n"),
                                   std::string("{\"tandem_enrolment\":2}\n"),
@@ -329,7 +329,7 @@ TEST(Enrolment, ALongOrMalformedRequestIsRefused) {
 }
 
 // The program openssl, which knows nothing of ours, judges the listener.
-TEST(Enrolment, TheListenerSpeaksTls13AndNothingOlder) {
+TEST(Enrolment, ListenerAcceptsOnlyTls13) {
   Inviter inviter;
   const std::string at = "127.0.0.1:" + std::to_string(inviter.invitation.enrolment.port);
   const auto greets = [&at](const std::string& version) {
@@ -341,7 +341,7 @@ TEST(Enrolment, TheListenerSpeaksTls13AndNothingOlder) {
   EXPECT_FALSE(greets("tls1_2"));
 }
 
-TEST(Enrolment, AProbeTellsTheInviterWithoutUsingTheLine) {
+TEST(Enrolment, ProbeConfirmsTheInviterWithoutUsingTheInvitation) {
   Inviter gear;
   Inviter wing("wing");
   const InviterFacts facts = ProbeInviter(gear.invitation);
@@ -353,7 +353,7 @@ TEST(Enrolment, AProbeTellsTheInviterWithoutUsingTheLine) {
   EXPECT_EQ(WhyNot(gear.invitation), "");
 }
 
-TEST(Enrolment, AnAnswerThatIsNoneIsRefused) {
+TEST(Enrolment, InvalidAnswerIsRefused) {
   EnrolmentAnswer answer;
   answer.session = "gear";
   answer.name = "ben";

@@ -46,7 +46,7 @@ std::string WhyNotRead(const std::string& line) {
   return read ? "" : read.error().what;
 }
 
-TEST(Invitation, ALineGivesBackWhatItWasMadeOf) {
+TEST(Invitation, LineRoundTrips) {
   std::mt19937 random(1);
   for (int i = 0; i < 300; ++i) {
     Invitation invitation = i % 2 == 0 ? PlainOne() : SecuredOne();
@@ -67,7 +67,7 @@ TEST(Invitation, ALineGivesBackWhatItWasMadeOf) {
 
 // A line has what RFC 3986 leaves unreserved, and '/', ':', ',', '=', '%', '#'. No mail program
 // breaks a line there, and no shell takes one of them for its own within a word.
-TEST(Invitation, ALineSurvivesMailAndAShell) {
+TEST(Invitation, LineSurvivesMailAndShell) {
   Invitation invitation = SecuredOne();
   invitation.session = "Nose gear & \"bay\" $HOME `x` ä;|<>*?!";
   const std::string line = LineOf(invitation);
@@ -79,7 +79,7 @@ TEST(Invitation, ALineSurvivesMailAndAShell) {
   }
 }
 
-TEST(Invitation, ALineThatWasAlteredAnywhereIsRefused) {
+TEST(Invitation, AnyAlteredLineIsRefused) {
   for (const std::string& line : {LineOf(PlainOne()), LineOf(SecuredOne())}) {
     for (std::size_t at = 0; at < line.size(); ++at) {
       for (const char by : {'a', 'B', '0', '/', '%'}) {
@@ -98,7 +98,7 @@ TEST(Invitation, ALineThatWasAlteredAnywhereIsRefused) {
   }
 }
 
-TEST(Invitation, WhatIsNoLineIsRefusedInOneLine) {
+TEST(Invitation, MalformedLineIsRefusedInOneLine) {
   std::mt19937 random(2);
   std::vector<std::string> lines{"",
                                  "gear",
@@ -123,7 +123,7 @@ TEST(Invitation, WhatIsNoLineIsRefusedInOneLine) {
 }
 
 // LineOf() spells whatever it is given, so that these lines have a good CHECK.
-TEST(Invitation, WhatCannotBeIsRefusedThoughItIsWellSpelt) {
+TEST(Invitation, WellFormedImpossibleLineIsRefused) {
   const auto with = [](const auto& change) {
     Invitation invitation = SecuredOne();
     change(invitation);
@@ -176,7 +176,7 @@ TEST(Invitation, WhatCannotBeIsRefusedThoughItIsWellSpelt) {
             "");
 }
 
-TEST(Invitation, ATimeIsToldWithItsDayWhereThatIsAnother) {
+TEST(Invitation, TimeOnAnotherDayIncludesTheDate) {
   constexpr std::time_t kNoon = 1'767'355'200;  // 2026-01-02 12:00 UTC
   EXPECT_EQ(TimeForAPerson(kNoon, kNoon - 60), "12:00 UTC");
   EXPECT_THAT(TimeForAPerson(kNoon, kNoon - 86'400), StartsWith("2026-01-02 12:00"));

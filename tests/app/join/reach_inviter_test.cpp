@@ -21,7 +21,7 @@ Invitation ToASession() {
 }
 
 // The session is gone again when its search ends, so that only what came before tells of it.
-TEST(InviterSearch, TakesAnAnnouncementThatCameBeforeItsOwnerWaited) {
+TEST(InviterSearch, UsesAnEarlierAnnouncement) {
   const Invitation invitation = ToASession();
   ReachOptions reach;
   reach.interface = "lo";
@@ -39,14 +39,14 @@ TEST(InviterSearch, TakesAnAnnouncementThatCameBeforeItsOwnerWaited) {
   EXPECT_THAT(reach.peers, ::testing::IsEmpty());
 }
 
-TEST(InviterSearch, GoesToTheLinesHostsWhereTheSessionIsNotAnnounced) {
+TEST(InviterSearch, TriesTheInvitationsHostsWithoutAnAnnouncement) {
   ReachOptions reach;
   reach.interface = "lo";
   InviterSearch(ToASession(), reach).End(reach);
   EXPECT_THAT(reach.peers, ::testing::ElementsAre("192.0.2.1:17910", "192.0.2.7"));
 }
 
-TEST(InviterSearch, LeavesThePeersThatWereNamedByHand) {
+TEST(InviterSearch, KeepsManuallyNamedPeers) {
   Invitation invitation = ToASession();
   invitation.domain = 77;
   ReachOptions reach;

@@ -119,13 +119,13 @@ TEST(SampleSurface, LeavesNoPlaceFartherThanItsSpacingOverRootTwo) {
   }
 }
 
-TEST(SampleSurface, LeavesOutVerticesThatNoTriangleUses) {
+TEST(SampleSurface, OmitsUnusedVertices) {
   TriangleMesh mesh = BoxOfHalf(Vec3(1, 1, 1));
   mesh.vertices.emplace_back(50, 0, 0);
   for (const Vec3& sample : SampleSurface(mesh, 0.5)) EXPECT_LT(sample.norm(), 2);
 }
 
-TEST(SampleTree, SpheresHoldTheirPoints) {
+TEST(SampleTree, SpheresContainTheirPoints) {
   const std::vector<Vec3> samples = SampleSurface(Part(), 0.05);
   const SampleTree tree(samples);
   EXPECT_EQ(tree.points(), samples.size());
@@ -191,7 +191,7 @@ TEST(PenetrationOracle, AgreesWithAllSamplesAgainstAllTriangles) {
   EXPECT_LT(inside, 35);
 }
 
-TEST(PenetrationOracle, SaysHowDeepAndWhereABoxSinksIntoASlab) {
+TEST(PenetrationOracle, ReportsDepthAndPositionOfABoxInASlab) {
   // bottom at z = 0.1 - 0.01 i: first under the slab's top (z = 0) at i = 11, deepest 0.09 at i =
   // 19
   const PenetrationOracle oracle(BoxBetween(Vec3(-1, -1, -0.5), Vec3(1, 1, 0)),
@@ -218,7 +218,7 @@ TEST(PenetrationOracle, TouchingIsNotOverlapping) {
   EXPECT_GT(oracle.PenetrationVoxels({Quat::Identity(), Vec3(0, 0, 0.249)}), 0.01);
 }
 
-TEST(PenetrationOracle, SaysTheSameWithAnyNumberOfThreads) {
+TEST(PenetrationOracle, IsIndependentOfTheThreadCount) {
   const PenetrationOracle oracle(Fixture(), Part(), kVoxel);
   const std::vector<std::vector<Pose>> series{Walk(4, 700, 0.01), Walk(5, 333, 0.02), {}};
   const PenetrationReport one = oracle.Check(series, 1, Never);
@@ -234,7 +234,7 @@ TEST(PenetrationOracle, SaysTheSameWithAnyNumberOfThreads) {
   }
 }
 
-TEST(PenetrationOracle, SpreadsWhatItChecksWhenTimeRunsOut) {
+TEST(PenetrationOracle, SamplesEvenlyUnderATimeLimit) {
   // The part is in the fixture in one tenth of a long series, far out in the rest. In a quarter of
   // the time the oracle must find it there, in about as large a share of the poses.
   const PenetrationOracle oracle(Fixture(), Part(), kVoxel);

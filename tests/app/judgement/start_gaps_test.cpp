@@ -51,7 +51,7 @@ std::vector<TriangleMesh> KeyInHole(double play) {
 
 const std::vector<SceneBody> kKey{FixedBody("hole"), MovingBody("key")};
 
-TEST(StartGaps, NameThePlayThatContactNeedsAndAVoxelSizeThatFits) {
+TEST(StartGaps, NameTheRequiredPlayAndAVoxelSizeThatFits) {
   const std::vector<TriangleMesh> meshes_W = KeyInHole(0.09 * kMm);
   for (const double voxel : {4 * kMm, 2 * kMm}) {
     const std::vector<StartGap> gaps = GapsOf(SceneOfBodies(voxel, kKey), meshes_W);
@@ -71,7 +71,7 @@ TEST(StartGaps, NameThePlayThatContactNeedsAndAVoxelSizeThatFits) {
                 "or less fits"));
 }
 
-TEST(StartGaps, SayNothingAtTheVoxelSizeThatTheyName) {
+TEST(StartGaps, NamedVoxelSizeGivesNoWarning) {
   for (const double play : {0.013 * kMm, 0.09 * kMm, 0.258 * kMm, 0.4 * kMm}) {
     const std::vector<TriangleMesh> meshes_W = KeyInHole(play);
     const double voxel = play / 0.03;
@@ -83,7 +83,7 @@ TEST(StartGaps, SayNothingAtTheVoxelSizeThatTheyName) {
   EXPECT_THAT(GapsOf(SceneOfBodies(1 * kMm, kKey), KeyInHole(0.051 * kMm)), IsEmpty());
 }
 
-TEST(StartGaps, ThePlainModelBeginsFartherOut) {
+TEST(StartGaps, PlainModelHasALargerOnset) {
   Scene scene = SceneOfBodies(1 * kMm, kKey);
   scene.contact = ContactModel::kPlain;
   scene.force_layer = 2;
@@ -93,7 +93,7 @@ TEST(StartGaps, ThePlainModelBeginsFartherOut) {
   EXPECT_THAT(GapsOf(scene, KeyInHole(4 * kMm)), SizeIs(1));
 }
 
-TEST(StartGaps, AnOverlapIsToldWithItsDepth) {
+TEST(StartGaps, OverlapIsReportedWithItsDepth) {
   // 2 mm into a plate whose other side is far
   const std::vector<TriangleMesh> meshes_W{
       BoxBetween({-50 * kMm, -50 * kMm, -30 * kMm}, {50 * kMm, 50 * kMm, 0}),
@@ -106,7 +106,7 @@ TEST(StartGaps, AnOverlapIsToldWithItsDepth) {
   EXPECT_THAT(Describe(gaps[0]), HasSubstr("part-plate: they overlap by 2 mm at the start"));
 }
 
-TEST(StartGaps, WhatLiesWhollyInAnotherOverlaps) {
+TEST(StartGaps, ContainedBodyOverlaps) {
   const std::vector<TriangleMesh> meshes_W{BoxOfHalf(Vec3::Constant(30 * kMm)),
                                            BoxOfHalf(Vec3::Constant(5 * kMm))};
   const std::vector<StartGap> gaps =
@@ -117,7 +117,7 @@ TEST(StartGaps, WhatLiesWhollyInAnotherOverlaps) {
   EXPECT_NEAR(gaps[0].depth, 25 * kMm, 1e-6);
 }
 
-TEST(StartGaps, WhatTouchesDoesNotOverlap) {
+TEST(StartGaps, TouchingBodiesDoNotOverlap) {
   const std::vector<TriangleMesh> meshes_W{
       BoxBetween({-50 * kMm, -50 * kMm, -30 * kMm}, {50 * kMm, 50 * kMm, 0}),
       BoxBetween({-5 * kMm, -5 * kMm, 0}, {5 * kMm, 5 * kMm, 20 * kMm})};
@@ -129,7 +129,7 @@ TEST(StartGaps, WhatTouchesDoesNotOverlap) {
   EXPECT_THAT(Describe(gaps[0]), HasSubstr("they touch at the start"));
 }
 
-TEST(StartGaps, WhatSeatsByItsInwardShiftIsNotTold) {
+TEST(StartGaps, PartSeatedByItsInwardShiftIsNotReported) {
   const std::vector<TriangleMesh> meshes_W{
       BoxBetween({-50 * kMm, -50 * kMm, -30 * kMm}, {50 * kMm, 50 * kMm, 0}),
       BoxBetween({-5 * kMm, -5 * kMm, 0}, {5 * kMm, 5 * kMm, 20 * kMm})};
@@ -145,7 +145,7 @@ TEST(StartGaps, WhatSeatsByItsInwardShiftIsNotTold) {
 }
 
 // If both bodies move, the smaller one has the points and its shift counts.
-TEST(StartGaps, WhatSeatsInABodyThatMovesIsNotToldEither) {
+TEST(StartGaps, PartSeatedInAMovingBodyIsNotReported) {
   const std::vector<TriangleMesh> meshes_W{
       BoxBetween({-50 * kMm, -50 * kMm, -30 * kMm}, {50 * kMm, 50 * kMm, 0}),
       BoxBetween({-5 * kMm, -5 * kMm, 0}, {5 * kMm, 5 * kMm, 20 * kMm})};
@@ -156,7 +156,7 @@ TEST(StartGaps, WhatSeatsInABodyThatMovesIsNotToldEither) {
 }
 
 // The gaps choose the pointshell as the simulation does: `pairs` goes before the number of points.
-TEST(StartGaps, TheShiftThatCountsIsThatOfTheScenesPointshell) {
+TEST(StartGaps, ShiftIsThatOfTheScenesPointshell) {
   const std::vector<TriangleMesh> meshes_W{
       BoxBetween({-50 * kMm, -50 * kMm, -30 * kMm}, {50 * kMm, 50 * kMm, 0}),
       BoxBetween({-5 * kMm, -5 * kMm, 0}, {5 * kMm, 5 * kMm, 20 * kMm})};
@@ -173,7 +173,7 @@ TEST(StartGaps, TheShiftThatCountsIsThatOfTheScenesPointshell) {
   EXPECT_THAT(GapsOf(scene, meshes_W), SizeIs(1));
 }
 
-TEST(StartGaps, PairsForWhichNoTimeIsLeftAreCounted) {
+TEST(StartGaps, UncheckedPairsAreCounted) {
   const Scene scene = SceneOfBodies(
       1 * kMm, {FixedBody("plate"), MovingBody("a"), MovingBody("b"), MovingBody("far")});
   const std::vector<TriangleMesh> meshes_W{
@@ -195,7 +195,7 @@ TEST(StartGaps, PairsForWhichNoTimeIsLeftAreCounted) {
   EXPECT_EQ(all.unseen, 0U);
 }
 
-TEST(StartGaps, TwoThatMoveAreToldOnceAndPartsOfOneBodyNever) {
+TEST(StartGaps, MovingPairsAreReportedOnceAndMergedPartsNever) {
   Scene scene =
       SceneOfBodies(1 * kMm, {MovingBody("shaft"), MovingBody("gear"), MovingBody("ring")});
   scene.bodies[1].mass = 0;

@@ -48,7 +48,7 @@ BodyVerdict VerdictOf(const std::vector<Vec3>& way, bool loaded, bool contact_of
   return verdicts.front();
 }
 
-TEST(Verdict, OfAPartThatWentThroughAWallSaysHowDeep) {
+TEST(Verdict, ReportsTheDepthOfAPenetration) {
   // 0.49 mm aside, of which 0.09 mm are play
   const BodyVerdict verdict =
       VerdictOf({Vec3::Zero(), Vec3(0.00049, 0, 0.005), Vec3(0, 0, 0.06)}, true);
@@ -61,14 +61,14 @@ TEST(Verdict, OfAPartThatWentThroughAWallSaysHowDeep) {
                                            "went 0.40 mm into fixed bodies (0.80 voxels"));
 }
 
-TEST(Verdict, OfAPartThatJamsSaysThatItIsNotOut) {
+TEST(Verdict, ReportsAJammedPart) {
   const BodyVerdict verdict = VerdictOf({Vec3::Zero(), Vec3(0.00009, 0, 0.0087)}, true);
   EXPECT_EQ(verdict.out, false);
   EXPECT_THAT(Describe(verdict),
               HasSubstr("stands 8.7 mm from its first place and is NOT out; it never went into"));
 }
 
-TEST(Verdict, OfAPartThatWasPutBackSaysThatItWasOut) {
+TEST(Verdict, ReportsAPartThatWasPutBack) {
   const BodyVerdict verdict =
       VerdictOf({Vec3::Zero(), Vec3(0, 0, 0.06), Vec3(0, 0, 0.03), Vec3::Zero()}, true);
   EXPECT_EQ(verdict.out, false);
@@ -84,12 +84,12 @@ TEST(Verdict, OfAPartThatWasPutBackSaysThatItWasOut) {
 }
 
 // Another hand had moved the part before this one took it.
-TEST(Verdict, OfAPartThatOnlyWasHeldSaysWhereItStandsNotThatItMoved) {
+TEST(Verdict, ReportsTheRestingPoseOfAHeldPart) {
   const BodyVerdict verdict = VerdictOf({Vec3(0, 0, 0.06), Vec3(0, 0, 0.06)}, false);
   EXPECT_THAT(Describe(verdict), HasSubstr("stands 60.0 mm from its first place and is out"));
 }
 
-TEST(Verdict, OfAPartThatMetNothingNeedsNoSearchButWithContactOff) {
+TEST(Verdict, SkipsTheSearchWithoutContact) {
   const std::vector<Vec3> through{Vec3::Zero(), Vec3(0.00049, 0, 0.005), Vec3(0, 0, 0.06)};
   const BodyVerdict free = VerdictOf(through, false);
   EXPECT_EQ(free.poses_judged, 0U);
@@ -113,7 +113,7 @@ std::shared_ptr<const WorldModel> TwoBlocks() {
 }
 
 // Contact begins at 0.45 voxels, 0.225 mm.
-TEST(Verdict, WhatAnotherBodyTouchesIsNotMetByTheOneInTheHand) {
+TEST(Verdict, ContactOfOtherBodiesIsNotTheHeldBodys) {
   kHapticThread.Enter();
   const auto model = TwoBlocks();
   World world(model);
@@ -134,7 +134,7 @@ TEST(Verdict, WhatAnotherBodyTouchesIsNotMetByTheOneInTheHand) {
   EXPECT_FALSE(met[1]);
 }
 
-TEST(Verdict, OfAPartThatContactHoldsOffSaysHowFarFromWhat) {
+TEST(Verdict, ReportsTheDistanceOfABlockedPart) {
   // its foot stands 0.2 mm above the bars, which are 9 mm high, and 2 mm aside
   const std::vector<Vec3> way{Vec3(0, 0, 0.02), Vec3(0.002, 0, 0.0092)};
   const BodyVerdict held_off = VerdictOf(way, true, false, true);
@@ -148,13 +148,13 @@ TEST(Verdict, OfAPartThatContactHoldsOffSaysHowFarFromWhat) {
   EXPECT_FALSE(VerdictOf({Vec3(0.002, 0, 0.009)}, true, false, true).held_from);
 }
 
-TEST(Verdict, OfAnEmptyHandIsNone) {
+TEST(Verdict, EmptyHandHasNoVerdict) {
   HeldPoses poses;
   poses.Add({});
   EXPECT_THAT(Judge(*Key(), poses, Met(false), {{Key()->bodies[0].X_WB0}}, false), IsEmpty());
 }
 
-TEST(Verdict, KeepsPosesOfALongRunEvenly) {
+TEST(Verdict, SamplesLongRunsEvenly) {
   HeldPoses poses;
   const std::size_t count = 5 * HeldPoses::kMost;
   for (std::size_t i = 0; i < count; ++i) {

@@ -55,7 +55,7 @@ TEST(PeerOrders, AreEachExplainedByHelp) {
   }
 }
 
-TEST(PeerOrders, SayWhatToDoWithWhichBodyAndToWhom) {
+TEST(PeerOrders, ParseActionBodyAndRecipient) {
   Room room;
   const auto grab = room.Order("grab both");
   ASSERT_TRUE(grab);
@@ -71,7 +71,7 @@ TEST(PeerOrders, SayWhatToDoWithWhichBodyAndToWhom) {
   EXPECT_EQ(give->to, 7U);
 }
 
-TEST(PeerOrders, WhatIsNotUnderstoodOrNotThereIsSaid) {
+TEST(PeerOrders, ReportUnknownOrdersAndBodies) {
   Room room;
   for (const char* line : {"", "grab", "grab own now", "give own", "release own", "throw own"}) {
     const auto order = room.Order(line);
@@ -85,7 +85,7 @@ TEST(PeerOrders, WhatIsNotUnderstoodOrNotThereIsSaid) {
   EXPECT_THAT(room.Order("give own Ben").error().what, HasSubstr("called 'Ben'"));
 }
 
-TEST(PeerOrders, AskForAForceLayerOrADisplacementOfWhatIsInHand) {
+TEST(PeerOrders, SetLayerOrDisplacementOfTheHeldBody) {
   Room room;
   const auto layer = room.Order("layer 2");
   ASSERT_TRUE(layer);
@@ -120,7 +120,7 @@ TEST(PeerOrders, AskForAForceLayerOrADisplacementOfWhatIsInHand) {
   EXPECT_THAT(room.Order("displace 1 mm").error().what, HasSubstr("is not a command"));
 }
 
-TEST(PeerOrders, WithOtherForceParametersNoSharedBodyIsTaken) {
+TEST(PeerOrders, RefuseSharedBodiesUnderOtherParameters) {
   Room room;
   EXPECT_TRUE(room.Order("grab own", true));
   EXPECT_THAT(room.Order("grab both", true).error().what, HasSubstr("'both' is shared"));
@@ -160,7 +160,7 @@ using ::testing::Each;
 using ::testing::ElementsAre;
 using ::testing::IsEmpty;
 
-TEST(OrderReader, GivesWholeLinesAsTheyComeAndTheLastOneAtTheEnd) {
+TEST(OrderReader, YieldsCompleteLinesAndAnUnterminatedLastLine) {
   Pipe pipe;
   OrderReader reader(pipe.out());
   EXPECT_THAT(Taken(reader), IsEmpty());
@@ -175,7 +175,7 @@ TEST(OrderReader, GivesWholeLinesAsTheyComeAndTheLastOneAtTheEnd) {
 
 // With the input of `yes
 // tandem peer` the control thread beats on, and nothing of the input is lost.
-TEST(OrderReader, TakesSoMuchATurnHoweverMuchThereIs) {
+TEST(OrderReader, ReadsABoundedAmountPerTurn) {
   Pipe pipe;
   OrderReader reader(pipe.out());
   std::string text;
@@ -197,7 +197,7 @@ TEST(OrderReader, TakesSoMuchATurnHoweverMuchThereIs) {
   EXPECT_EQ(turns, 20000 / static_cast<int>(OrderReader::kMostBytes));
 }
 
-TEST(OrderReader, ALineWithoutEndIsToldOnceAndLeftOut) {
+TEST(OrderReader, OverlongLineIsReportedOnceAndSkipped) {
   Pipe pipe;
   OrderReader reader(pipe.out());
   pipe.Write(std::string(OrderReader::kLongest, 'a') + "\n");

@@ -41,7 +41,7 @@ TEST(SceneAsItStands, NamesItsMeshesByAbsolutePaths) {
 }
 
 // JSON is UTF-8. With a replacement for a byte the scene would name a mesh that does not exist.
-TEST(SceneAsItStands, IsNotSavedWhereItCannotNameItsMeshes) {
+TEST(SceneAsItStands, IsNotSavedWithoutMeshPaths) {
   const ScratchFolder scratch;
   const fs::path saved = scratch.path() / "saved.json";
   const Result<bool> written = SavedFrom(scratch, "b\xE9", saved);

@@ -67,7 +67,7 @@ TEST(Chart, CutsACurveWhereItLeavesTheBox) {
   EXPECT_NEAR(curves[1].points[0].y, 0, 1e-9);
 }
 
-TEST(Chart, BreaksACurveWhereThereIsNoNumber) {
+TEST(Chart, NonFiniteValueBreaksTheCurve) {
   Picture picture;
   Chart chart(picture, {0, 0, 100, 100}, {"x", 0, 10, false}, {"y", 0, 10, false});
   chart.DrawCurve({{1, 1}, {2, 2}, {3, kNaN}, {4, 4}, {5, 5}}, {kBlack, 1, {}});
@@ -77,7 +77,7 @@ TEST(Chart, BreaksACurveWhereThereIsNoNumber) {
   EXPECT_NEAR(curves[1].points.front().x, 40, 1e-9);
 }
 
-TEST(Chart, LeavesOutWhatLogarithmsCannotShow) {
+TEST(Chart, OmitsValuesWithoutALogarithm) {
   Picture picture;
   Chart chart(picture, {0, 0, 100, 100}, {"x", 1, 10, true}, {"y", 1, 10, true});
   chart.DrawCurve({{1, 0}, {2, -3}, {3, 3}, {4, 4}}, {kBlack, 1, {}});

@@ -24,7 +24,7 @@ class PictureFileTest : public ::testing::Test {
   ScratchFolder folder_;
 };
 
-TEST_F(PictureFileTest, GivesBackWhatWasWritten) {
+TEST_F(PictureFileTest, RoundTrips) {
   Picture picture{"map", "a map", 200, 100, {}};
   picture.shapes.emplace_back(
       RectangleShape{{10, 20, 30.125, 40}, Rgb{255, 128, 0}, Stroke{kBlack, 0.5, {}}, {}});
@@ -39,7 +39,7 @@ TEST_F(PictureFileTest, GivesBackWhatWasWritten) {
   EXPECT_EQ(SvgOf((*read)[0], SvgPlace::kFile), SvgOf(picture, SvgPlace::kFile));
 }
 
-TEST_F(PictureFileTest, TellsTheFirstThingThatIsWrong) {
+TEST_F(PictureFileTest, ReportsTheFirstError) {
   EXPECT_THAT(WrongIn("{"), HasSubstr("pictures.json"));
   EXPECT_THAT(WrongIn(R"({"pictures": [{"name": "../a", "title": "t", "width": 9, "height": 9,
                           "shapes": []}]})"),

@@ -37,12 +37,12 @@ TEST(Svg, WritesEveryShapeInOrder) {
   EXPECT_THAT(svg, HasSubstr("rotate(-90 5 90)"));
 }
 
-TEST(Svg, NamesItsLanguageOnlyWhereItIsAFileOfItsOwn) {
+TEST(Svg, NamesItsLanguageOnlyInAStandaloneFile) {
   EXPECT_THAT(SvgOf(OneOfEach(), SvgPlace::kFile), HasSubstr("xmlns="));
   EXPECT_THAT(SvgOf(OneOfEach(), SvgPlace::kInHtml), Not(HasSubstr("http")));
 }
 
-TEST(Svg, LetsNoTextBecomeMarkup) {
+TEST(Svg, EscapesText) {
   EXPECT_THAT(SvgOf(OneOfEach(), SvgPlace::kFile), HasSubstr(R"(aria-label="a &amp; b")"));
 }
 

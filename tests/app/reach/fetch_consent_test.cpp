@@ -12,7 +12,7 @@ SceneOffered Offered(std::uint64_t bytes) {
   return {.name = "gear", .from = "anna", .files = 3, .bytes = bytes};
 }
 
-TEST(FetchConsent, IsAskedForOnceMoreWhenTheSizeIsKnown) {
+TEST(FetchConsent, IsRequestedAgainOnceTheSizeIsKnown) {
   FetchConsent consent;
   const std::string told = consent.Refuses(7, Offered(98'000'000));
   EXPECT_THAT(told, HasSubstr("scene gear, 3 files, 98 MB, from anna"));
@@ -20,20 +20,20 @@ TEST(FetchConsent, IsAskedForOnceMoreWhenTheSizeIsKnown) {
   EXPECT_EQ(consent.Refuses(7, Offered(98'000'000)), "");
 }
 
-TEST(FetchConsent, OfOneSizeIsNoneToALargerOne) {
+TEST(FetchConsent, DoesNotCoverALargerSize) {
   FetchConsent consent;
   EXPECT_NE(consent.Refuses(7, Offered(98'000'000)), "");
   EXPECT_THAT(consent.Refuses(7, Offered(900'000'000)), HasSubstr("900 MB"));
   EXPECT_EQ(consent.Refuses(7, Offered(900'000'000)), "");
 }
 
-TEST(FetchConsent, ToOneSceneIsNoneToAnother) {
+TEST(FetchConsent, DoesNotCoverAnotherScene) {
   FetchConsent consent;
   EXPECT_NE(consent.Refuses(7, Offered(98'000'000)), "");
   EXPECT_NE(consent.Refuses(8, Offered(98'000'000)), "");
 }
 
-TEST(FetchConsent, ToSmallFilesIsTheFirstPress) {
+TEST(FetchConsent, FirstPressCoversSmallFiles) {
   FetchConsent consent;
   EXPECT_EQ(consent.Refuses(7, Offered(FetchConsent::kSmallBytes)), "");
   EXPECT_NE(consent.Refuses(7, Offered(FetchConsent::kSmallBytes + 1)), "");

@@ -52,7 +52,7 @@ class SceneSearch : public ::testing::Test {
   const fs::path before_ = fs::current_path();
 };
 
-TEST_F(SceneSearch, FindsAScenesCopyWhereTheFileToldOfIsNotHere) {
+TEST_F(SceneSearch, FindsACopyOfAMissingScene) {
   const fs::path copy = MakeScene("own/peg.json", 0.2);
   MakeScene("own/a.json", 0.3);
   const WantedScene wanted = Wanted(copy, "/home/anna/scenes/peg.json");
@@ -61,7 +61,7 @@ TEST_F(SceneSearch, FindsAScenesCopyWhereTheFileToldOfIsNotHere) {
             std::nullopt);
 }
 
-TEST_F(SceneSearch, TellsScenesApartByTheirContentNotByTheirNames) {
+TEST_F(SceneSearch, IdentifiesScenesByContent) {
   const fs::path other = MakeScene("own/peg.json", 0.3);
   const fs::path renamed = MakeScene("own/zzz.json", 0.2);
   const WantedScene wanted = Wanted(renamed, other);
@@ -74,13 +74,13 @@ TEST_F(SceneSearch, TellsScenesApartByTheirContentNotByTheirNames) {
   EXPECT_EQ(FindScene(wanted, {scratch_.path() / "own"}), renamed);
 }
 
-TEST_F(SceneSearch, TakesTheFileToldOfWhereItIsTheScene) {
+TEST_F(SceneSearch, UsesTheNamedFileIfItMatches) {
   const fs::path told = MakeScene("theirs/peg.json", 0.2);
   MakeScene("own/peg.json", 0.2);
   EXPECT_EQ(FindScene(Wanted(told, told), {scratch_.path() / "own"}), told);
 }
 
-TEST_F(SceneSearch, OpensNoPathThatASessionNames) {
+TEST_F(SceneSearch, NeverOpensTheSessionsPath) {
   const fs::path told = MakeScene("theirs/peg.json", 0.2);
   SceneManifest manifest;
   manifest.content_hash = Wanted(told, told).content_hash;
@@ -91,7 +91,7 @@ TEST_F(SceneSearch, OpensNoPathThatASessionNames) {
 }
 
 // A stranger may name any path of this machine: a log, a device, somebody's secrets.
-TEST_F(SceneSearch, OpensNoFileThatASceneFileCannotBe) {
+TEST_F(SceneSearch, OpensOnlyPlausibleSceneFiles) {
   const fs::path scene = MakeScene("theirs/peg.json", 0.2);
   const fs::path log = scene.parent_path() / "peg.log";
   fs::copy_file(scene, log);
@@ -106,7 +106,7 @@ TEST_F(SceneSearch, OpensNoFileThatASceneFileCannotBe) {
 }
 
 // A pipe that nobody writes to would hold up its reader for ever.
-TEST_F(SceneSearch, ReadsNoMeshThatIsNoRegularFile) {
+TEST_F(SceneSearch, ReadsOnlyRegularMeshFiles) {
   const fs::path own = MakeScene("own/peg.json", 0.2);
   const WantedScene wanted = Wanted(own, own);
   fs::remove(own.parent_path() / "part.obj");
@@ -114,7 +114,7 @@ TEST_F(SceneSearch, ReadsNoMeshThatIsNoRegularFile) {
   EXPECT_EQ(FindScene(wanted, {own.parent_path()}), std::nullopt);
 }
 
-TEST_F(SceneSearch, GivesUpWhenItIsAskedTo) {
+TEST_F(SceneSearch, CanBeCancelled) {
   const fs::path own = MakeScene("own/peg.json", 0.2);
   std::stop_source stop;
   stop.request_stop();
@@ -122,7 +122,7 @@ TEST_F(SceneSearch, GivesUpWhenItIsAskedTo) {
             std::nullopt);
 }
 
-TEST_F(SceneSearch, RemembersTheScenesOpenedLastNewestFirstAsFarAsTheyAreThere) {
+TEST_F(SceneSearch, RemembersRecentExistingScenesNewestFirst) {
   EXPECT_TRUE(RecentScenes().empty());
   std::vector<fs::path> made;
   for (int i = 0; i < 12; ++i) {
@@ -140,7 +140,7 @@ TEST_F(SceneSearch, RemembersTheScenesOpenedLastNewestFirstAsFarAsTheyAreThere) 
   EXPECT_EQ(recent[1], made[10]);
 }
 
-TEST_F(SceneSearch, LooksInTheCurrentFolderAndThoseOfScenesNamedLast) {
+TEST_F(SceneSearch, SearchesTheCurrentAndRecentFolders) {
   const fs::path first = MakeScene("one/peg.json", 0.2);
   const fs::path second = MakeScene("two/peg.json", 0.2);
   EXPECT_THAT(FoldersWithScenes(), ::testing::Contains(fs::current_path()));
@@ -158,7 +158,7 @@ TEST_F(SceneSearch, LooksInTheCurrentFolderAndThoseOfScenesNamedLast) {
   EXPECT_EQ(FoldersWithScenes()[1], second.parent_path());
 }
 
-TEST_F(SceneSearch, RemembersAFewFoldersAndNothingWhereItMayNot) {
+TEST_F(SceneSearch, RemembersFewFoldersAndToleratesAnUnwritableList) {
   for (int i = 0; i < 30; ++i) {
     RememberSceneFolder(MakeScene("many" + std::to_string(i) + "/peg.json", 0.2));
   }

@@ -68,7 +68,7 @@ class NetworkPlanTest : public ::testing::Test {
   std::uint32_t seq_ = 0;
 };
 
-TEST_F(NetworkPlanTest, EachSenderHasItsStepsAndTheOthersThoseForEverybody) {
+TEST_F(NetworkPlanTest, SendersUseTheirOwnOrTheDefaultSteps) {
   Start(R"({"links": [{"steps": [{"delay_ms": 40}, {"at_s": 9, "delay_ms": 70}]},
                       {"from": "ben", "steps": [{"at_s": 2, "delay_ms": 120},
                                                 {"at_s": 5, "cut": true},
@@ -91,7 +91,7 @@ TEST_F(NetworkPlanTest, EachSenderHasItsStepsAndTheOthersThoseForEverybody) {
   EXPECT_EQ(Due(12).size(), 2U);
 }
 
-TEST_F(NetworkPlanTest, CountsForWhomItNamesWhenHeComesAndWhenHeComesBackAsAnother) {
+TEST_F(NetworkPlanTest, AppliesToNamedPeersAcrossRestarts) {
   Start(R"({"links": [{"from": "carl", "steps": [{"delay_ms": 200}]}]})");
   EXPECT_THAT(ApplyAt(0), ElementsAre("network: samples of all peers come 0 ms late"));
   directory_.OnPeerInfo(Here(13, "carl"));
@@ -105,7 +105,7 @@ TEST_F(NetworkPlanTest, CountsForWhomItNamesWhenHeComesAndWhenHeComesBackAsAnoth
   EXPECT_THAT(Due(14), ElementsAre(200));
 }
 
-TEST_F(NetworkPlanTest, BeginsWithTheHandWhereItSaysSo) {
+TEST_F(NetworkPlanTest, MayStartWithTheHand) {
   Start(
       R"({"begins": "hand", "links": [{"steps": [{"delay_ms": 40}, {"at_s": 2, "delay_ms": 70}]}]})");
   EXPECT_THAT(ApplyAt(0), ElementsAre("network: samples of all peers come 40 ms late"));
@@ -119,7 +119,7 @@ TEST_F(NetworkPlanTest, BeginsWithTheHandWhereItSaysSo) {
   EXPECT_THAT(ApplyAt(1.1), ElementsAre("network: samples of all peers come 20 ms late"));
 }
 
-TEST_F(NetworkPlanTest, TheSeedMakesWhatIsLost) {
+TEST_F(NetworkPlanTest, SeedDeterminesLosses) {
   // tells which of 200 samples from Ben are lost by the seed's plan; `before`: samples heard
   // without a plan
   const auto lost = [this](int seed, int before) {
@@ -149,7 +149,7 @@ TEST_F(NetworkPlanTest, TheSeedMakesWhatIsLost) {
   EXPECT_NEAR(static_cast<double>(std::ranges::count(seven, '1')), 100, 36);
 }
 
-TEST_F(NetworkPlanTest, IsSwitchedByAnOrderWhileItRuns) {
+TEST_F(NetworkPlanTest, OrderSwitchesItAtRunTime) {
   Start(R"({"links": [{"from": "ben", "steps": [{"cut": true}]}]})");
   ApplyAt(0);
   EXPECT_THAT(Due(12), IsEmpty());
@@ -196,14 +196,14 @@ std::uint64_t LostOfThree(const NetworkPlan& plan, std::size_t room) {
   return inbox.overflows();
 }
 
-TEST_F(NetworkPlanTest, ThereIsRoomForAllThatAPlanHoldsBack) {
+TEST_F(NetworkPlanTest, BufferHoldsAllDelayedSamplesOfAPlan) {
   const Result<NetworkPlan> plan = LoadNetworkPlan(folder_.Write("long.json", kHeldLong));
   ASSERT_TRUE(plan) << plan.error().what;
   EXPECT_GT(LostOfThree(*plan, PeerInbox::kDefaultWaiting), 0U) << "a plan that needs more";
   EXPECT_EQ(LostOfThree(*plan, MostWaiting(*plan, 3)), 0U);
 }
 
-TEST_F(NetworkPlanTest, AnOrderForMoreThanThereIsRoomForIsRefused) {
+TEST_F(NetworkPlanTest, OrderBeyondTheBufferIsRefused) {
   const std::string order = "network " + folder_.Write("long.json", kHeldLong).string();
   EXPECT_FALSE(planned_.Obey(order, kBegin, 1));
   const std::optional<Error> wrong = planned_.Obey(order, kBegin, 3);
@@ -212,7 +212,7 @@ TEST_F(NetworkPlanTest, AnOrderForMoreThanThereIsRoomForIsRefused) {
   EXPECT_THAT(wrong->what, HasSubstr("delays up to 30601 samples of 3 senders"));
 }
 
-TEST_F(NetworkPlanTest, ReadsEveryConditionAndNamesWhatIsWrong) {
+TEST_F(NetworkPlanTest, ReadsEveryConditionAndReportsErrors) {
   const Result<NetworkPlan> plan = LoadNetworkPlan(folder_.Write("all.json", R"({"seed": 9,
     "links": [{"steps": [{"delay_ms": 1, "jitter_ms": 2, "swing_ms": 3, "swing_period_s": 4,
       "loss": 0.05, "burst_enter": 0.06, "burst_leave": 0.07, "burst_loss": 0.08, "reorder": 0.09,
@@ -240,7 +240,7 @@ TEST_F(NetworkPlanTest, ReadsEveryConditionAndNamesWhatIsWrong) {
 
 constexpr const char* kTrace = "# {\"tandem_trace\": 1, \"rate_hz\": 2}\nseq,there_ms,back_ms\n";
 
-TEST_F(NetworkPlanTest, AStepPlaysATraceOfAFileBesideThePlan) {
+TEST_F(NetworkPlanTest, StepPlaysATraceFileBesideThePlan) {
   folder_.Write("line.csv", std::string(kTrace) + "0,10,300\n1,,5\n2,80,6\n");
   Start(R"({"links": [{"steps": [{"trace": "line.csv"}]},
                       {"from": "ben", "steps": [{"trace": "line.csv", "way": "back",
@@ -257,7 +257,7 @@ TEST_F(NetworkPlanTest, AStepPlaysATraceOfAFileBesideThePlan) {
   EXPECT_THAT(Due(11), ElementsAre(10)) << "it begins again";
 }
 
-TEST_F(NetworkPlanTest, ATraceBeginsWhereThePlanSaysOrItsSeed) {
+TEST_F(NetworkPlanTest, TraceStartsAsThePlanOrSeedSays) {
   folder_.Write("line.csv", std::string(kTrace) + "0,10,1\n1,20,1\n2,30,1\n3,40,1\n");
   Start(R"({"links": [{"steps": [{"trace": "line.csv", "start_s": 1}]}]})");
   ApplyAt(0);
@@ -278,14 +278,14 @@ TEST_F(NetworkPlanTest, ATraceBeginsWhereThePlanSaysOrItsSeed) {
   EXPECT_EQ(first(5), fifth);
 }
 
-TEST_F(NetworkPlanTest, ThereIsRoomForAllThatATraceHoldsBack) {
+TEST_F(NetworkPlanTest, BufferHoldsAllDelayedSamplesOfATrace) {
   const Result<NetworkPlan> plan =
       LoadNetworkPlan(folder_.Write("plan.json", R"({"links": [{"steps": [{"model": "geo"}]}]})"));
   ASSERT_TRUE(plan) << plan.error().what;
   EXPECT_GE(MostWaiting(*plan, 1), 400U);
 }
 
-TEST_F(NetworkPlanTest, NamesWhatIsWrongWithATrace) {
+TEST_F(NetworkPlanTest, ReportsInvalidTraces) {
   folder_.Write("bad.csv", std::string(kTrace) + "1,10,1\n");
   const auto fault = [this](const std::string& step) {
     const Result<NetworkPlan> plan =

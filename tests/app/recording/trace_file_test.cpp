@@ -31,7 +31,7 @@ std::vector<TraceSample> DrawnTrace(std::size_t frames) {
   return trace;
 }
 
-TEST(TraceFile, IsReadBackToTheLastBit) {
+TEST(TraceFile, RoundTripsBitForBit) {
   const TemporaryFolder folder;
   const std::vector<TraceSample> trace = DrawnTrace(100);
   TraceFile file(folder.path() / "trace", [&trace] {
@@ -77,7 +77,7 @@ TEST(TraceFile, IsWrittenWhileTheTraceGrows) {
   EXPECT_EQ(frames_on_disk(), 200'000U);
 }
 
-TEST(TraceFile, ADiskThatIsFullIsAnErrorAtTheEnd) {
+TEST(TraceFile, FullDiskIsReportedAtTheEnd) {
   const std::vector<TraceSample> trace = DrawnTrace(1000);
   TraceFile file("/dev/full", [&trace] {
     return std::span<const TraceSample>(trace);
@@ -88,7 +88,7 @@ TEST(TraceFile, ADiskThatIsFullIsAnErrorAtTheEnd) {
 }
 
 // To open a pipe would be to wait for a reader, and a peer would not begin.
-TEST(TraceFile, IsNoPipe) {
+TEST(TraceFile, PipeIsRefused) {
   const TemporaryFolder folder;
   const std::filesystem::path pipe = folder.path() / "report.trace";
   EXPECT_EQ(WhyNoTrace(pipe), "");
@@ -96,7 +96,7 @@ TEST(TraceFile, IsNoPipe) {
   EXPECT_THAT(WhyNoTrace(pipe), HasSubstr("is a pipe"));
 }
 
-TEST(TraceFile, ThatEndsWithinAFrameIsAnError) {
+TEST(TraceFile, EndWithinAFrameIsAnError) {
   const TemporaryFolder folder;
   {
     const std::vector<TraceSample> trace = DrawnTrace(3);

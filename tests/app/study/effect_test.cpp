@@ -14,7 +14,7 @@ namespace {
 using testing::ExampleStudy;
 
 // The numbers are from tables of Student's distribution.
-TEST(Effect, QuantilesAreThoseOfTheTables) {
+TEST(Effect, QuantilesMatchTheTables) {
   EXPECT_NEAR(StudentT975(1), 12.706, 1e-3);
   EXPECT_NEAR(StudentT975(9), 2.262, 1e-3);
   EXPECT_NEAR(StudentT975(40), 2.0211, 2e-4);
@@ -22,7 +22,7 @@ TEST(Effect, QuantilesAreThoseOfTheTables) {
 }
 
 // 2, 4, 6: mean 4, deviation 2, half of the interval 4.303 x 2 / sqrt(3) = 4.969
-TEST(Effect, AnIntervalIsStudents) {
+TEST(Effect, ConfidenceIntervalIsStudents) {
   const MeanInterval interval = IntervalOf({2, 4, 6});
   EXPECT_EQ(interval.count, 3);
   EXPECT_NEAR(interval.mean, 4, 1e-12);
@@ -75,7 +75,7 @@ TEST(Effect, FindsAPlantedDifferenceWithinParticipants) {
   EXPECT_NEAR(Of(effects, "answer_effort").conditions[1].difference.mean, 4, 1e-9);
 }
 
-TEST(Effect, LeavesOutWhatWasLostAndMeasuresWithoutAValue) {
+TEST(Effect, OmitsLostTrialsAndMissingValues) {
   const Study study = ExampleStudy();
   std::vector<ResultRow> rows = PlantedRows(study);
   for (ResultRow& row : rows) {
@@ -89,7 +89,7 @@ TEST(Effect, LeavesOutWhatWasLostAndMeasuresWithoutAValue) {
   EXPECT_EQ(std::ranges::count(effects, "completion_s", &MeasureEffect::measure), 0);
 }
 
-TEST(Effect, AsJsonANumberThatIsNoneIsNull) {
+TEST(Effect, NonFiniteNumberIsNullInJson) {
   const Study study = ExampleStudy();
   std::vector<ResultRow> rows = PlantedRows(study);
   std::erase_if(rows, [&rows](const ResultRow& row) {

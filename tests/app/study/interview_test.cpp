@@ -44,14 +44,14 @@ class Typed {
   std::FILE* out_ = nullptr;
 };
 
-TEST(Interview, AsksUntilTheAnswerIsOne) {
+TEST(Interview, RepeatsTheQuestionUntilTheAnswerIsValid) {
   Typed typed("8\n\nseven\n 7 \n");
   EXPECT_EQ(typed.interview().Ask(ExampleStudy().questions[0]), "7");
   EXPECT_THAT(typed.shown(), HasSubstr("a number from 1 (easy) to 7 (hard)"));
   EXPECT_THAT(typed.shown(), HasSubstr("'seven' is not an answer"));
 }
 
-TEST(Interview, AChoiceIsItsNumberOrItsWords) {
+TEST(Interview, ChoiceIsGivenByNumberOrText) {
   const StudyQuestion question = ExampleStudy().questions[1];
   EXPECT_EQ(AnswerOf(question, "2"), "no");
   EXPECT_EQ(AnswerOf(question, "YES"), "yes");
@@ -60,14 +60,14 @@ TEST(Interview, AChoiceIsItsNumberOrItsWords) {
   EXPECT_FALSE(AnswerOf(question, ""));
 }
 
-TEST(Interview, TextIsTakenAsItIsWithoutControlCharacters) {
+TEST(Interview, TextIsKeptWithoutControlCharacters) {
   Typed typed("  well\x1b[2J then\n");
   EXPECT_EQ(typed.interview().Ask(ExampleStudy().questions[2]), "well[2J then");
   EXPECT_FALSE(AnswerOf(ExampleStudy().questions[2], std::string(501, 'x')));
 }
 
 // A participant who presses Enter twice has not answered the question that comes then.
-TEST(Interview, ForgetsWhatATerminalGotBeforeAnybodyWasAsked) {
+TEST(Interview, DiscardsTerminalInputFromBeforeTheQuestion) {
   const int keyboard = posix_openpt(O_RDWR | O_NOCTTY);
   ASSERT_GE(keyboard, 0);
   ASSERT_EQ(grantpt(keyboard), 0);
@@ -88,14 +88,14 @@ TEST(Interview, ForgetsWhatATerminalGotBeforeAnybodyWasAsked) {
   close(keyboard);
 }
 
-TEST(Interview, KeepsWhatAProgramWroteInAdvance) {
+TEST(Interview, KeepsPipedInputFromBeforeTheQuestion) {
   Typed typed("7\n");
   Interview interview = typed.interview();
   interview.ForgetTyped();
   EXPECT_EQ(interview.Line(), "7");
 }
 
-TEST(Interview, SaysWhenThereIsNoLineAnyMore) {
+TEST(Interview, ReportsTheEndOfInput) {
   Typed typed("maybe\n");
   EXPECT_FALSE(typed.interview().AskForWord("Do you agree?", {"yes", "no"}));
 }

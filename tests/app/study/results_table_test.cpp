@@ -43,7 +43,7 @@ class ResultsTableTest : public ::testing::Test {
       folder_.path() / "trials.jsonl", {"example", "00ff", 5, "1.0", "persons", "participant"}, 2);
 };
 
-TEST_F(ResultsTableTest, ARowForEachTrialOfWhoConsented) {
+TEST_F(ResultsTableTest, HasARowPerTrialOfConsentingParticipants) {
   EXPECT_EQ(RowsOf(study_, *log_).size(), 7U);
   const std::string csv = ResultsCsv(study_, RowsOf(study_, *log_));
   EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 8);
@@ -70,7 +70,7 @@ TEST_F(ResultsTableTest, TheCodebookDescribesEveryColumnInOrder) {
   EXPECT_EQ(names, head);
 }
 
-TEST_F(ResultsTableTest, ThePageAsksNothingOfAnyHostAndEscapesAnswers) {
+TEST_F(ResultsTableTest, PageIsSelfContainedAndEscapesAnswers) {
   Study study = study_;
   study.title = "<b>title</b>";
   const auto rows = RowsOf(study, *log_);
@@ -80,7 +80,7 @@ TEST_F(ResultsTableTest, ThePageAsksNothingOfAnyHostAndEscapesAnswers) {
   EXPECT_THAT(page, HasSubstr("1 of 7"));
 }
 
-TEST_F(ResultsTableTest, ThePageOfADryRunSaysSoAndCountsChoicesOutsidePractice) {
+TEST_F(ResultsTableTest, DryRunPageSaysSoAndExcludesPractice) {
   Study study = study_;
   study.conditions[1].planted_slower = 1.5;
   const std::string name = PseudonymsOf(study).front();
@@ -106,7 +106,7 @@ TEST_F(ResultsTableTest, ThePageOfADryRunSaysSoAndCountsChoicesOutsidePractice) 
 }
 
 // A difference is marked by its interval. A measure that never differs is not drawn.
-TEST(StudySummary, MarksWhatLeavesOutZero) {
+TEST(StudySummary, MarksIntervalsThatExcludeZero) {
   const Study study = ExampleStudy();
   MeasureEffect effect{"pull", "completion_s", "s", 0, {}};
   const MeanInterval level{2, 1.5, 1, 2, 0.1};
@@ -122,7 +122,7 @@ TEST(StudySummary, MarksWhatLeavesOutZero) {
 }
 
 // Widths are those of usual letters.
-TEST(StudyPicture, NoTextStandsOnAnother) {
+TEST(StudyPicture, TextsDoNotOverlap) {
   Study study = ExampleStudy();
   MeasureEffect effect{"pull", "completion_s", "s", 0, {}};
   for (std::size_t i = 0; i < study.conditions.size(); ++i) {

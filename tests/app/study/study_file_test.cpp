@@ -22,7 +22,7 @@ std::string RefusalOf(const std::string& instead_of, const std::string& text) {
   return read ? "" : read.error().what;
 }
 
-TEST(StudyFile, HasWhatItSays) {
+TEST(StudyFile, IsReadInFull) {
   const Study study = ExampleStudy();
   EXPECT_EQ(study.participants, 6);
   ASSERT_EQ(study.conditions.size(), 3U);
@@ -36,7 +36,7 @@ TEST(StudyFile, HasWhatItSays) {
   EXPECT_EQ(study.questions[1].choices, (std::vector<std::string>{"yes", "no"}));
 }
 
-TEST(StudyFile, NamesThePlaceOfAFault) {
+TEST(StudyFile, ErrorsNameTheirPosition) {
   EXPECT_THAT(RefusalOf("\"delay_ms\": 300", "\"delay_ms\": 3000"),
               HasSubstr("conditions[1].delay_ms"));
   EXPECT_THAT(RefusalOf("\"jitter_ms\"", "\"jitter\""), HasSubstr("jitter_ms"));

@@ -32,7 +32,7 @@ class TrialLogTest : public ::testing::Test {
   const std::filesystem::path file_ = folder_.path() / "trials.jsonl";
 };
 
-TEST_F(TrialLogTest, KeepsWhatWasDone) {
+TEST_F(TrialLogTest, RoundTrips) {
   {
     Result<TrialLog> log = Open();
     ASSERT_TRUE(log) << log.error().what;
@@ -57,7 +57,7 @@ TEST_F(TrialLogTest, KeepsWhatWasDone) {
   EXPECT_EQ(log->Of("P07", 2).state, TrialState::kPlanned);
 }
 
-TEST_F(TrialLogTest, ATrialThatHasBegunAndNotEndedIsCutAndLostTheSecondTime) {
+TEST_F(TrialLogTest, InterruptedTrialIsRepeatedOnceThenLost) {
   {
     Result<TrialLog> log = Open();
     ASSERT_TRUE(log);
@@ -77,7 +77,7 @@ TEST_F(TrialLogTest, ATrialThatHasBegunAndNotEndedIsCutAndLostTheSecondTime) {
 
 // A program that is killed leaves a line without an end. Wherever it ends, the log opens and has
 // all whole lines.
-TEST_F(TrialLogTest, OpensWhereverItsLastLineEnds) {
+TEST_F(TrialLogTest, ToleratesATruncatedLastLine) {
   {
     Result<TrialLog> log = Open();
     ASSERT_TRUE(log);
@@ -97,7 +97,7 @@ TEST_F(TrialLogTest, OpensWhereverItsLastLineEnds) {
   }
 }
 
-TEST_F(TrialLogTest, RefusesAnotherStudyAndASecondProgram) {
+TEST_F(TrialLogTest, RefusesOtherStudiesAndConcurrentPrograms) {
   Result<TrialLog> log = Open();
   ASSERT_TRUE(log);
   Result<TrialLog> second = Open();
@@ -122,7 +122,7 @@ TEST_F(TrialLogTest, NamesADamagedLine) {
   EXPECT_THAT(log.error().what, HasSubstr("trials.jsonl line 2"));
 }
 
-TEST_F(TrialLogTest, NothingStaysOfWhoeverWithdraws) {
+TEST_F(TrialLogTest, WithdrawalErasesTheParticipant) {
   Result<TrialLog> log = Open();
   ASSERT_TRUE(log);
   for (const char* who : {"P07", "P12"}) {

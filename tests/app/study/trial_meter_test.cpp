@@ -25,7 +25,7 @@ bool IsBeyond150mm(const Pose& X_WB) {
 }
 
 // At 100 mm/s a body has gone 100 mm after a second. Looks are 10 ms apart.
-TEST(TrialMeter, CompletesWhenTheBodyHasGoneFarEnough) {
+TEST(TrialMeter, CompletesAtTheRequiredDistance) {
   TrialMeter meter({.moved_mm = 100, .time_s = 1.05}, {}, nullptr);
   MoveFor(meter, 2);
   const TrialMeasures measures = meter.Finish();
@@ -36,13 +36,13 @@ TEST(TrialMeter, CompletesWhenTheBodyHasGoneFarEnough) {
   EXPECT_NEAR(measures.moved_mm, 200, 1e-9);
 }
 
-TEST(TrialMeter, IsTooLateWhereTheTimeIsShorter) {
+TEST(TrialMeter, FailsBeyondTheTimeLimit) {
   TrialMeter meter({.moved_mm = 100, .time_s = 0.9}, {}, nullptr);
   MoveFor(meter, 2);
   EXPECT_EQ(meter.Finish().success, 0);
 }
 
-TEST(TrialMeter, ABodyThatComesBackIsNotOut) {
+TEST(TrialMeter, ReturningBodyIsNotOut) {
   TrialMeter meter({.out = true}, {}, IsBeyond150mm);
   MoveFor(meter, 2);
   meter.See(At(2.02, 0.1));
@@ -57,7 +57,7 @@ TEST(TrialMeter, ABodyThatComesBackIsNotOut) {
 
 // At 100 mm/s the goal of 100 mm is reached at 1 s, and kept half a second at 1.5 s. The collision
 // after that belongs to no trial.
-TEST(TrialMeter, EndsWhereTheGoalWasKeptLongEnough) {
+TEST(TrialMeter, EndsAfterTheGoalsHoldTime) {
   TrialMeter meter({.moved_mm = 100, .hold_s = 0.5}, {}, nullptr);
   MoveFor(meter, 1.4);
   EXPECT_FALSE(meter.ended());
@@ -71,7 +71,7 @@ TEST(TrialMeter, EndsWhereTheGoalWasKeptLongEnough) {
   EXPECT_EQ(measures.peak_force_N, 0);
 }
 
-TEST(TrialMeter, ABreakBeginsTheTimeOfHoldingAnew) {
+TEST(TrialMeter, InterruptionRestartsTheHoldTime) {
   TrialMeter meter({.moved_mm = 100, .hold_s = 0.5}, {}, nullptr);
   MoveFor(meter, 1.4);
   meter.See(At(1.42, 0.05));
@@ -83,7 +83,7 @@ TEST(TrialMeter, ABreakBeginsTheTimeOfHoldingAnew) {
 }
 
 // Contact at 0.1, at 0.15 after 0.03 s without, at 0.4 after 0.2 s without: two collisions.
-TEST(TrialMeter, ContactThatFluttersIsOneCollision) {
+TEST(TrialMeter, FlutteringContactIsOneCollision) {
   TrialMeter meter({.collisions = 1}, {}, nullptr);
   for (int i = 0; i < 600; ++i) {
     const bool contact = (i >= 100 && i < 120) || (i >= 150 && i < 200) || (i >= 400 && i < 410);
@@ -97,7 +97,7 @@ TEST(TrialMeter, ContactThatFluttersIsOneCollision) {
   EXPECT_NEAR(measures.mean_force_N, (80 * 5 + 520) / 600.0, 1e-9);
 }
 
-TEST(TrialMeter, ForceAboveTheMostIsNoSuccess) {
+TEST(TrialMeter, ExcessForcePreventsSuccess) {
   StudySuccess gentle;
   gentle.peak_force_N = 10;
   TrialMeter meter(gentle, {}, nullptr);
@@ -107,7 +107,7 @@ TEST(TrialMeter, ForceAboveTheMostIsNoSuccess) {
   EXPECT_EQ(meter.Finish().success, 0);
 }
 
-TEST(TrialMeter, DivergenceIsTheLargestAndNoneWithoutAPartner) {
+TEST(TrialMeter, DivergenceIsThePeakAndAbsentWithoutAPartner) {
   TrialMeter meter({}, {}, nullptr);
   meter.See(At(0, 0));
   EXPECT_TRUE(std::isnan(meter.Finish().divergence_mm));

@@ -38,7 +38,7 @@ struct Counts {
   }
 };
 
-TEST(TrialOrder, WilliamsRowsAreBalancedForPlaceAndForWhatCameBefore) {
+TEST(TrialOrder, WilliamsRowsBalancePositionAndCarryover) {
   for (std::size_t treatments = 1; treatments <= 9; ++treatments) {
     const auto rows = WilliamsRows(treatments);
     EXPECT_EQ(rows.size(), treatments % 2 == 0 || treatments == 1 ? treatments : 2 * treatments);
@@ -49,7 +49,7 @@ TEST(TrialOrder, WilliamsRowsAreBalancedForPlaceAndForWhatCameBefore) {
 }
 
 // three conditions have six rows: six participants are balanced in every repetition
-TEST(TrialOrder, ParticipantsTogetherAreBalancedInEveryRepetition) {
+TEST(TrialOrder, IsBalancedAcrossParticipants) {
   const Study study = ExampleStudy();
   for (int repetition = 1; repetition <= 2; ++repetition) {
     Counts counts;
@@ -64,7 +64,7 @@ TEST(TrialOrder, ParticipantsTogetherAreBalancedInEveryRepetition) {
   }
 }
 
-TEST(TrialOrder, NumbersAreThoseOfTheOrderAndTellNothingElse) {
+TEST(TrialOrder, NumbersRevealOnlyTheOrder) {
   const std::vector<PlannedTrial> trials = TrialsOf(ExampleStudy(), 3);
   ASSERT_EQ(trials.size(), 7U);
   for (std::size_t i = 0; i < trials.size(); ++i) {
@@ -73,7 +73,7 @@ TEST(TrialOrder, NumbersAreThoseOfTheOrderAndTellNothingElse) {
   EXPECT_EQ(trials[0].block, 0U);
 }
 
-TEST(TrialOrder, TheSeedAloneDecides) {
+TEST(TrialOrder, DependsOnlyOnTheSeed) {
   Study study = ExampleStudy();
   const auto conditions = [](const Study& of) {
     std::vector<std::size_t> all;
@@ -88,7 +88,7 @@ TEST(TrialOrder, TheSeedAloneDecides) {
   EXPECT_NE(conditions(study), first);
 }
 
-TEST(TrialOrder, PseudonymsDifferAndTellNoOrder) {
+TEST(TrialOrder, PseudonymsDifferAndRevealNoOrder) {
   Study study = ExampleStudy();
   study.participants = 60;
   const std::vector<std::string> names = PseudonymsOf(study);

@@ -184,7 +184,7 @@ class Person : public ::testing::Test {
   const QRect picture_{0, 60, 900, 660};  // picture of a window alone: without menu, docks, status
 };
 
-TEST_F(Person, FeelsContactOfThePartThatIsTakenAndLifted) {
+TEST_F(Person, FeelsContactOfALiftedPart) {
   OpenWindow window({"open", "bracket_actuator", "--name", "anna"});
   ASSERT_TRUE(window.started());
   ASSERT_TRUE(WaitForActuator(picture_).has_value());
@@ -201,7 +201,7 @@ TEST_F(Person, FeelsContactOfThePartThatIsTakenAndLifted) {
   mouse_.Release();
 }
 
-TEST_F(Person, DrawsTheActuatorOutOfItsBracketThroughContact) {
+TEST_F(Person, RemovesTheActuatorInContact) {
   const QString report = In("report.json");
   {
     OpenWindow window(
@@ -269,7 +269,7 @@ pid_t ProcessWith(const std::string& words) {
   return 0;
 }
 
-TEST_F(Person, AKilledWindowLeavesNothingInTheTemporaryFolder) {
+TEST_F(Person, KilledWindowLeavesNoTemporaryFiles) {
   const QByteArray before = qgetenv("TMPDIR");
   qputenv("TMPDIR", folder_.path().toUtf8());
   OpenWindow window({"open", "bracket_actuator", "--name", "anna"});
@@ -290,7 +290,7 @@ TEST_F(Person, AKilledWindowLeavesNothingInTheTemporaryFolder) {
 }
 
 // A stopped process hears no request and no signal but SIGKILL.
-TEST_F(Person, ASignalEndsAWindowAndItsControllerThoughThatIsStopped) {
+TEST_F(Person, SignalEndsAWindowAndItsSuspendedController) {
   OpenWindow window({"open", "bracket_actuator", "--name", "anna"});
   ASSERT_TRUE(window.started());
   ASSERT_TRUE(window.Attach()) << window.why();
@@ -310,7 +310,7 @@ TEST_F(Person, ASignalEndsAWindowAndItsControllerThoughThatIsStopped) {
   kill(controller, SIGKILL);
 }
 
-TEST_F(Person, TwoWindowsHoldTheSamePartAtATenthOfASecond) {
+TEST_F(Person, TwoWindowsHoldThePartAt100MillisecondsDelay) {
   const QString session = QStringLiteral("two-%1").arg(getpid());
   const auto arguments = [&](const char* name) {
     return QStringList{"open", "bracket_actuator", "--session", session,          "--interface",

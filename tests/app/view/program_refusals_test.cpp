@@ -20,13 +20,13 @@ TEST_F(Program, EndsInOneLineWithoutADisplay) {
   EXPECT_THAT(said_, ::testing::HasSubstr(":4711"));
 }
 
-TEST_F(Program, SaysInOneLineWhatIsWrongWithPictures) {
+TEST_F(Program, ReportsPictureErrorsInOneLine) {
   Write(In("pictures.json"), R"({"pictures": [{"name": "a/b"}]})");
   EXPECT_EQ(Run({"--paint", In("pictures.json"), "--into", In("painted")}, here_), 3);
   EXPECT_THAT(said_, ::testing::HasSubstr("pictures[0].name: expected a plain file name"));
 }
 
-TEST_F(Program, WithoutOpenGlWritesThePageThatSaysWhy) {
+TEST_F(Program, WithoutOpenGlWritesAnExplanation) {
   QProcessEnvironment offscreen = here_;
   offscreen.insert("QT_QPA_PLATFORM", "offscreen");
   EXPECT_EQ(Run({"--scene", In("scene.json"), "--screenshot", In("page.png")}, offscreen), 4);
@@ -34,27 +34,27 @@ TEST_F(Program, WithoutOpenGlWritesThePageThatSaysWhy) {
   EXPECT_EQ(QImage(In("page.png")).size(), QSize(1280, 800));
 }
 
-TEST_F(Program, NamesTheSceneFileThatItCannotRead) {
+TEST_F(Program, NamesAnUnreadableSceneFile) {
   EXPECT_EQ(Run({"--scene", "/nowhere/scene.json"}, here_), 3);
   EXPECT_THAT(said_, ::testing::HasSubstr("/nowhere/scene.json"));
 }
 
-TEST_F(Program, SaysWhichOptionItDoesNotKnow) {
+TEST_F(Program, NamesAnUnknownOption) {
   EXPECT_EQ(Run({"--nosuch"}, here_), 2);
   EXPECT_THAT(said_, ::testing::HasSubstr("--nosuch"));
 }
 
-TEST_F(Program, AnUnattendedRunThatCannotJoinEndsWithTheNetworksCode) {
+TEST_F(Program, UnattendedRunThatCannotJoinExitsWithTheNetworkCode) {
   EXPECT_EQ(Run({"--session", session_, "--interface", "nosuch0", "--seconds", "30"}, here_), 5);
   EXPECT_THAT(said_, ::testing::HasSubstr("nosuch0"));
 }
 
-TEST_F(Program, APeersAddressThatIsNoneIsAUsageError) {
+TEST_F(Program, InvalidPeerAddressIsAUsageError) {
   EXPECT_EQ(Run({"--session", session_, "--peers", "a:b", "--seconds", "30"}, here_), 2);
   EXPECT_THAT(said_, ::testing::HasSubstr("HOST:PORT"));
 }
 
-TEST_F(Program, WithoutAViewersKeysItDoesNotBegin) {
+TEST_F(Program, DoesNotStartWithoutViewerKeys) {
   EXPECT_EQ(Run({"--session", session_, "--secure", folder_.path()}, here_), 9);
   EXPECT_THAT(said_, ::testing::HasSubstr("is missing"));
   EXPECT_EQ(std::count(said_.begin(), said_.end(), '\n'), 1);

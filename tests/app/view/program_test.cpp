@@ -23,7 +23,7 @@
 namespace tandem {
 namespace {
 
-TEST_F(Program, WritesAPictureOfASessionOfTwoWithSolidAndGhostAndReportsWhatItHeard) {
+TEST_F(Program, WritesAPictureWithSolidAndGhostAndAReport) {
   work_folder_ = folder_.path();  // the program finds the scene there by its content
   StartPuppet("Anna", "0.05");
   StartPuppet("Ben", "-0.05");
@@ -51,7 +51,7 @@ TEST_F(Program, WritesAPictureOfASessionOfTwoWithSolidAndGhostAndReportsWhatItHe
   EXPECT_GT(report.at("age_ms_p99").get<double>(), 0.0);
 }
 
-TEST_F(Program, TimesThePicturesOfAScene) {
+TEST_F(Program, MeasuresTheFramesOfAScene) {
   const QStringList arguments{"--scene",         In("scene.json"), "--time-pictures",
                               In("report.json"), "--rounds",       "2"};
   EXPECT_EQ(Run(arguments, here_), 0) << said_;
@@ -71,7 +71,7 @@ TEST_F(Program, TimesThePicturesOfAScene) {
   }
 }
 
-TEST_F(Program, FindsTheSessionsSceneWhereItLiesOnThisMachine) {
+TEST_F(Program, FindsTheSessionsSceneOnThisMachine) {
   StartPuppetFromElsewhere("Anna");
   QTemporaryDir state;
   here_.insert("XDG_STATE_HOME", state.path());
@@ -98,7 +98,7 @@ TEST_F(Program, FindsTheSessionsSceneWhereItLiesOnThisMachine) {
   EXPECT_GT(green(), 1000);
 }
 
-TEST_F(Program, SaysOfAPictureThatItsSceneIsAnotherOrCannotBeLoaded) {
+TEST_F(Program, ReportsADifferentOrUnloadableScene) {
   StartPuppet("Anna", "0.05");
   Write(In("bare.json"), R"({"name": "bare", "voxel_m": 0.001, "bodies": [
       {"name": "part", "mesh": "part.obj", "mass_kg": 0.2}]})");
@@ -182,7 +182,7 @@ TEST_F(Program, LeavesWithAGoodbyeAndReportsWhenItIsTerminated) {
 
 // A pipe that nobody writes to must neither hold the window for ever nor keep SIGTERM from ending
 // it.
-TEST_F(Program, EndsInTimeWhateverFileTheSessionNames) {
+TEST_F(Program, EndsInTimeForAnyNamedFile) {
   const QString pipe = In("pipe.json");
   ASSERT_EQ(mkfifo(pipe.toLocal8Bit().constData(), 0600), 0);
   QTemporaryDir state;
@@ -193,7 +193,7 @@ TEST_F(Program, EndsInTimeWhateverFileTheSessionNames) {
   EXPECT_LT(std::chrono::steady_clock::now() - before, std::chrono::seconds(20));
 }
 
-TEST_F(Program, PaintsAReportsPicturesWithoutADisplay) {
+TEST_F(Program, DrawsReportPicturesWithoutADisplay) {
   Write(In("pictures.json"), R"({"pictures": [
     {"name": "one", "title": "a box and a word", "width": 100, "height": 60, "shapes": [
       {"rectangle": {"box": [10, 10, 20, 15], "fill": "#ff0000"}},
@@ -224,7 +224,7 @@ TEST_F(Program, PaintsAReportsPicturesWithoutADisplay) {
   EXPECT_NEAR(blue, 2 * 20 * 2 * 2, 16);
 }
 
-TEST_F(Program, LooksOnAtASecuredSessionByItsKeys) {
+TEST_F(Program, WatchesASecuredSessionWithItsKeys) {
   const std::filesystem::path keys = folder_.filePath("keys").toStdString();
   ASSERT_TRUE(MakeSessionKeys(keys));
   const Result<PeerId> anna = MakeMemberKeys(keys, "anna", Role::kActive, keys / "anna");

@@ -72,7 +72,7 @@ TEST_F(ControlServerTest, AnswersAGrabWhenThePartIsInHand) {
   EXPECT_EQ(server_.Snapshot().hand.body, 1);
 }
 
-TEST_F(ControlServerTest, SaysWhyAPartIsNotTaken) {
+TEST_F(ControlServerTest, ReportsWhyAGrabFails) {
   EXPECT_EQ(Ask(kWindow, GrabRequest{.body = "hammer"}).reason, "the scene has no body 'hammer'");
   EXPECT_EQ(Ask(kWindow, GrabRequest{.body = "table"}).reason,
             "'table' is fixed: nobody can take it");
@@ -86,7 +86,7 @@ TEST_F(ControlServerTest, SaysWhyAPartIsNotTaken) {
   EXPECT_EQ(answers_.back().answer.reason, "ben holds peg");
 }
 
-TEST_F(ControlServerTest, AGrabOfThePartInHandTakesItAnew) {
+TEST_F(ControlServerTest, GrabbingTheHeldPartGrabsItAgain) {
   ASSERT_TRUE(Ask(kWindow, GrabRequest{.body = "peg"}).ok);
   const std::uint32_t grasp = peer_.goal.grasp_seq;
   ASSERT_TRUE(Ask(kWindow, GrabRequest{.body = "peg", .grasp_W = {{0.1, 0, 0}}}).ok);
@@ -95,7 +95,7 @@ TEST_F(ControlServerTest, AGrabOfThePartInHandTakesItAnew) {
   EXPECT_EQ(peer_.Count(Command::Kind::kRelease), 1U);
 }
 
-TEST_F(ControlServerTest, GoalsCountFromTheHostWhoseHandItIs) {
+TEST_F(ControlServerTest, OnlyTheControllingHostsGoalsCount) {
   ASSERT_TRUE(Ask(kWindow, GrabRequest{.body = "peg"}).ok);
   server_.OnGoal(kScript, GoalAt(5, 1), now_ns_);
   EXPECT_EQ(peer_.goal.X_WG.p.x(), 0.0);
@@ -108,7 +108,7 @@ TEST_F(ControlServerTest, GoalsCountFromTheHostWhoseHandItIs) {
 }
 
 // `tandem peer --hold peg --control NAME` holds the part in this way, and a window is told of it.
-TEST_F(ControlServerTest, APartThatTheCommandLineHoldsIsLedByTheFirstHostThatHasAGoal) {
+TEST_F(ControlServerTest, FirstHostWithAGoalLeadsTheInitiallyHeldPart) {
   peer_.facts.wanted = peer_.facts.held = 0;
   Run(5, {kWindow, kScript});
   EXPECT_EQ(server_.Snapshot().hand.host, 0U) << "none leads it by being there";
@@ -121,7 +121,7 @@ TEST_F(ControlServerTest, APartThatTheCommandLineHoldsIsLedByTheFirstHostThatHas
   EXPECT_EQ(peer_.goal.X_WG.p.x(), 0.5);
 }
 
-TEST_F(ControlServerTest, AHostThatFallsSilentIsHeldStillAndLetsGoAfterHalfASecond) {
+TEST_F(ControlServerTest, SilentHostIsStoppedAndReleasesAfterHalfASecond) {
   ASSERT_TRUE(Ask(kWindow, GrabRequest{.body = "peg"}).ok);
   server_.OnGoal(kWindow, GoalAt(0.3, 1), now_ns_);
   peer_.facts.handle.p.x() = 0.1;  // on its way
@@ -138,7 +138,7 @@ TEST_F(ControlServerTest, AHostThatFallsSilentIsHeldStillAndLetsGoAfterHalfASeco
   EXPECT_TRUE(Ask(kScript, GrabRequest{.body = "peg"}).ok);
 }
 
-TEST_F(ControlServerTest, AHostThatIsBackInTimeGoesOnWhereItWas) {
+TEST_F(ControlServerTest, ReturningHostResumes) {
   ASSERT_TRUE(Ask(kWindow, GrabRequest{.body = "peg"}).ok);
   server_.OnGoal(kWindow, GoalAt(0.3, 1), now_ns_);
   Run(300, {});
@@ -149,7 +149,7 @@ TEST_F(ControlServerTest, AHostThatIsBackInTimeGoesOnWhereItWas) {
   EXPECT_EQ(peer_.facts.held, 0);
 }
 
-TEST_F(ControlServerTest, AGoalFromBeforeTheGrabIsNotGoneTo) {
+TEST_F(ControlServerTest, GoalFromBeforeTheGrabIsIgnored) {
   server_.OnGoal(kWindow, GoalAt(5, 1), now_ns_);
   ASSERT_TRUE(Ask(kWindow, GrabRequest{.body = "peg"}).ok);
   server_.OnGoal(kWindow, GoalAt(5, 1), now_ns_);  // the library says the newest again
@@ -159,7 +159,7 @@ TEST_F(ControlServerTest, AGoalFromBeforeTheGrabIsNotGoneTo) {
   EXPECT_EQ(peer_.goal.X_WG.p.x(), 0.0) << "nor after a silence";
 }
 
-TEST_F(ControlServerTest, AGoalThatIsNoPlaceIsLeftOut) {
+TEST_F(ControlServerTest, NonFiniteGoalIsIgnored) {
   ASSERT_TRUE(Ask(kWindow, GrabRequest{.body = "peg"}).ok);
   std::uint32_t seq = 1;
   server_.OnGoal(kWindow, GoalAt(0.2, seq), now_ns_);
@@ -174,14 +174,14 @@ TEST_F(ControlServerTest, AGoalThatIsNoPlaceIsLeftOut) {
   }
 }
 
-TEST_F(ControlServerTest, AGoodbyeLetsGoAtOnce) {
+TEST_F(ControlServerTest, GoodbyeReleasesThePartAtOnce) {
   ASSERT_TRUE(Ask(kWindow, GrabRequest{.body = "peg"}).ok);
   server_.OnGoal(kWindow, {.kind = HostGoal::Kind::kGoodbye}, now_ns_);
   Run(1, {});
   EXPECT_EQ(peer_.facts.held, -1);
 }
 
-TEST_F(ControlServerTest, TheHandOfADeviceDoesNotNoticeThatAHostIsGone) {
+TEST_F(ControlServerTest, LostHostDoesNotAffectADevicesHand) {
   FakePeer peer;
   peer.facts.goal_device = false;
   ControlServer server(peer, true);
@@ -196,7 +196,7 @@ TEST_F(ControlServerTest, TheHandOfADeviceDoesNotNoticeThatAHostIsGone) {
   EXPECT_EQ(server.rate_hz(), 0.0) << "the host is gone all the same";
 }
 
-TEST_F(ControlServerTest, AnEmergencyStopLetsGoAndTakesNothingUntilItIsResumed) {
+TEST_F(ControlServerTest, EmergencyStopReleasesUntilResumed) {
   ASSERT_TRUE(Ask(kWindow, GrabRequest{.body = "peg"}).ok);
   EXPECT_TRUE(Ask(kScript, EmergencyStopRequest{}).ok) << "anybody may";
   EXPECT_TRUE(peer_.stopped);
@@ -210,7 +210,7 @@ TEST_F(ControlServerTest, AnEmergencyStopLetsGoAndTakesNothingUntilItIsResumed) 
   EXPECT_EQ(server_.Snapshot().safety.state, SnapshotSafety::State::kOn);
 }
 
-TEST_F(ControlServerTest, StopsTheHandForWhomeverItDoesNotKnow) {
+TEST_F(ControlServerTest, AcceptsAStopFromUnknownHosts) {
   ASSERT_TRUE(Ask(kWindow, GrabRequest{.body = "peg"}).ok);
   for (HostId host = 100; host < 100 + ControlServer::kMostHosts; ++host) {
     server_.OnGoal(host, {}, now_ns_);
@@ -224,7 +224,7 @@ TEST_F(ControlServerTest, StopsTheHandForWhomeverItDoesNotKnow) {
   }));
 }
 
-TEST_F(ControlServerTest, SaysAReleaseUntilItIsSo) {
+TEST_F(ControlServerTest, RepeatsAReleaseUntilItTakesEffect) {
   ASSERT_TRUE(Ask(kWindow, GrabRequest{.body = "peg"}).ok);
   peer_.deaf = true;  // the simulation stands still, and its queue is full
   server_.Stop();
@@ -238,7 +238,7 @@ TEST_F(ControlServerTest, SaysAReleaseUntilItIsSo) {
   EXPECT_EQ(peer_.Count(Command::Kind::kRelease), said) << "no longer than that";
 }
 
-TEST_F(ControlServerTest, LetsGoOfTheClutchOfAHostThatIsGone) {
+TEST_F(ControlServerTest, ReleasesTheClutchOfALostHost) {
   ControlServer server(peer_, true);
   server.OnScene(FourBodies(), now_ns_);
   server.OnRequest(kWindow, "window", 1, SetParameterRequest{"device_clutch", 1}, now_ns_);
@@ -247,7 +247,7 @@ TEST_F(ControlServerTest, LetsGoOfTheClutchOfAHostThatIsGone) {
   EXPECT_FALSE(peer_.workspace.clutch);
 }
 
-TEST_F(ControlServerTest, TakesARateOnceHoweverOftenItIsSaid) {
+TEST_F(ControlServerTest, AppliesARepeatedRateOnce) {
   ASSERT_TRUE(Ask(kWindow, GrabRequest{.body = "peg"}).ok);
   HostGoal rate{.kind = HostGoal::Kind::kRate, .seq = 7};
   rate.linear.x() = 0.1;
@@ -259,7 +259,7 @@ TEST_F(ControlServerTest, TakesARateOnceHoweverOftenItIsSaid) {
   EXPECT_EQ(peer_.goal.input_seq, seen + 1);
 }
 
-TEST_F(ControlServerTest, MapsADeviceByScaleViewAndClutchWhereOneMovesTheHand) {
+TEST_F(ControlServerTest, AppliesScaleViewAndClutchToADevice) {
   EXPECT_EQ(Ask(kWindow, SetParameterRequest{"device_scale", 5}).reason,
             "no device at the controller moves the hand");
   ControlServer server(peer_, true);
@@ -294,7 +294,7 @@ TEST_F(ControlServerTest, MapsADeviceByScaleViewAndClutchWhereOneMovesTheHand) {
   EXPECT_EQ(peer_.workspace.p_WD, Vec3(1, 2, 3));
 }
 
-TEST_F(ControlServerTest, GivesToAPeerByNameOrId) {
+TEST_F(ControlServerTest, HandsOverToAPeerByNameOrId) {
   EXPECT_EQ(Ask(kWindow, GiveRequest{.peer = "ben"}).reason, "the hand is empty");
   ASSERT_TRUE(Ask(kWindow, GrabRequest{.body = "peg"}).ok);
   EXPECT_EQ(Ask(kWindow, GiveRequest{.peer = "ben"}).reason, "no active peer here is called 'ben'");
@@ -304,7 +304,7 @@ TEST_F(ControlServerTest, GivesToAPeerByNameOrId) {
   EXPECT_EQ(peer_.orders.back().to, 0xABU);
 }
 
-TEST_F(ControlServerTest, TakesParametersWithinTheirRanges) {
+TEST_F(ControlServerTest, AcceptsOnlyParametersInRange) {
   EXPECT_TRUE(Ask(kWindow, SetParameterRequest{"hand_force_N", 5}).ok);
   EXPECT_EQ(peer_.goal.limits.force, 5.0);
   EXPECT_FALSE(Ask(kWindow, SetParameterRequest{"hand_force_N", 31}).ok) << "no hand has more";
@@ -313,7 +313,7 @@ TEST_F(ControlServerTest, TakesParametersWithinTheirRanges) {
   EXPECT_FALSE(Ask(kWindow, SetParameterRequest{"gravity", 1}).ok);
 }
 
-TEST_F(ControlServerTest, ShowsAsManySnapshotsAsTheHostThatWantsTheMost) {
+TEST_F(ControlServerTest, SnapshotRateIsTheHighestRequested) {
   EXPECT_EQ(server_.rate_hz(), 0.0);
   ASSERT_TRUE(Ask(kWindow, SnapshotRateRequest{30}).ok);
   ASSERT_TRUE(Ask(kScript, SnapshotRateRequest{500}).ok);
@@ -323,14 +323,14 @@ TEST_F(ControlServerTest, ShowsAsManySnapshotsAsTheHostThatWantsTheMost) {
   EXPECT_EQ(server_.rate_hz(), 30.0);
 }
 
-TEST_F(ControlServerTest, ARequestThatComesTwiceIsDoneOnce) {
+TEST_F(ControlServerTest, RepeatedRequestIsExecutedOnce) {
   ASSERT_TRUE(Ask(kWindow, GrabRequest{.body = "peg"}).ok);
   server_.OnRequest(kWindow, "window", number_, GrabRequest{.body = "bolt"}, now_ns_);
   Run(10, {kWindow});
   EXPECT_EQ(peer_.facts.held, 0);
 }
 
-TEST_F(ControlServerTest, WhatTakesLongIsAnsweredWhenItIsDone) {
+TEST_F(ControlServerTest, LongRequestsAreAnsweredOnCompletion) {
   EXPECT_EQ(Ask(kWindow, LoadSceneRequest{.file = "other"}).reason, "no answer");
   ASSERT_EQ(peer_.jobs.size(), 1U);
   server_.OnScene(std::nullopt, now_ns_);
@@ -345,7 +345,7 @@ TEST_F(ControlServerTest, WhatTakesLongIsAnsweredWhenItIsDone) {
   EXPECT_EQ(server_.Snapshot().scene_number, 2U);
 }
 
-TEST_F(ControlServerTest, RefusesMoreHostsThanItHasPlacesFor) {
+TEST_F(ControlServerTest, RefusesHostsBeyondItsCapacity) {
   for (HostId host = 100; host < 100 + ControlServer::kMostHosts; ++host) {
     server_.OnGoal(host, {}, now_ns_);
   }

@@ -109,7 +109,7 @@ class ControlledHandTest : public ::testing::Test, private ControlledPeer {
   Vec3 last_p_ = Vec3::Zero();
 };
 
-TEST_F(ControlledHandTest, AGoalBringsThePartThereByTheGraspedPoint) {
+TEST_F(ControlledHandTest, GraspedPointReachesTheGoal) {
   const Vec3 corner(kHalf, kHalf, kHalf);
   ASSERT_TRUE(Ask(GrabRequest{.body = "block", .grasp_W = {{kHalf, kHalf, kHalf}}}).ok);
   EXPECT_LT(peak_step_, 1e-6) << "taking it moves nothing";
@@ -119,7 +119,7 @@ TEST_F(ControlledHandTest, AGoalBringsThePartThereByTheGraspedPoint) {
   EXPECT_LT(Block().q.angularDistance(Quat::Identity()), 1e-3);
 }
 
-TEST_F(ControlledHandTest, AGoalBehindAWallPullsWithNoMoreThanTheLimitAndDoesNotPassThrough) {
+TEST_F(ControlledHandTest, GoalBehindAWallIsForceLimitedAndBlocked) {
   ASSERT_TRUE(Ask(SetParameterRequest{"hand_force_N", 6}).ok);
   ASSERT_TRUE(Ask(GrabRequest{.body = "block"}).ok);
   Mean({0.5, 0, 0});
@@ -136,7 +136,7 @@ TEST_F(ControlledHandTest, AGoalBehindAWallPullsWithNoMoreThanTheLimitAndDoesNot
   EXPECT_NEAR(snapshot.hand.limited_goal.p_W[0] - snapshot.hand.X_WG.p_W[0], 6.0 / 800, 1e-4);
 }
 
-TEST_F(ControlledHandTest, APartThatComesFreeIsNotFlungToItsGoal) {
+TEST_F(ControlledHandTest, FreedPartDoesNotLeapToItsGoal) {
   ASSERT_TRUE(Ask(GrabRequest{.body = "block"}).ok);
   Mean({0.5, 0, 0});
   Run(2000);
@@ -148,7 +148,7 @@ TEST_F(ControlledHandTest, APartThatComesFreeIsNotFlungToItsGoal) {
   EXPECT_LT(peak_step_, 1.5e-3);
 }
 
-TEST_F(ControlledHandTest, ARateMovesTheGoalOnAndEndsByItself) {
+TEST_F(ControlledHandTest, RateMovesTheGoalAndExpires) {
   ASSERT_TRUE(Ask(GrabRequest{.body = "block"}).ok);
   HostGoal rate{.kind = HostGoal::Kind::kRate, .seq = ++goal_seq_};
   rate.linear = Vec3(0, 0.1, 0);
@@ -158,7 +158,7 @@ TEST_F(ControlledHandTest, ARateMovesTheGoalOnAndEndsByItself) {
   EXPECT_NEAR(Block().p.y(), 0.02, 2e-4);
 }
 
-TEST_F(ControlledHandTest, APushIsARateInProportionAndStopsAtContact) {
+TEST_F(ControlledHandTest, PushMovesAtAProportionalRateAndStopsAtContact) {
   ASSERT_TRUE(Ask(GrabRequest{.body = "block"}).ok);
   for (int i = 0; i < 3000; ++i) {
     HostGoal push{.kind = HostGoal::Kind::kPush, .seq = ++goal_seq_};
@@ -179,7 +179,7 @@ TEST_F(ControlledHandTest, APushIsARateInProportionAndStopsAtContact) {
   EXPECT_NEAR(Block().p.x(), kWallX - kHalf - 0.05 + 0.0125, 0.005);
 }
 
-TEST_F(ControlledHandTest, GoesBackAlongItsWayRoundTheCornerThatItCameBy) {
+TEST_F(ControlledHandTest, ReturnsAlongItsPathRoundACorner) {
   ASSERT_TRUE(Ask(GrabRequest{.body = "block"}).ok);
   Mean({0, 0.3, 0});
   Run(1500);
@@ -197,7 +197,7 @@ TEST_F(ControlledHandTest, GoesBackAlongItsWayRoundTheCornerThatItCameBy) {
   EXPECT_EQ(facts_.held, 0);
 }
 
-TEST_F(ControlledHandTest, UndoBringsBackWhatWasLetGoOf) {
+TEST_F(ControlledHandTest, UndoReturnsAReleasedPart) {
   ASSERT_TRUE(Ask(GrabRequest{.body = "block"}).ok);
   Mean({0, 0.1, 0});
   Run(1000);
@@ -216,7 +216,7 @@ TEST_F(ControlledHandTest, UndoBringsBackWhatWasLetGoOf) {
   EXPECT_EQ(Ask(RetraceRequest{RetraceRequest::To::kUndo}).reason, "there is nothing to undo");
 }
 
-TEST_F(ControlledHandTest, AGoalThatIsNoNumberMovesNothing) {
+TEST_F(ControlledHandTest, NonFiniteGoalMovesNothing) {
   ASSERT_TRUE(Ask(GrabRequest{.body = "block"}).ok);
   HostGoal goal{.kind = HostGoal::Kind::kPose, .seq = ++goal_seq_};
   goal.X_WG.p.x() = std::nan("");

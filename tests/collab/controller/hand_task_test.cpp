@@ -33,7 +33,7 @@ class HandTaskTest : public ::testing::Test {
   std::int64_t now_ns_ = 0;
 };
 
-TEST_F(HandTaskTest, GoesBackToWhereThePartWasTakenAndKeepsIt) {
+TEST_F(HandTaskTest, ReturnsToTheGraspPoseAndKeepsHolding) {
   TakePeg();
   task_.GoBack(RetraceRequest::To::kGrasp, now_ns_);
   EXPECT_FALSE(Run(500)) << "on the way";
@@ -45,7 +45,7 @@ TEST_F(HandTaskTest, GoesBackToWhereThePartWasTakenAndKeepsIt) {
   EXPECT_EQ(peer_.facts.held, 0);
 }
 
-TEST_F(HandTaskTest, UndoTakesThePartThatWasLetGoOfAndBringsItBack) {
+TEST_F(HandTaskTest, UndoGrabsTheReleasedPartAndReturnsIt) {
   TakePeg();
   task_.LetGo(now_ns_);
   ASSERT_TRUE(Run(10)->ok);
@@ -63,7 +63,7 @@ TEST_F(HandTaskTest, UndoTakesThePartThatWasLetGoOfAndBringsItBack) {
   EXPECT_EQ(Run(10)->reason, "there is nothing to undo");
 }
 
-TEST_F(HandTaskTest, APartThatIsHeldUpOnItsWayStopsAndSaysSo) {
+TEST_F(HandTaskTest, BlockedPartStopsAndReportsIt) {
   TakePeg();
   task_.GoBack(RetraceRequest::To::kUndo, now_ns_);
   Run(10);
@@ -75,7 +75,7 @@ TEST_F(HandTaskTest, APartThatIsHeldUpOnItsWayStopsAndSaysSo) {
   EXPECT_EQ(peer_.facts.way_body, 0) << "the rest of the way is kept, for another try";
 }
 
-TEST_F(HandTaskTest, ResetGoesOnUntilNoWayIsLeft) {
+TEST_F(HandTaskTest, ResetRunsToTheStartOfThePath) {
   TakePeg();
   task_.GoBack(RetraceRequest::To::kReset, now_ns_);
   Run(10);
@@ -86,7 +86,7 @@ TEST_F(HandTaskTest, ResetGoesOnUntilNoWayIsLeft) {
   EXPECT_EQ(ended->reason, "1 body went back");
 }
 
-TEST_F(HandTaskTest, AGoalEndsAWayBack) {
+TEST_F(HandTaskTest, GoalCancelsTheWayBack) {
   TakePeg();
   task_.GoBack(RetraceRequest::To::kGrasp, now_ns_);
   Run(10);
@@ -97,7 +97,7 @@ TEST_F(HandTaskTest, AGoalEndsAWayBack) {
   EXPECT_FALSE(task_.busy());
 }
 
-TEST_F(HandTaskTest, WhatComesLaterEndsWhatWasAskedBefore) {
+TEST_F(HandTaskTest, LaterOrderReplacesAnEarlierOne) {
   peer_.deaf = true;
   task_.Take(0, {.body = "peg"}, scene_, now_ns_);
   Run(5);
@@ -107,7 +107,7 @@ TEST_F(HandTaskTest, WhatComesLaterEndsWhatWasAskedBefore) {
   EXPECT_EQ(ended->reason, "another request for the hand has replaced this one");
 }
 
-TEST_F(HandTaskTest, NobodysAnswerEndsATakeAfterSevenSeconds) {
+TEST_F(HandTaskTest, UnansweredGrabEndsAfterSevenSeconds) {
   peer_.deaf = true;
   task_.Take(0, {.body = "peg"}, scene_, now_ns_);
   EXPECT_FALSE(Run(6900));
@@ -116,7 +116,7 @@ TEST_F(HandTaskTest, NobodysAnswerEndsATakeAfterSevenSeconds) {
   EXPECT_EQ(ended->reason, "no peer has granted peg");
 }
 
-TEST_F(HandTaskTest, AskingTellsTheOneThatHoldsIt) {
+TEST_F(HandTaskTest, RequestNotifiesTheHolder) {
   peer_.deaf = true;
   task_.AskFor(0, scene_, now_ns_);
   Run(5);

@@ -55,7 +55,7 @@ TEST(CouplingLaw, PlusDampingStaysBelowTheExactBoundary) {
 
 // For two users 4 b_i b_j >= (k L)^2, for more b >= sum k L/2. The mass pays for the stiffness
 // beyond B/te.
-TEST(CouplingLaw, PlusDampingsDelayTermIsPaidForByItsDrag) {
+TEST(CouplingLaw, PlusDampingsDragCoversItsDelayTerm) {
   const auto law = Law("p+d");
   for (const std::size_t users : {2U, 3U, 5U, 8U}) {
     for (double loop = 0.002; loop < 2.4; loop *= 1.4) {
@@ -66,7 +66,7 @@ TEST(CouplingLaw, PlusDampingsDelayTermIsPaidForByItsDrag) {
   }
 }
 
-TEST(CouplingLaw, TheLinearOneFallsLinearlyAndKeepsItsFloor) {
+TEST(CouplingLaw, LinearLawFallsLinearlyToItsFloor) {
   const auto law = Law("linear");
   const auto k = [&](double tau) {
     return law->Link(LawInputsAt(2 * tau, 2, 1.5)).stiffness;
@@ -80,7 +80,7 @@ TEST(CouplingLaw, TheLinearOneFallsLinearlyAndKeepsItsFloor) {
 }
 
 // k = .8 min(K0, 1.5 B/te), bc = .5 k te, b = .2 k te.
-TEST(CouplingLaw, PdOptSharesTheDragBetweenGroundAndLink) {
+TEST(CouplingLaw, PdOptDividesDampingBetweenGroundAndLink) {
   const auto law = Law("pdopt");
   for (const double te : {0.05, 0.1, 0.3, 1.0}) {
     const LawInputs at = LawInputsAt((2.0 * te - 0.005) / 1.1, 2, 1.5);
@@ -95,7 +95,7 @@ TEST(CouplingLaw, PdOptSharesTheDragBetweenGroundAndLink) {
 }
 
 // k = 1.2 (B/te + B^2/(3 m)), bc = k te/2, b = .35 k te up to B: half as firm again as p+d.
-TEST(CouplingLaw, PlusTwoDampingsIsHalfAsFirmAgainAsPlusDamping) {
+TEST(CouplingLaw, PlusTwoDampingsIsFiftyPercentStifferThanPlusDamping) {
   const auto law = Law("p+dd");
   const auto weaker = Law("p+d");
   for (const double te : {0.03, 0.1, 0.3, 1.0}) {
@@ -112,19 +112,19 @@ TEST(CouplingLaw, PlusTwoDampingsIsHalfAsFirmAgainAsPlusDamping) {
 
 // Where drag could not pay for k te with any mass, the link is softer: it falls as 1/te, and never
 // to nothing.
-TEST(CouplingLaw, PlusTwoDampingsFallsAsOneOverTheDelayBeyondASecond) {
+TEST(CouplingLaw, PlusTwoDampingsIsInverseToDelaysBeyondASecond) {
   const auto law = Law("p+dd");
   EXPECT_NEAR(StiffnessAt(*law, 1.5), 42.0 / 1.5, 1e-9);
   EXPECT_NEAR(StiffnessAt(*law, 6.0), 7.0, 1e-9);
 }
 
-TEST(CouplingLaw, TheConstantOneIsForTheLabOnly) {
+TEST(CouplingLaw, ConstantLawIsReservedForTheLab) {
   EXPECT_FALSE(MakeLaw("constant"));
   const auto law = Law("constant");
   EXPECT_EQ(StiffnessAt(*law, 0.01), StiffnessAt(*law, 1.0));
 }
 
-TEST(CouplingLaw, AllShareTheWholeAmongTheLinks) {
+TEST(CouplingLaw, EveryLawDividesItsStiffnessAmongTheLinks) {
   for (const char* name : {"p+d", "p+dd", "linear", "pdopt", "constant"}) {
     const auto law = Law(name);
     EXPECT_STREQ(law->name(), name);
@@ -136,7 +136,7 @@ TEST(CouplingLaw, AllShareTheWholeAmongTheLinks) {
 }
 
 // The ratio scales the stiffness alone: drags are those of the law itself.
-TEST(CouplingLaw, ARatioOfOneIsForTheLabOnly) {
+TEST(CouplingLaw, RatioOfOneIsReservedForTheLab) {
   EXPECT_FALSE(MakeLaw("p+dd", {.ratio = 0.5}));
   EXPECT_FALSE(MakeLaw("p+dd", {.ratio = 0}, true));
   const auto whole = *MakeLaw("p+dd");
@@ -147,14 +147,14 @@ TEST(CouplingLaw, ARatioOfOneIsForTheLabOnly) {
   EXPECT_NEAR(half->GroundDamping(inputs, 60), whole->GroundDamping(inputs, 120), 1e-12);
 }
 
-TEST(CouplingLaw, AWrongNameIsToldWhatThereIs) {
+TEST(CouplingLaw, UnknownNameListsTheLaws) {
   const auto law = MakeLaw("stiff");
   ASSERT_FALSE(law);
   EXPECT_NE(law.error().what.find("p+d"), std::string::npos);
 }
 
 // A limit is used where a change of it changes a gain, whatever the delay and the users.
-TEST(CouplingLaw, SaysWhichLimitsItUses) {
+TEST(CouplingLaw, ReportsItsLimits) {
   const auto gains = [](const CouplingLaw& law) {
     std::vector<double> all;
     for (const double te : {0.003, 0.1, 1.0}) {

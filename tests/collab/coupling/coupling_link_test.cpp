@@ -89,7 +89,7 @@ struct OneLink {
   std::uint32_t seq = 0;
 };
 
-TEST(CouplingLink, ListensUntilThePeerIsHeardAndHasHeardUs) {
+TEST(CouplingLink, ListensUntilBothPeersHaveHeardEachOther) {
   OneLink heard;
   EXPECT_EQ(heard.link.state(), LinkState::kListening);
   EXPECT_EQ(heard.link.newest(), nullptr);
@@ -107,7 +107,7 @@ TEST(CouplingLink, ListensUntilThePeerIsHeardAndHasHeardUs) {
   EXPECT_EQ(hearing.link.state(), LinkState::kRising);
 }
 
-TEST(CouplingLink, HasNoStiffnessWhileItListens) {
+TEST(CouplingLink, HasNoStiffnessWhileListening) {
   OneLink one;
   for (int i = 0; i < 100; ++i) {
     one.HearState();
@@ -118,7 +118,7 @@ TEST(CouplingLink, HasNoStiffnessWhileItListens) {
   EXPECT_EQ(one.link.Describe(kFarEnd).stiffness, 0);
 }
 
-TEST(CouplingLink, IsEstablishedFromWhenItsStiffnessIsTheSmallerOffer) {
+TEST(CouplingLink, IsEstablishedOnceItUsesTheSmallerOffer) {
   OneLink one;
   int rising = 0;
   while (one.link.state() != LinkState::kEstablished && rising < 5000) {
@@ -134,7 +134,7 @@ TEST(CouplingLink, IsEstablishedFromWhenItsStiffnessIsTheSmallerOffer) {
 }
 
 // the law forbids no more than what the peer offers: a twentieth of the goal is a link that begins
-TEST(CouplingLink, RisesAnewWhereItHasLessThanATwentiethOfWhatIsAllowed) {
+TEST(CouplingLink, RestartsItsRiseBelowATwentiethOfTheLimit) {
   OneLink one;
   one.Frames(2000, 2);
   ASSERT_EQ(one.link.state(), LinkState::kEstablished);
@@ -144,7 +144,7 @@ TEST(CouplingLink, RisesAnewWhereItHasLessThanATwentiethOfWhatIsAllowed) {
   EXPECT_EQ(one.link.state(), LinkState::kRising);
 }
 
-TEST(CouplingLink, SaysInWhichFramesItsStiffnessChanges) {
+TEST(CouplingLink, ReportsFramesThatChangeItsStiffness) {
   OneLink one;
   one.Frames(10);
   EXPECT_TRUE(one.link.rises());
@@ -157,7 +157,7 @@ TEST(CouplingLink, SaysInWhichFramesItsStiffnessChanges) {
   EXPECT_TRUE(one.link.falls());
 }
 
-TEST(CouplingLink, AfterPartItFadesAndHearsNothing) {
+TEST(CouplingLink, AfterPartItFadesAndIgnoresSamples) {
   OneLink one;
   one.Frames(3000);
   one.link.Part();
@@ -178,14 +178,14 @@ TEST(CouplingLink, AfterPartItFadesAndHearsNothing) {
   EXPECT_NEAR(fading, 200, 2);
 }
 
-TEST(CouplingLink, IsOverAtOnceWhereThePeerWasNeverHeard) {
+TEST(CouplingLink, EndsAtOnceIfThePeerWasNeverHeard) {
   OneLink one;
   EXPECT_FALSE(one.link.over());
   one.link.Part();
   EXPECT_TRUE(one.link.over());
 }
 
-TEST(CouplingLink, GoesOnFromItsPullWhenThePeerComesBack) {
+TEST(CouplingLink, ReturningPeerContinuesTheLinksForce) {
   OneLink one;
   one.Frames(3000);
   one.link.Part();
@@ -206,7 +206,7 @@ TEST(CouplingLink, GoesOnFromItsPullWhenThePeerComesBack) {
   EXPECT_EQ(one.link.state(), LinkState::kEstablished);
 }
 
-TEST(CouplingLink, ALinkThatDoesNotFadeIsLeftAsItIsByRejoin) {
+TEST(CouplingLink, RejoinLeavesAnUnfadedLinkUnchanged) {
   OneLink one;
   one.Frames(3000);
   one.link.Rejoin();
@@ -214,7 +214,7 @@ TEST(CouplingLink, ALinkThatDoesNotFadeIsLeftAsItIsByRejoin) {
   EXPECT_GT(one.link.peak_loop_age_s(), 0);
 }
 
-TEST(CouplingLink, RefusesEchoesThatWereNotSentOrAreOlderThanTheLast) {
+TEST(CouplingLink, RefusesUnsentAndOutdatedEchoes) {
   OneLink one;
   EXPECT_EQ(one.HearLinks(-5, 50), 1U);  // a stamp of the future
   EXPECT_EQ(one.HearLinks(20, 50), 0U);
@@ -224,7 +224,7 @@ TEST(CouplingLink, RefusesEchoesThatWereNotSentOrAreOlderThanTheLast) {
   EXPECT_NEAR(one.link.loop_age_s(one.now), 0.021, 1e-12);
 }
 
-TEST(CouplingLink, OlderStatesAndLinksChangeNothing) {
+TEST(CouplingLink, OutdatedSamplesChangeNothing) {
   OneLink one;
   one.Frames(100);
   const std::uint32_t newest = one.seq;
@@ -235,7 +235,7 @@ TEST(CouplingLink, OlderStatesAndLinksChangeNothing) {
   EXPECT_NEAR(one.link.loop_age_s(one.now), 0.021, 1e-12);
 }
 
-TEST(CouplingLink, AForceCapBoundsTheSpringAndItsOffer) {
+TEST(CouplingLink, ForceCapBoundsTheSpringAndTheOffer) {
   OneLink one;
   one.place_m = 0.02;
   one.Frames(6000);
@@ -246,7 +246,7 @@ TEST(CouplingLink, AForceCapBoundsTheSpringAndItsOffer) {
   EXPECT_NEAR(one.link.Describe(kFarEnd).stiffness, one.link.stiffness(), 1e-9);
 }
 
-TEST(CouplingLink, FollowsAFadeOfForceAtOnceUntilTheNextCap) {
+TEST(CouplingLink, ForceFadeTakesEffectAtOnce) {
   OneLink one;
   one.place_m = 0.02;
   one.Frames(6000);

@@ -52,7 +52,7 @@ class Bench {
   std::uint32_t seq_ = 0;
 };
 
-TEST(Echoes, ALoopIsAsOldAsItsNewestEchoAndItsPeakLastsTwoSeconds) {
+TEST(Echoes, LoopAgeIsThatOfTheNewestEchoWithATwoSecondPeak) {
   Bench bench;
   bench.Run(500, 40);
   EXPECT_DOUBLE_EQ(bench.loop().age_s, 0.040);
@@ -65,7 +65,7 @@ TEST(Echoes, ALoopIsAsOldAsItsNewestEchoAndItsPeakLastsTwoSeconds) {
 }
 
 // Until something has come back a loop is at least as old as we have waited for it.
-TEST(Echoes, ALoopThatIsNotClosedYetIsAsOldAsTheWait) {
+TEST(Echoes, OpenLoopAgesWithTheWait) {
   Bench bench;
   bench.Run(300, 400);
   EXPECT_EQ(bench.loop().age_s, 0.0);
@@ -76,7 +76,7 @@ TEST(Echoes, ALoopThatIsNotClosedYetIsAsOldAsTheWait) {
 }
 
 // A line that is cut while both hold grows older with the clock, on from the age that it had.
-TEST(Echoes, WhileBothHoldASilentLoopGrowsOlder) {
+TEST(Echoes, SilentLoopAgesWhileBothPeersHold) {
   Bench bench;
   bench.Run(500, 20);
   bench.Run(5000, 20, true, false);
@@ -90,7 +90,7 @@ TEST(Echoes, WhileBothHoldASilentLoopGrowsOlder) {
 }
 
 // An empty hand on either side: nothing comes back, for there is no loop.
-TEST(Echoes, ALoopEndsWithTheHoldingOnEitherSide) {
+TEST(Echoes, LoopEndsWhenEitherPeerReleases) {
   for (const bool ours : {true, false}) {
     SCOPED_TRACE(ours);
     Bench bench;
@@ -113,7 +113,7 @@ TEST(Echoes, ALoopEndsWithTheHoldingOnEitherSide) {
 }
 
 // A peer that takes something else at once keeps what was known of the line.
-TEST(Echoes, ThePeakOutlivesTheLoopByTwoSeconds) {
+TEST(Echoes, PeakLastsTwoSecondsBeyondTheLoop) {
   Bench bench;
   bench.Run(500, 300);
   bench.Run(200, 300, false, false);
@@ -123,7 +123,7 @@ TEST(Echoes, ThePeakOutlivesTheLoopByTwoSeconds) {
 }
 
 // The other peer goes on telling the last stamp that it has of us, which is as old as our pause.
-TEST(Echoes, StampsOfAnEarlierGraspDoNotCount) {
+TEST(Echoes, TimestampsOfAnEarlierGraspAreIgnored) {
   Bench bench;
   bench.Run(500, 20);
   const std::int64_t last = bench.ms();
@@ -134,7 +134,7 @@ TEST(Echoes, StampsOfAnEarlierGraspDoNotCount) {
   EXPECT_EQ(bench.loop().age_s, 0.0);
 }
 
-TEST(Echoes, WhoIsGoneHasNoLoop) {
+TEST(Echoes, DepartedPeerHasNoLoop) {
   Bench bench;
   bench.Run(500, 20);
   EXPECT_EQ(bench.count(), 1U);

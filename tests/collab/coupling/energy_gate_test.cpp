@@ -14,7 +14,7 @@ Pose At(double x) {
 }
 
 // 200 N/m from 0: 0.1 J is a stretch of sqrt(2 0.1 / 200) = 31.6 mm.
-TEST(EnergyGate, LetsTheCopyGoAsFarAsItsCreditPays) {
+TEST(EnergyGate, MotionIsLimitedByCredit) {
   EnergyGate gate;
   const RigidState own;
   gate.Admit(At(0), own, 200, kPerMass);
@@ -26,7 +26,7 @@ TEST(EnergyGate, LetsTheCopyGoAsFarAsItsCreditPays) {
   EXPECT_NEAR(gate.tank(), 0.0, 1e-6);
 }
 
-TEST(EnergyGate, GivesBackWhatAWayHomeReleases) {
+TEST(EnergyGate, CreditsEnergyReleasedOnTheWayBack) {
   EnergyGate gate;
   const RigidState own;
   gate.Admit(At(0), own, 200, kPerMass);
@@ -39,7 +39,7 @@ TEST(EnergyGate, GivesBackWhatAWayHomeReleases) {
 }
 
 // The overflow of one end pays for the other. A counter is no energy by itself.
-TEST(EnergyGate, TheOverflowGoesToTheOtherEnd) {
+TEST(EnergyGate, OverflowGoesToTheOtherEnd) {
   EnergyGate here;
   EnergyGate there;
   there.Earn(1.0);
@@ -55,7 +55,7 @@ TEST(EnergyGate, TheOverflowGoesToTheOtherEnd) {
 }
 
 // A quarter of a turn at 10 N m/rad kg^-1 m^2: k/2 I/m theta^2.
-TEST(EnergyGate, RotationCostsToo) {
+TEST(EnergyGate, RotationConsumesCredit) {
   EnergyGate gate;
   const RigidState own;
   gate.Admit(At(0), own, 200, kPerMass);

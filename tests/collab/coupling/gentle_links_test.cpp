@@ -15,7 +15,7 @@ using testing::LinkBench;
 
 // A link of 400 N/m stretched by 7.5 mm pulls with 3 N. Its partner falls silent and is then told
 // to be lost, or a third peer comes. The force falls by at most 1 N within 100 ms.
-TEST(GentleLinks, APullOfThreeNewtonsGoesGently) {
+TEST(GentleLinks, PullOfThreeNewtonsFadesGently) {
   for (const bool third_comes : {false, true}) {
     SCOPED_TRACE(third_comes);
     LinkBench bench;
@@ -39,7 +39,7 @@ TEST(GentleLinks, APullOfThreeNewtonsGoesGently) {
 
 // A spring of 20 mm that pulls with 5 N falls by 10 N/s to 3 N when it is capped, and tells its
 // partner so.
-TEST(GentleLinks, ACappedLinkFallsGentlyToWhatItMayPullWith) {
+TEST(GentleLinks, CappedLinkFallsGentlyToItsCap) {
   LinkBench bench;
   bench.body.Join(kOther);
   for (int i = 0; i < 10000; ++i) bench.Frame(0.02, 2, 1e3);
@@ -61,7 +61,7 @@ TEST(GentleLinks, ACappedLinkFallsGentlyToWhatItMayPullWith) {
 
 // A partner that we hear and that does not hear us tells the same echo again and again: that is
 // silence, not a delay that grows, whose fall would take 20 ms.
-TEST(GentleLinks, AnEchoToldAgainIsNoDelay) {
+TEST(GentleLinks, RepeatedEchoDoesNotIncreaseDelay) {
   constexpr double kStretch = 0.02;
   LinkBench bench;
   bench.body.Join(kOther);
@@ -87,7 +87,7 @@ double PullOf(const LinkBench& bench, double stretch) {
 
 // Four links at once fall silent, are capped, or want next to nothing. Together they take no more
 // than one may.
-TEST(GentleLinks, LinksThatFallTogetherShareWhatAHandMayFeel) {
+TEST(GentleLinks, SimultaneousFallsShareTheForceRateLimit) {
   constexpr double kStretch = 0.02;
   for (const bool capped : {false, true}) {
     SCOPED_TRACE(capped);
@@ -119,7 +119,7 @@ TEST(GentleLinks, LinksThatFallTogetherShareWhatAHandMayFeel) {
 
 // The peak of a loop of 600 ms is forgotten after two seconds of 40 ms. The drags then fall by 10 N
 // s/m in a tenth of a second, not in a frame.
-TEST(GentleLinks, DragsFallGentlyWhenALoopGrowsShorter) {
+TEST(GentleLinks, DampingFallsGentlyWhenALoopShortens) {
   LinkBench bench({*MakeLaw("p+dd"), {.energy_gate = false}});
   bench.body.Join(kOther);
   for (int i = 0; i < 4000; ++i) bench.Frame(0, 600, 1e3);
@@ -142,7 +142,7 @@ TEST(GentleLinks, DragsFallGentlyWhenALoopGrowsShorter) {
 
 // A sample that comes late shows another place and another speed. Both together change the force by
 // 0.8 N a frame, and in the end by all of it.
-TEST(GentleLinks, NoSampleChangesALinksForceByMoreThanSoMuchAFrame) {
+TEST(GentleLinks, SamplesObeyTheForceRateLimit) {
   LinkBench bench({*MakeLaw("p+dd"), {.energy_gate = false}});
   bench.body.Join(kOther);
   for (int i = 0; i < 4000; ++i) bench.Frame(0, 100, 1e3);
@@ -166,7 +166,7 @@ TEST(GentleLinks, NoSampleChangesALinksForceByMoreThanSoMuchAFrame) {
 
 // A link has 30 N on a held copy; then the partner answers, and wants next to nothing. The force
 // falls by 0.8 N a frame.
-TEST(GentleLinks, NoFallOfStiffnessTakesMoreThanSoMuchForceAFrame) {
+TEST(GentleLinks, FallingStiffnessObeysTheForceRateLimit) {
   LinkBench bench({*MakeLaw("p+d"), {.energy_gate = false}});
   bench.body.Join(kOther);
   for (int i = 0; i < 4000; ++i) bench.Frame(0, 4, 1e3);

@@ -25,7 +25,7 @@ TEST(DelayMeter, HoldsThePeakForTwoSeconds) {
   EXPECT_DOUBLE_EQ(meter.peak_loop_age_s(), 0.040);
 }
 
-TEST(DelayMeter, ForgetsWhatWasBeforeASilence) {
+TEST(DelayMeter, ForgetsDelaysFromBeforeASilence) {
   DelayMeter meter;
   meter.Add(1000 * kMs, 700 * kMs);
   meter.Add(9000 * kMs, 50 * kMs);

@@ -12,7 +12,7 @@ using testing::kObject;
 using testing::kOther;
 using testing::LinkBench;
 
-TEST(SharedBody, IsAloneUntilTheLoopIsClosed) {
+TEST(SharedBody, IsUncoupledUntilTheLoopIsClosed) {
   LinkBench bench;
   bench.body.Join(kOther);
   bench.Frame(0, 200, 100, false);
@@ -22,7 +22,7 @@ TEST(SharedBody, IsAloneUntilTheLoopIsClosed) {
   EXPECT_EQ(bench.body.coupled(), 1U);
 }
 
-TEST(SharedBody, IgnoresThoseWhoDoNotHoldTheBody) {
+TEST(SharedBody, IgnoresPeersThatDoNotHoldTheBody) {
   LinkBench bench;
   bench.Frame(0.01, 200, 100);
   EXPECT_EQ(bench.inputs.link_count, 0U);
@@ -58,7 +58,7 @@ TEST(SharedBody, RaisesStiffnessSlowlyAndLowersItAtOnce) {
   EXPECT_NEAR(bench.stiffness(), 10, std::exp(-5.0) * (last - 10) + 0.1);  // five times 20 ms
 }
 
-TEST(SharedBody, OldSamplesChangeNothing) {
+TEST(SharedBody, OutdatedSamplesChangeNothing) {
   LinkBench bench;
   bench.body.Join(kOther);
   for (int i = 0; i < 10; ++i) bench.Frame(0.01, 200, 100);
@@ -77,7 +77,7 @@ TEST(SharedBody, OldSamplesChangeNothing) {
   EXPECT_EQ(bench.inputs.links[0].copy.X_WA.p.x(), 0.02);
 }
 
-TEST(SharedBody, ALostPartnersPullFadesOverTwoHundredMilliseconds) {
+TEST(SharedBody, LostPartnersForceFadesOver200Milliseconds) {
   LinkBench bench;
   bench.body.Join(kOther);
   for (int i = 0; i < 2000; ++i) bench.Frame(0.01, 200, 60);
@@ -97,7 +97,7 @@ TEST(SharedBody, ALostPartnersPullFadesOverTwoHundredMilliseconds) {
 }
 
 // Only the session says who is lost: a link over which nothing comes is made for its age.
-TEST(SharedBody, ASilentPartnersLinkIsSofterTheOlderItIsAndDoesNotEnd) {
+TEST(SharedBody, SilentPartnersLinkSoftensWithoutEnding) {
   LinkBench bench;
   bench.body.Join(kOther);
   for (int i = 0; i < 1000; ++i) bench.Frame(0.01, 100, 500);
@@ -117,7 +117,7 @@ TEST(SharedBody, ASilentPartnersLinkIsSofterTheOlderItIsAndDoesNotEnd) {
 
 // After a first silence of two seconds, one of nearly three does not soften the link of a part at
 // rest. One of more than five seconds does.
-TEST(SharedBody, OnlyASilenceLongerThanUsualSoftensTheLinkOfAPartAtRest) {
+TEST(SharedBody, OnlyUnusualSilenceSoftensTheLinkOfARestingPart) {
   LinkBench bench;
   bench.body.Join(kOther);
   const auto hear = [&bench](int frames) {
@@ -139,7 +139,7 @@ TEST(SharedBody, OnlyASilenceLongerThanUsualSoftensTheLinkOfAPartAtRest) {
 
 // A link whose loop is older than 2.4 s is made for that age by itself: the other is made for 2.4 s
 // at the most, and what drag the older one needs is there.
-TEST(SharedBody, AnOldLoopSoftensItsOwnLinkMoreThanTheOthers) {
+TEST(SharedBody, OldLoopSoftensMainlyItsOwnLink) {
   LinkBench bench;
   bench.body.Join(kOther);
   bench.body.Join(3);
@@ -158,7 +158,7 @@ TEST(SharedBody, AnOldLoopSoftensItsOwnLinkMoreThanTheOthers) {
 }
 
 // An echo of the future, or of a time at which nothing was sent, would feign a short loop.
-TEST(SharedBody, EchoesOfStampsNeverSentAreRefused) {
+TEST(SharedBody, EchoesOfUnsentTimestampsAreRefused) {
   LinkBench bench;
   bench.body.Join(kOther);
   bench.Frame(0, 200, 500);
@@ -182,7 +182,7 @@ TEST(SharedBody, EchoesOfStampsNeverSentAreRefused) {
 }
 
 // Both wrenches of a link add up to nothing. The figure is the larger share of them that does not.
-TEST(SharedBody, ComparesTheTwoWrenchesOfALink) {
+TEST(SharedBody, ReportsTheDifferenceOfALinksWrenches) {
   LinkBench bench;
   bench.body.Join(kOther);
   bench.Frame(0.01, 20, 100);
@@ -209,7 +209,7 @@ TEST(SharedBody, ComparesTheTwoWrenchesOfALink) {
 }
 
 // A partner may say anything of what its end felt. The force here comes from its poses alone.
-TEST(SharedBody, WhatAPartnerSaysOfItsForceIsNeverApplied) {
+TEST(SharedBody, ReportedPartnerForceIsNeverApplied) {
   std::array<StepInputs, 2> inputs;
   for (const std::size_t lies : {0U, 1U}) {
     LinkBench bench;
@@ -228,7 +228,7 @@ TEST(SharedBody, WhatAPartnerSaysOfItsForceIsNeverApplied) {
 }
 
 // A link that falls gently while its partner is silent has no more damping than the law gives.
-TEST(SharedBody, DampingBetweenInstancesIsNeverAboveTheLaws) {
+TEST(SharedBody, LinkDampingNeverExceedsTheLaw) {
   LinkBench bench({*MakeLaw("p+dd"), {.energy_gate = false}});
   bench.body.Join(kOther);
   for (int i = 0; i < 4000; ++i) bench.Frame(0, 20, 1e3);
@@ -246,7 +246,7 @@ TEST(SharedBody, DampingBetweenInstancesIsNeverAboveTheLaws) {
 
 // A gate draws nothing for a damper that moves along. For a damper that pulls us on it draws what
 // the damper gives less what it takes.
-TEST(SharedBody, AGatePaysForWhatADamperGivesOnBalance) {
+TEST(SharedBody, GateCoversTheDampersNetEnergy) {
   LinkBench bench({*MakeLaw("p+dd")});
   bench.body.Join(kOther);
   for (int i = 0; i < 4000; ++i) bench.Frame(0, 200, 1e3);
@@ -268,7 +268,7 @@ TEST(SharedBody, AGatePaysForWhatADamperGivesOnBalance) {
 }
 
 // The same holds for a damper that turns us.
-TEST(SharedBody, AGatePaysForWhatADamperOfTurningGives) {
+TEST(SharedBody, GateCoversTheRotationalDampersEnergy) {
   LinkBench bench({*MakeLaw("p+dd")});
   bench.body.Join(kOther);
   bench.its_turning = 30;
@@ -285,7 +285,7 @@ TEST(SharedBody, AGatePaysForWhatADamperOfTurningGives) {
 
 // For the lab, the spring's force goes to the partner, and the force that the partner says is
 // applied.
-TEST(SharedBody, ExchangesForcesWhereItIsToldTo) {
+TEST(SharedBody, ExchangesForcesWhenConfigured) {
   LinkBench bench({*MakeLaw("p+d"), {.exchange_forces = true}});
   bench.body.Join(kOther);
   bench.its_force = 3;
@@ -295,7 +295,7 @@ TEST(SharedBody, ExchangesForcesWhereItIsToldTo) {
   EXPECT_NEAR(bench.out.entries[0].applied_B_W.f.x(), 0.01 * 100, 1e-6);
 }
 
-TEST(SharedBody, BeyondFiveTwelfthsOfATurnTheMomentKeepsItsSizeAndItsWay) {
+TEST(SharedBody, MomentIsConstantBeyondFiveTwelfthsOfATurn) {
   LinkBench bench;
   bench.body.Join(kOther);
   ObjectState state;
@@ -311,7 +311,7 @@ TEST(SharedBody, BeyondFiveTwelfthsOfATurnTheMomentKeepsItsSizeAndItsWay) {
   }
 }
 
-TEST(SharedBody, TellsEachPartnerTheNewestStampItHolds) {
+TEST(SharedBody, EchoesEachPartnersNewestTimestamp) {
   LinkBench bench;
   bench.body.Join(kOther);
   bench.Frame(0, 200, 100);

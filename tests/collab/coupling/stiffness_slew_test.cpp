@@ -43,7 +43,7 @@ double FastestMotion(double k, double seconds, const Allowed& allowed) {
 
 // A network that moves its delay up and down by half moves a part that hands pull apart, slowly and
 // unfelt. Among eight users 0.17 mm/s each make 0.5 mm/s.
-TEST(StiffnessSlew, MovesAPartThatHandsPullApartUnfeltWhileTheDelayVaries) {
+TEST(StiffnessSlew, VaryingDelayIsNotFeltByOpposingHands) {
   const double fastest = FastestMotion(130, 60, [](double t_s) {
     return std::fmod(t_s, 2.0) < 0.4 ? 90.0 : 140.0;
   });
@@ -66,24 +66,24 @@ double After(const StiffnessSlew& slew, double k, int frames) {
   return k;
 }
 
-TEST(StiffnessSlew, FallsAtOnceWhereThePartMoves) {
+TEST(StiffnessSlew, FallsAtOnceForAMovingPart) {
   EXPECT_NEAR(After(Unfelt(0.03, 40, 0.05), 60, 100), 40, 0.5);
   EXPECT_GT(After(Unfelt(0.03, 40, 0), 60, 100), 59.9);
 }
 
-TEST(StiffnessSlew, FallsAtOnceFromFarAboveWhatTheDelayAllows) {
+TEST(StiffnessSlew, FallsAtOnceFromFarAboveTheLimit) {
   const double fallen = After(Unfelt(0.02, 40, 0), 400, 300);
   EXPECT_LT(fallen, 240);
   EXPECT_GE(fallen, 40);
 }
 
 // A spring that is not stretched moves nothing when its stiffness changes.
-TEST(StiffnessSlew, FollowsTheDelayAtOnceWhereTheSpringIsEmpty) {
+TEST(StiffnessSlew, FollowsTheDelayAtOnceAtZeroForce) {
   EXPECT_NEAR(After(Unfelt(0, 40, 0), 60, 200), 40, 0.1);
   EXPECT_NEAR(After(Unfelt(0, 100, 0), 40, 400), 100, 0.1);
 }
 
-TEST(StiffnessSlew, FallsAtOnceWhereItsCauseIsNotTheDelay) {
+TEST(StiffnessSlew, FallsAtOnceForCausesOtherThanDelay) {
   StiffnessSlew slew = Unfelt(0.03, 40, 0);
   slew.falls_unfelt = false;
   EXPECT_NEAR(After(slew, 60, 100), 40, 0.5);

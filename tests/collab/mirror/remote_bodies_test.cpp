@@ -61,7 +61,7 @@ class LooseBody : public ::testing::Test {
   StepInputs inputs_;
 };
 
-TEST_F(LooseBody, IsFollowedWhereItsPeerSaysUntilItIsSaidToStand) {
+TEST_F(LooseBody, IsFollowedUntilItsPeerParksIt) {
   EXPECT_EQ(Prepared().drive, BodyDrive::kParked);
   remote_->OnState(StateOf(7, 2, 0.2, kStateLoose));
   EXPECT_EQ(Prepared().drive, BodyDrive::kMirrored);
@@ -75,7 +75,7 @@ TEST_F(LooseBody, IsFollowedWhereItsPeerSaysUntilItIsSaidToStand) {
 }
 
 // The claim of a hand that lets go is heard later than the flight of what it threw is seen.
-TEST_F(LooseBody, IsFollowedThoughItsPeerIsStillSaidToHoldIt) {
+TEST_F(LooseBody, IsFollowedInSpiteOfAnOutdatedHolder) {
   remote_->OnMembership(Holder());
   remote_->OnState(StateOf(7, 1, 0.1, 0));
   EXPECT_EQ(Prepared().mirror_WB.p.x(), 0.1);
@@ -85,7 +85,7 @@ TEST_F(LooseBody, IsFollowedThoughItsPeerIsStillSaidToHoldIt) {
   EXPECT_EQ(Prepared().mirror_WB.p.x(), 0.3) << "it has it again";
 }
 
-TEST_F(LooseBody, BeginsAsItWasToldToMoveWhereItIsTakenOver) {
+TEST_F(LooseBody, StartsAtItsReceivedVelocityOnTakeover) {
   ObjectState state = StateOf(7, 1, 0.1, kStateLoose);
   state.V_WB.v.x() = 0.4;
   remote_->OnState(state);
@@ -97,7 +97,7 @@ TEST_F(LooseBody, BeginsAsItWasToldToMoveWhereItIsTakenOver) {
 }
 
 // The body goes 1 m/s at peer 7. Peer 9 goes on with it 20 mm from there and 40 ms later.
-TEST_F(LooseBody, NeitherStopsNorJumpsWhereAnotherTakesItOver) {
+TEST_F(LooseBody, TakeoverNeitherStopsNorMovesIt) {
   double last = 0;
   const auto run = [&](PeerId peer, double from, int frames) {
     for (int i = 1; i <= frames; ++i) {
@@ -122,7 +122,7 @@ TEST_F(LooseBody, NeitherStopsNorJumpsWhereAnotherTakesItOver) {
 
 // Instances that are near make one mirror at their mean, and two when far. The distance to become
 // one again is smaller.
-TEST(RemoteBodies, InstancesPartAtFortyMillimetresAndMeetAtTwenty) {
+TEST(RemoteBodies, InstancesSeparateAt40MillimetresAndMergeAt20) {
   const TriangleMesh box = testing::Box(Vec3(0.02, 0.02, 0.02));
   WorldModel model = *testing::MakeWorldModel({{box}, {box}}, 0.001);
   model.scene.bodies[0].shared = true;
@@ -160,7 +160,7 @@ TEST(RemoteBodies, InstancesPartAtFortyMillimetresAndMeetAtTwenty) {
 
 // 10 and 12 are on one side and tremble, 11 is alone on the other. Whichever of 10 and 12 is
 // farther from 11, each instance of the picture stays on its side.
-TEST(RemoteBodies, PartedInstancesStayOnTheirSidesWhileHandsTremble) {
+TEST(RemoteBodies, SeparatedInstancesStayOnTheirSidesUnderTremor) {
   const TriangleMesh box = testing::Box(Vec3(0.02, 0.02, 0.02));
   WorldModel model = *testing::MakeWorldModel({{box}, {box}}, 0.001);
   model.scene.bodies[0].shared = true;
@@ -223,7 +223,7 @@ TEST(RemoteBodies, TheSecondInstanceIsInactiveWhereTheBodyIsSimulated) {
 
 // A dead-reckoned mirror is half the loop's age ahead, by the velocity that was told, for 100 ms
 // and 30 mm at the most. Mirrors of the other models are as received.
-TEST(RemoteBodies, DeadReckonedMirrorsAreWhereTheyWouldBeByNow) {
+TEST(RemoteBodies, DeadReckonedMirrorsAreAtTheExtrapolatedPose) {
   const TriangleMesh box = testing::Box(Vec3(0.02, 0.02, 0.02));
   const WorldModel model = *testing::MakeWorldModel({{box}, {box}}, 0.001);
   const auto x_at = [&](MirrorModel mirror, double speed, double loop_age_s) {

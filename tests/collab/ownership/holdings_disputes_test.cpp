@@ -11,7 +11,7 @@ using testing::kOwn;
 using testing::TwoBodies;
 using Kind = MembershipChange::Kind;
 
-TEST(HoldingsDisputes, PartsOfATornSessionAgreeWhenTheyMeet) {
+TEST(HoldingsDisputes, PartitionsOfASessionAgreeAfterReconnecting) {
   Company company({3, 5, 9}, 5);
   company[9].Ask(kOwn);
   company.Run(4000);  // known for long enough to be more than the other part
@@ -28,7 +28,7 @@ TEST(HoldingsDisputes, PartsOfATornSessionAgreeWhenTheyMeet) {
   EXPECT_EQ(company.Authority(0), 5U);
 }
 
-TEST(HoldingsDisputes, OnlyTheAuthoritysSamplesCount) {
+TEST(HoldingsDisputes, OnlyTheOwnersSamplesCount) {
   Company company({3, 5, 9}, 0);
   company[5].Ask(kOwn);
   company.Run(20);
@@ -46,7 +46,7 @@ TEST(HoldingsDisputes, OnlyTheAuthoritysSamplesCount) {
 
 // A peer that has forged a claim, or whose counter was corrupted, does not mute the true holder for
 // ever.
-TEST(HoldingsDisputes, AClaimFarAheadIsNotBelieved) {
+TEST(HoldingsDisputes, ClaimWithAFarFutureEpochIsIgnored) {
   Company company({3, 5}, 0);
   company[5].Ask(kOwn);
   company.Run(20);
@@ -63,7 +63,7 @@ MembershipChange Forged(std::uint32_t epoch, Kind kind = Kind::kJoined) {
   return forged;
 }
 
-TEST(HoldingsDisputes, AGreaterClaimOnWhatAnotherHoldsIsNotBelieved) {
+TEST(HoldingsDisputes, HigherClaimOnAHeldBodyIsIgnored) {
   Company company({3, 5, 9}, 0);
   company[5].Ask(kOwn);
   company.Run(300);
@@ -79,7 +79,7 @@ TEST(HoldingsDisputes, AGreaterClaimOnWhatAnotherHoldsIsNotBelieved) {
 
 // Nobody believes the last epoch, and a body that nobody has claimed does not come to it either:
 // counting on from there would wrap.
-TEST(HoldingsDisputes, AFirstClaimAtTheLastEpochIsNotBelieved) {
+TEST(HoldingsDisputes, FirstClaimAtTheLastEpochIsIgnored) {
   Company company({3, 5}, 0);
   company.Run(10);
   for (const PeerId peer : {3U, 5U}) company[peer].OnMembership(Forged(0xFFFFFFFF));
@@ -100,7 +100,7 @@ TEST(HoldingsDisputes, AFirstClaimAtTheLastEpochIsNotBelieved) {
 
 // By steps that are each allowed nobody comes far either. All together raise an epoch by a thousand
 // and ten a second; a peer by itself by a hundred more and ten a second.
-TEST(HoldingsDisputes, EpochsRiseNoFasterThanAnybodyCanGrab) {
+TEST(HoldingsDisputes, EpochsRiseNoFasterThanPeersCanGrab) {
   const WorldModel model = TwoBodies();
   DropTable drops;
   Holdings three(3, model, 0, false, &drops);
@@ -117,7 +117,7 @@ TEST(HoldingsDisputes, EpochsRiseNoFasterThanAnybodyCanGrab) {
   EXPECT_GT(drops.Of(77)[static_cast<std::size_t>(Drop::kEpochLeap)], 1000U);
 }
 
-TEST(HoldingsDisputes, GrantsAndRefusalsCountFromTheAuthorityAlone) {
+TEST(HoldingsDisputes, OnlyTheOwnersGrantsAndRefusalsCount) {
   Company company({3, 5, 9}, 0);
   company[5].Ask(kOwn);
   company.Run(300);
@@ -141,7 +141,7 @@ TEST(HoldingsDisputes, GrantsAndRefusalsCountFromTheAuthorityAlone) {
 
 // Ben alone was cut off, and has the body that Anna went on to hold. Most of those here say that it
 // is hers.
-TEST(HoldingsDisputes, AfterACutThoseWhoAreMoreKeepWhatTheyHold) {
+TEST(HoldingsDisputes, MajorityKeepsItsBodiesAfterACut) {
   Company company({3, 5, 9}, 5);
   company[5].Ask(kOwn);
   company.Run(100);
@@ -158,7 +158,7 @@ TEST(HoldingsDisputes, AfterACutThoseWhoAreMoreKeepWhatTheyHold) {
 }
 
 // Nobody but the authority raises its claim. The grants of an authority that is gone count in turn.
-TEST(HoldingsDisputes, GrantsOfOthersCountWhereTheAuthorityIsGoneAndOnlyInTurn) {
+TEST(HoldingsDisputes, SuccessorsGrantCountsAfterTheOwnerIsLost) {
   Company company({3, 5, 9}, 0);
   company[5].Ask(kOwn);
   company.Run(300);
@@ -183,7 +183,7 @@ TEST(HoldingsDisputes, GrantsOfOthersCountWhereTheAuthorityIsGoneAndOnlyInTurn) 
 
 // A newcomer hears the liar first, who says that it is far along, and then all the others. The
 // names that they give are no hearsay once it has known them for a while.
-TEST(HoldingsDisputes, WhoWasMisledGoesBackToWhomTheOthersName) {
+TEST(HoldingsDisputes, MisledPeerReturnsToTheCommonlyNamedOwner) {
   Holdings late(9, TwoBodies());
   std::array<Event, 8> out;
   std::size_t count = 0;
@@ -205,7 +205,7 @@ TEST(HoldingsDisputes, WhoWasMisledGoesBackToWhomTheOthersName) {
 
 // Nobody names yet the peer that was handed a body a moment ago. Names of the giver are old news,
 // and no votes for a third peer.
-TEST(HoldingsDisputes, WhatWasGrantedAMomentAgoIsNotTakenByAGreaterClaim) {
+TEST(HoldingsDisputes, RecentGrantIsNotOverriddenByAHigherClaim) {
   Company company({3, 5, 9}, 50);
   company[5].Ask(kOwn);
   company.Run(6000);
@@ -219,7 +219,7 @@ TEST(HoldingsDisputes, WhatWasGrantedAMomentAgoIsNotTakenByAGreaterClaim) {
 }
 
 // A peer that wakes up has missed things, but not what most of the others say that it has.
-TEST(HoldingsDisputes, WhoWasStoppedKeepsWhatTheOthersNameItFor) {
+TEST(HoldingsDisputes, ResumedPeerKeepsBodiesThatOthersAttributeToIt) {
   Company company({3, 5, 9}, 0);
   company[9].Ask(kOwn);
   company.Run(2000);
@@ -235,7 +235,7 @@ TEST(HoldingsDisputes, WhoWasStoppedKeepsWhatTheOthersNameItFor) {
 
 // The peers that name the giver have not heard of the gift yet, and the giver's claim is for what
 // is no longer its own.
-TEST(HoldingsDisputes, WhatWasGivenIsNotTakenBackByAGreaterClaimOfTheGiver) {
+TEST(HoldingsDisputes, GiverCannotReclaimByAHigherEpoch) {
   Company company({3, 5, 77}, 50);
   company[77].Ask(kOwn);
   company.Run(6000);
@@ -249,7 +249,7 @@ TEST(HoldingsDisputes, WhatWasGivenIsNotTakenBackByAGreaterClaimOfTheGiver) {
 
 // Two peers have it by the same epoch, and the one of the higher id yields after a while. Until
 // then it does not claim above the other, or each would answer the other for ever.
-TEST(HoldingsDisputes, WhoIsAboutToYieldDoesNotClaimAnew) {
+TEST(HoldingsDisputes, YieldingPeerDoesNotRenewItsClaim) {
   Company company({3, 9}, 5);
   company.Sever(9);
   company.Run(2000);
@@ -266,7 +266,7 @@ TEST(HoldingsDisputes, WhoIsAboutToYieldDoesNotClaimAnew) {
 
 // The peer that answers for the body goes, and all who stay have heard already to whom it gave the
 // body.
-TEST(HoldingsDisputes, WhomAllTheOthersNameTakesOverWithoutWaitingForTheLowest) {
+TEST(HoldingsDisputes, UnanimouslyNamedPeerTakesOverAtOnce) {
   Holdings high(9, TwoBodies());
   std::array<Event, 8> out;
   std::size_t count = 0;
@@ -285,7 +285,7 @@ TEST(HoldingsDisputes, WhomAllTheOthersNameTakesOverWithoutWaitingForTheLowest) 
 
 // A peer that has been here for long could believe more than one that has just come, and would
 // count on from there out of the newcomer's sight.
-TEST(HoldingsDisputes, WhoIsHereForLongBelievesNoMoreThanWhoCameLast) {
+TEST(HoldingsDisputes, LongPresentPeerAcceptsNoMoreThanANewcomer) {
   Holdings old(5, TwoBodies());
   Holdings young(3, TwoBodies());
   std::array<Event, 8> out;
@@ -315,7 +315,7 @@ TEST(HoldingsDisputes, WhoIsHereForLongBelievesNoMoreThanWhoCameLast) {
 }
 
 // The owner gave it to each by a word that the other did not hear, and is gone.
-TEST(HoldingsDisputes, OfTwoThatWereNeverApartTheLowerKeepsWhatLies) {
+TEST(HoldingsDisputes, LowerOfTwoConnectedPeersKeepsAParkedBody) {
   Company company({3, 5}, 100);
   for (const PeerId peer : {3U, 5U}) company[peer].OnMembership(Forged(1));
   company.Run(6000);
@@ -336,7 +336,7 @@ TEST(HoldingsDisputes, OfTwoThatWereNeverApartTheLowerKeepsWhatLies) {
 }
 
 // Ten grabs a second are as many as people do: after an hour apart 36,000 more are believed.
-TEST(HoldingsDisputes, WhatWasTradedDuringALongCutIsBelieved) {
+TEST(HoldingsDisputes, TransfersDuringALongCutAreAccepted) {
   Holdings cut_off(3, TwoBodies());
   MembershipChange change{.kind = Kind::kJoined, .peer = 5, .claim_count = 1};
   std::array<Event, 8> out;

@@ -15,7 +15,7 @@ using testing::kOwn;
 using testing::TwoBodies;
 using Kind = MembershipChange::Kind;
 
-TEST(Holdings, AGrantThatIsLostIsGivenAgain) {
+TEST(Holdings, LostGrantIsRepeated) {
   Company company({3, 5}, 0);
   company.Run(5);
   // 3 has granted it to 5, which never heard of it
@@ -51,7 +51,7 @@ std::vector<Event> Said(Holdings& holdings, std::int64_t& now_ns, int frames, Ev
 
 // The peer is granted a body and killed before it can say so. It counts as gone when it is lost,
 // and the lowest goes first.
-TEST(Holdings, WhoNeverAnsweredIsGoneOnlyFromWhenItIsLost) {
+TEST(Holdings, SilentRecipientOfAGrantIsGoneOnlyOnceItIsLost) {
   const WorldModel model = TwoBodies();
   Holdings nine(9, model);
   std::int64_t now_ns = 1'000'000'000;
@@ -68,7 +68,7 @@ TEST(Holdings, WhoNeverAnsweredIsGoneOnlyFromWhenItIsLost) {
   EXPECT_EQ(nine.authority(0), 9U);
 }
 
-TEST(Holdings, AHandOverThatIsLostIsSaidAgain) {
+TEST(Holdings, LostHandoverIsRepeated) {
   const WorldModel model = TwoBodies();
   Holdings three(3, model);
   std::int64_t now_ns = 1'000'000'000;
@@ -91,7 +91,7 @@ TEST(Holdings, AHandOverThatIsLostIsSaidAgain) {
 }
 
 // Both ends of a grant crash, and the lowest peer left was cut off when it was made.
-TEST(Holdings, AGrantThatTheNextInLineMissedIsPassedOnOnce) {
+TEST(Holdings, MissedGrantIsPassedOnOnce) {
   const WorldModel model = TwoBodies();
   Holdings three(3, model);
   Holdings nine(9, model);
@@ -118,7 +118,7 @@ TEST(Holdings, AGrantThatTheNextInLineMissedIsPassedOnOnce) {
 }
 
 // It crashes with the body in hand and is back, its hand empty, before anybody took it for lost.
-TEST(Holdings, AHandOverThatArrivedIsNotSaidAgainToOneWhoStartedAnew) {
+TEST(Holdings, CompletedHandoverIsNotRepeatedToARestartedPeer) {
   const WorldModel model = TwoBodies();
   Holdings three(3, model);
   std::int64_t now_ns = 1'000'000'000;
@@ -139,7 +139,7 @@ TEST(Holdings, AHandOverThatArrivedIsNotSaidAgainToOneWhoStartedAnew) {
 }
 
 // The peer came as the authority crashed, and would not take over: nobody waits for it.
-TEST(Holdings, WhoCameTooLateToHearOfAClaimIsNotInLineForIt) {
+TEST(Holdings, LatePeerIsNotInTheQueueOfAnEarlierClaim) {
   const WorldModel model = TwoBodies();
   Holdings nine(9, model);
   std::int64_t now_ns = 1'000'000'000;

@@ -18,7 +18,7 @@ using Kind = MembershipChange::Kind;
 
 // If each newcomer let a peer's allowance begin anew, the peer would be believed anything, by its
 // own comings, too.
-TEST(HoldingsMisled, WhoComesAgainAndAgainIsBelievedNoMoreThanWhoStays) {
+TEST(HoldingsMisled, RejoiningGivesNoMoreCredit) {
   Listener three(3);
   three.HearClaim(kLiar, 1, false, Kind::kJoined);
   three.Run(6000);
@@ -34,7 +34,7 @@ TEST(HoldingsMisled, WhoComesAgainAndAgainIsBelievedNoMoreThanWhoStays) {
 }
 
 // Answers to all would be more than others hear of one peer, and its own words would be lost.
-TEST(HoldingsMisled, AFloodOfAsksGetsFewAnswers) {
+TEST(HoldingsMisled, RequestFloodGetsFewAnswers) {
   Listener nine(9);
   nine.holdings().Ask(kOwn);
   nine.Run(10);
@@ -51,7 +51,7 @@ TEST(HoldingsMisled, AFloodOfAsksGetsFewAnswers) {
 }
 
 // Until the others have heard of a new epoch they drop the states that bear it.
-TEST(HoldingsMisled, TheEpochOfASharedBodyInHandIsNotRaisedAllTheTime) {
+TEST(HoldingsMisled, EpochOfAHeldSharedBodyIsStable) {
   for (const bool by_release : {true, false}) {
     Listener three(3, kShared);
     three.holdings().Ask(kShared);
@@ -75,7 +75,7 @@ TEST(HoldingsMisled, TheEpochOfASharedBodyInHandIsNotRaisedAllTheTime) {
 }
 
 // As many peers name the one as the other, and both know who has the body in hand.
-TEST(HoldingsMisled, OfTwoThatAsManyNameTheOneWithTheBodyInHandKeepsIt) {
+TEST(HoldingsMisled, HolderKeepsTheBodyOnATie) {
   Listener nine(9);
   nine.holdings().Ask(kOwn);
   nine.Run(10);
@@ -92,7 +92,7 @@ TEST(HoldingsMisled, OfTwoThatAsManyNameTheOneWithTheBodyInHandKeepsIt) {
   EXPECT_EQ(three.holdings().authority(0), 5U);
 }
 
-TEST(HoldingsMisled, AStoppedPeerNamesItselfWhereAnotherNamesIt) {
+TEST(HoldingsMisled, ResumedPeerClaimsABodyAttributedToIt) {
   Company company({5, 9}, 0);
   company[9].Ask(kOwn);
   company.Run(2000);
@@ -109,7 +109,7 @@ TEST(HoldingsMisled, AStoppedPeerNamesItselfWhereAnotherNamesIt) {
 }
 
 // The liar tells a newcomer that the body is its own, while a hand holds it.
-TEST(HoldingsMisled, ANewcomerDoesNotTakeInHandWhatAnotherHasInHand) {
+TEST(HoldingsMisled, NewcomerDoesNotTakeAHeldBody) {
   Listener nine(9);
   nine.HearClaim(kLiar, 5, false, Kind::kJoined);
   nine.Run(1);
@@ -126,7 +126,7 @@ TEST(HoldingsMisled, ANewcomerDoesNotTakeInHandWhatAnotherHasInHand) {
 }
 
 // The owner is cut off from this peer, and the peer that has the body from it is still to be heard.
-TEST(HoldingsMisled, ALostOwnersBodyIsNoClaimantsAtOnce) {
+TEST(HoldingsMisled, LostOwnersBodyDoesNotGoToAClaimantAtOnce) {
   Listener three(3);
   three.HearClaim(5, 1, true, Kind::kJoined);
   three.HearName(9, 5, 1, Kind::kJoined);
@@ -141,7 +141,7 @@ TEST(HoldingsMisled, ALostOwnersBodyIsNoClaimantsAtOnce) {
 }
 
 // One honest peer was misled, so that two name the liar. This one knows the owner's claim itself.
-TEST(HoldingsMisled, APeerThatIsSureCountsItselfBeforeItLeavesAnOwnerThatIsHere) {
+TEST(HoldingsMisled, PeerThatKnowsTheOwnersClaimCountsItself) {
   Listener three(3);
   three.HearClaim(5, 1, true, Kind::kJoined);
   three.HearName(9, 5, 1, Kind::kJoined);
@@ -155,7 +155,7 @@ TEST(HoldingsMisled, APeerThatIsSureCountsItselfBeforeItLeavesAnOwnerThatIsHere)
 
 // 3 took the body over while 5 was away, and claimed above 5 while 7 went by 3 still. Now 7 goes by
 // 5. Under its own name 3 never counts back.
-TEST(HoldingsMisled, AnOwnerYieldsToALesserClaimThatMoreNameAndCountsOnWhenItGetsTheBodyAgain) {
+TEST(HoldingsMisled, OwnerYieldsToTheMajorityAndKeepsCountingEpochs) {
   Listener three(3);
   three.HearClaim(5, 1, false, Kind::kJoined);
   three.HearName(7, 5, 1, Kind::kJoined);
@@ -179,7 +179,7 @@ TEST(HoldingsMisled, AnOwnerYieldsToALesserClaimThatMoreNameAndCountsOnWhenItGet
 
 // The same holds as for a body of one hand: to wait for a claim above ours would take two ways
 // more.
-TEST(HoldingsMisled, AnOwnerYieldsASharedBodyToALesserClaimThatMoreName) {
+TEST(HoldingsMisled, SharedBodysOwnerYieldsToTheMajority) {
   Listener three(3, kShared);
   three.HearClaim(5, 1, false, Kind::kJoined);
   three.HearName(7, 5, 1, Kind::kJoined);
@@ -203,7 +203,7 @@ TEST(HoldingsMisled, AnOwnerYieldsASharedBodyToALesserClaimThatMoreName) {
 }
 
 // Two name the liar, as they were misled under an epoch that anybody may claim (hostile seed 619).
-TEST(HoldingsMisled, AFirstEpochIsNotBelievedByNamesUnderAFarLesserOne) {
+TEST(HoldingsMisled, NamesUnderALowEpochDoNotSupportAHighOne) {
   for (const bool by_grant : {false, true}) {
     constexpr PeerId kLowest = 2;
     Listener nine(9);
@@ -229,7 +229,7 @@ TEST(HoldingsMisled, AFirstEpochIsNotBelievedByNamesUnderAFarLesserOne) {
 
 // The liar says that 5 has it under an epoch that 5 does not go by. To take it over from there
 // would be a claim that the others go by as little (hostile seed 619).
-TEST(HoldingsMisled, WhoSaysThatItHasLessThanWasSaidOfItIsGoneBy) {
+TEST(HoldingsMisled, OwnersOwnLowerEpochIsAccepted) {
   Listener nine(9);
   nine.HearClaim(kLiar, 1, false, Kind::kJoined);
   nine.Run(6000);
@@ -248,7 +248,7 @@ TEST(HoldingsMisled, WhoSaysThatItHasLessThanWasSaidOfItIsGoneBy) {
 
 // The liar gave it to each of two peers, and one had it in hand as the other took it. Only then
 // does the other hear those who name them, and neither was ever away (hostile seed 388).
-TEST(HoldingsMisled, OfTwoHandsTheLaterOneYieldsWhereAsManyNameTheOther) {
+TEST(HoldingsMisled, LaterHolderYieldsOnATie) {
   enum class Case { kLater, kEarlier, kNamedByNobody, kLetGoMeanwhile };
   for (const PeerId self : {3U, 8U}) {
     for (const Case now :

@@ -13,7 +13,7 @@ using Kind = MembershipChange::Kind;
 
 // The peer that is granted a body says for a while that the granter has it. The granter does not
 // get it back by that word.
-TEST(HoldingsMisled, AnOlderWordOfTheNewOwnerDoesNotReturnTheBodyToTheGranter) {
+TEST(HoldingsMisled, OutdatedReportOfTheNewOwnerDoesNotUndoAGrant) {
   Listener three(3);
   three.HearClaim(kLiar, 1, false, Kind::kJoined);
   three.HearName(5, kLiar, 1, Kind::kJoined);
@@ -27,7 +27,7 @@ TEST(HoldingsMisled, AnOlderWordOfTheNewOwnerDoesNotReturnTheBodyToTheGranter) {
   EXPECT_EQ(three.holdings().epoch(0), 2U);
 }
 
-TEST(HoldingsMisled, APeerThatLeftHasGivenUpWhatItHad) {
+TEST(HoldingsMisled, LeavingPeerGivesUpItsBodies) {
   Listener three(3);
   three.HearClaim(kLiar, 4, false, Kind::kJoined);
   three.HearName(5, kLiar, 4, Kind::kJoined);
@@ -42,7 +42,7 @@ TEST(HoldingsMisled, APeerThatLeftHasGivenUpWhatItHad) {
 }
 
 // 5 took the body over and granted it. 9 has not heard of either.
-TEST(HoldingsMisled, NamesFromBeforeABodyCameToAHandDoNotTakeItAway) {
+TEST(HoldingsMisled, OutdatedReportsDoNotTakeAHeldBody) {
   Listener three(3);
   three.HearClaim(kLiar, 4, false, Kind::kJoined);
   three.HearName(5, kLiar, 4, Kind::kJoined);
@@ -69,7 +69,7 @@ TEST(HoldingsMisled, NamesFromBeforeABodyCameToAHandDoNotTakeItAway) {
 
 // 9 gave the body to 3, which left before it had it. 7 has not heard of the gift and is the next in
 // line.
-TEST(HoldingsMisled, ANameFromBeforeAGiftDoesNotLeaveTheBodyToTheGiver) {
+TEST(HoldingsMisled, OutdatedReportDoesNotReturnAGivenBody) {
   Listener nine(9);
   nine.HearClaim(3, 1, false, Kind::kJoined);
   nine.HearName(7, 3, 1, Kind::kJoined);
@@ -93,7 +93,7 @@ TEST(HoldingsMisled, ANameFromBeforeAGiftDoesNotLeaveTheBodyToTheGiver) {
 
 // 5 took the body over while the liar was lost, and this peer hears of that only when the liar is
 // here again (hostile seed 720).
-TEST(HoldingsMisled, AnotherRunOfAnOwnerHasNothingToGiveAway) {
+TEST(HoldingsMisled, RestartedOwnerHasNothingToGive) {
   for (const Kind gone : {Kind::kLost, Kind::kLeft}) {
     Listener nine(9);
     nine.HearClaim(kLiar, 1, false, Kind::kJoined);
@@ -118,7 +118,7 @@ TEST(HoldingsMisled, AnotherRunOfAnOwnerHasNothingToGiveAway) {
   }
 }
 
-TEST(HoldingsMisled, TheBodyOfOneThatStartedAnewIsTakenOver) {
+TEST(HoldingsMisled, BodyOfARestartedPeerIsTakenOver) {
   Listener three(3);
   three.HearClaim(5, 1, true, Kind::kJoined);
   three.Run(6000);
@@ -132,7 +132,7 @@ TEST(HoldingsMisled, TheBodyOfOneThatStartedAnewIsTakenOver) {
 
 // The liar gave the body to 3 and started anew; 5 and 9 have not heard of the gift (hostile seeds
 // 718 and 905).
-TEST(HoldingsMisled, AnotherRunOfOneThatGaveABodyAwayDoesNotTakeItByNamesFromBefore) {
+TEST(HoldingsMisled, RestartedGiverDoesNotReclaimByOutdatedReports) {
   Listener three(3);
   three.HearClaim(kLiar, 4, false, Kind::kJoined);
   three.HearName(5, kLiar, 4, Kind::kJoined);
@@ -149,7 +149,7 @@ TEST(HoldingsMisled, AnotherRunOfOneThatGaveABodyAwayDoesNotTakeItByNamesFromBef
 
 // This peer had the body by the liar's word once, gave it away, and took it over as 5 was lost
 // (hostile seed 114).
-TEST(HoldingsMisled, AGrantFromBeforeDoesNotPutAwayWhatAPeerTookOver) {
+TEST(HoldingsMisled, OutdatedGrantDoesNotUndoATakeover) {
   for (const EventKind kind : {EventKind::kGrant, EventKind::kRelease}) {
     Listener three(3);
     three.HearClaim(kLiar, 1, false, Kind::kJoined);
@@ -173,7 +173,7 @@ TEST(HoldingsMisled, AGrantFromBeforeDoesNotPutAwayWhatAPeerTookOver) {
 }
 
 // The epoch that the liar has this peer rise to is not that of a grant that is on its way.
-TEST(HoldingsMisled, AGrantUnderAnEpochThatThePeerRoseToIsNotTheOneItWaitsFor) {
+TEST(HoldingsMisled, GrantUnderAnEpochRaisedByNamesIsNotTheAwaitedOne) {
   Listener three(3);
   three.HearClaim(kLiar, 1, false, Kind::kJoined);
   three.Run(6000);

@@ -16,7 +16,7 @@ using Kind = MembershipChange::Kind;
 
 // A peer that says it holds a body beside others could give it away, and put it into a third peer's
 // hand.
-TEST(HoldingsDisputes, ASharedBodyIsLeftToThoseWhoHoldItAlone) {
+TEST(HoldingsDisputes, SharedBodyIsLeftToItsHolders) {
   Company company({3, 5, 9}, 0);
   company[3].Ask(kShared);
   company.Run(10);
@@ -64,7 +64,7 @@ MembershipChange Beside(PeerId peer, std::uint32_t epoch, bool held, PeerId owne
 
 // The peer answered for the body, too, and handed it back under an epoch of its own, of which all
 // others have heard.
-TEST(HoldingsDisputes, WhatIsLeftToItsHolderByOneWhoHeldItForAMomentIsCountedOn) {
+TEST(HoldingsDisputes, BodyReturnedToItsHolderContinuesItsEpoch) {
   Holdings nine(9, TwoBodies());
   std::array<Event, 8> out;
   std::size_t count = 0;
@@ -88,7 +88,7 @@ TEST(HoldingsDisputes, WhatIsLeftToItsHolderByOneWhoHeldItForAMomentIsCountedOn)
 
 // The lowest of the peers that hold it under one epoch answers, and another may have heard of that
 // before we do.
-TEST(HoldingsDisputes, WhoIsSaidToAnswerForASharedBodyMaySaySoItself) {
+TEST(HoldingsDisputes, NamedOwnerOfASharedBodyMayClaimIt) {
   Holdings nine(9, TwoBodies());
   std::int64_t now_ns = 1'000'000'000;
   const auto run = [&](int frames) {
@@ -113,7 +113,7 @@ TEST(HoldingsDisputes, WhoIsSaidToAnswerForASharedBodyMaySaySoItself) {
   EXPECT_EQ(nine.authority(1), 3U);
 }
 
-TEST(HoldingsDisputes, ASharedBodyThatComesToUsIsTheLowestHoldersThoughWeHeardOfItBefore) {
+TEST(HoldingsDisputes, ReceivedSharedBodyBelongsToTheLowestHolder) {
   Holdings nine(9, TwoBodies());
   std::int64_t now_ns = 1'000'000'000;
   const auto run = [&](int frames) {

@@ -12,7 +12,7 @@ using testing::kOwn;
 using testing::kShared;
 using Kind = MembershipChange::Kind;
 
-TEST(Holdings, TheLowestPeerAnswersForWhatNobodyTouched) {
+TEST(Holdings, LowestPeerOwnsUntouchedBodies) {
   Company company({3, 5, 9});
   company.Run(10);
   EXPECT_EQ(company.Authority(0), 3U);
@@ -35,7 +35,7 @@ TEST(Holdings, AGrabIsGrantedWithinARoundTrip) {
   EXPECT_EQ(company.doubles(), 0);
 }
 
-TEST(Holdings, WhatIsNotWantedAnyMoreDoesNotComeIntoTheHandWhenItIsGranted) {
+TEST(Holdings, GrantOfAWithdrawnRequestIsNotHeld) {
   Company company({3, 5}, 100);
   company.Run(10);
   company[5].Ask(kOwn);
@@ -49,7 +49,7 @@ TEST(Holdings, WhatIsNotWantedAnyMoreDoesNotComeIntoTheHandWhenItIsGranted) {
   EXPECT_EQ(company[5].held(), 0) << "and may be taken anew";
 }
 
-TEST(Holdings, WishesThatOthersFollowedComeIntoTheHandNoMore) {
+TEST(Holdings, SupersededRequestIsNotGrantedIntoTheHand) {
   Company company({3, 5}, 100);
   company.Run(10);
   company[5].Ask(kOwn);
@@ -62,7 +62,7 @@ TEST(Holdings, WishesThatOthersFollowedComeIntoTheHandNoMore) {
   EXPECT_EQ(company.Authority(0), 5U) << "it was granted all the same";
 }
 
-TEST(Holdings, AStoppedHandAnswersForWhatItIsGivenAndDoesNotHoldIt) {
+TEST(Holdings, StoppedHandOwnsAGivenBodyWithoutHoldingIt) {
   Company company({3, 5}, 10);
   company[5].Ask(kOwn);
   company.Run(50);
@@ -80,7 +80,7 @@ TEST(Holdings, AStoppedHandAnswersForWhatItIsGivenAndDoesNotHoldIt) {
   EXPECT_EQ(company[3].held(), 0);
 }
 
-TEST(Holdings, WhatAnotherHoldsIsRefusedAndComesAfterTheRelease) {
+TEST(Holdings, RequestForAHeldBodyIsGrantedAfterRelease) {
   Company company({3, 5}, 10);
   company[5].Ask(kOwn);
   company.Run(50);
@@ -109,7 +109,7 @@ TEST(Holdings, WhatAnotherHoldsIsRefusedAndComesAfterTheRelease) {
   EXPECT_EQ(company.doubles(), 0);
 }
 
-TEST(Holdings, WhoHoldsABodyIsToldOnceWhoAsksForIt) {
+TEST(Holdings, HolderIsToldOfARequestOnce) {
   Company company({3, 5}, 10);
   company[5].Ask(kOwn);
   company.Run(50);
@@ -133,7 +133,7 @@ TEST(Holdings, WhoHoldsABodyIsToldOnceWhoAsksForIt) {
   EXPECT_EQ(news.kind, HoldingNews::Kind::kAsked);
 }
 
-TEST(Holdings, WhoHoldsABodyIsToldOnceOfEachWhoAsksForIt) {
+TEST(Holdings, HolderIsToldOfEachRequesterOnce) {
   Company company({3, 5, 9}, 10);
   company[5].Ask(kOwn);
   company.Run(50);
@@ -158,7 +158,7 @@ TEST(Holdings, WhoHoldsABodyIsToldOnceOfEachWhoAsksForIt) {
   EXPECT_EQ(news.peer, 9U);
 }
 
-TEST(Holdings, OfTwoWhoAskAtOnceOneGetsIt) {
+TEST(Holdings, SimultaneousRequestsAreGrantedToOnePeer) {
   Company company({3, 5, 9}, 40);
   company.Run(10);
   company[5].Ask(kOwn);
@@ -169,7 +169,7 @@ TEST(Holdings, OfTwoWhoAskAtOnceOneGetsIt) {
   EXPECT_EQ(company.doubles(), 0);
 }
 
-TEST(Holdings, AHandOverPutsItIntoTheOthersHand) {
+TEST(Holdings, HandoverPutsTheBodyIntoTheOtherHand) {
   Company company({3, 5, 9}, 20);
   company[9].Ask(kOwn);
   company.Run(100);
@@ -181,7 +181,7 @@ TEST(Holdings, AHandOverPutsItIntoTheOthersHand) {
   EXPECT_EQ(company.doubles(), 0);
 }
 
-TEST(Holdings, WhoLeavesHandsAllOnToTheLowest) {
+TEST(Holdings, LeavingPeerPassesEverythingToTheLowestPeer) {
   Company company({3, 5, 9}, 20);
   company[5].Ask(kOwn);
   company.Run(100);
@@ -192,7 +192,7 @@ TEST(Holdings, WhoLeavesHandsAllOnToTheLowest) {
   EXPECT_EQ(company.doubles(), 0);
 }
 
-TEST(Holdings, AfterACrashTheLowestAnswersWithin300Milliseconds) {
+TEST(Holdings, LowestPeerTakesOverWithin300MillisecondsOfACrash) {
   Company company({3, 5, 9}, 20);
   company[3].Ask(kOwn);
   company.Run(100);
@@ -209,7 +209,7 @@ TEST(Holdings, AfterACrashTheLowestAnswersWithin300Milliseconds) {
   EXPECT_EQ(company.doubles(), 0);
 }
 
-TEST(Holdings, AStoppedHolderGetsItBackAndNobodySaysItTwice) {
+TEST(Holdings, ResumedHolderGetsItsBodyBackWithOneMessage) {
   Company company({3, 5, 9}, 5);
   company[9].Ask(kOwn);
   company.Run(100);
@@ -229,7 +229,7 @@ TEST(Holdings, AStoppedHolderGetsItBackAndNobodySaysItTwice) {
   EXPECT_EQ(company.doubles(), 0);
 }
 
-TEST(Holdings, ASharedBodyIsTakenBesideItsHoldersAndParkedByTheLast) {
+TEST(Holdings, SharedBodyIsHeldJointlyAndParkedByTheLastHolder) {
   Company company({3, 5, 9}, 20);
   company[5].Ask(kShared);
   company.Run(100);
@@ -257,7 +257,7 @@ TEST(Holdings, ASharedBodyIsTakenBesideItsHoldersAndParkedByTheLast) {
   EXPECT_TRUE(company[3].Parks(1));
 }
 
-TEST(Holdings, ALateJoinerHearsWhoAnswers) {
+TEST(Holdings, LateJoinerLearnsTheOwners) {
   Company company({5, 9}, 20);
   company[9].Ask(kOwn);
   company.Run(100);
@@ -272,7 +272,7 @@ TEST(Holdings, ALateJoinerHearsWhoAnswers) {
 
 // The others have decided without it what it missed. It knows that it was stopped before it judges,
 // asks nobody to give way at once, and answers no question from before.
-TEST(Holdings, AStoppedPeerListensBeforeItClaimsAnythingAnew) {
+TEST(Holdings, ResumedPeerListensBeforeItClaims) {
   Company company({3, 5, 9});
   company[3].Ask(kOwn);
   company.Run(6000);
@@ -292,7 +292,7 @@ TEST(Holdings, AStoppedPeerListensBeforeItClaimsAnythingAnew) {
 }
 
 // The peer that answers for the body is here and holds something else. It goes on to answer.
-TEST(Holdings, TheLastHandOnASharedBodyLeavesItToItsAuthority) {
+TEST(Holdings, LastHolderLeavesASharedBodyToItsOwner) {
   Company company({3, 5, 9}, 10);
   company[9].Ask(kShared);
   company.Run(100);
@@ -316,7 +316,7 @@ TEST(Holdings, TheLastHandOnASharedBodyLeavesItToItsAuthority) {
 
 // Its force parameters are not the others'. It answers for a body that it is given, but does not
 // hold it.
-TEST(Holdings, WhoInsistsOnOtherParametersTakesOwnBodiesAndNoSharedOnes) {
+TEST(Holdings, PeerWithOtherParametersCannotTakeSharedBodies) {
   Company company({1}, 3);
   company.Add(2, true);
   company[1].Ask(kShared);

@@ -35,7 +35,7 @@ class HoldingsTouch : public ::testing::Test {
   Company company_{{3, 5, 9}, kDelay, OneFree()};
 };
 
-TEST_F(HoldingsTouch, ABodyThatNobodyTouchedIsTheLowestPeersToMove) {
+TEST_F(HoldingsTouch, LowestPeerMovesUntouchedBodies) {
   Run(400, {});
   EXPECT_EQ(company_.Authority(0), 3U);
   EXPECT_TRUE(company_[3].Parks(0));
@@ -45,7 +45,7 @@ TEST_F(HoldingsTouch, ABodyThatNobodyTouchedIsTheLowestPeersToMove) {
   EXPECT_EQ(company_.doubles(), 0);
 }
 
-TEST_F(HoldingsTouch, WhoPushesItAnswersForItAfterARoundTrip) {
+TEST_F(HoldingsTouch, PushingPeerBecomesOwnerAfterARoundTrip) {
   Run(400, {});
   Run(2 * kDelay, {9});
   EXPECT_FALSE(company_[9].Parks(0));
@@ -57,7 +57,7 @@ TEST_F(HoldingsTouch, WhoPushesItAnswersForItAfterARoundTrip) {
   EXPECT_EQ(company_.doubles(), 0);
 }
 
-TEST_F(HoldingsTouch, WhoPushesItTooKeepsIt) {
+TEST_F(HoldingsTouch, OwnerThatPushesKeepsTheBody) {
   Run(400, {3});
   Run(2000, {3, 5});
   EXPECT_EQ(company_.Authority(0), 3U);
@@ -67,7 +67,7 @@ TEST_F(HoldingsTouch, WhoPushesItTooKeepsIt) {
   EXPECT_EQ(company_.doubles(), 0);
 }
 
-TEST_F(HoldingsTouch, WhoHasJustGotItKeepsItForAWhile) {
+TEST_F(HoldingsTouch, NewOwnerKeepsTheBodyForAWhile) {
   Run(400, {});
   // 9 pushed for a moment, longer ago than a touch counts for, when the push of another arrives
   Run(1, {9});
@@ -84,7 +84,7 @@ TEST_F(HoldingsTouch, WhoHasJustGotItKeepsItForAWhile) {
   EXPECT_TRUE(company_[5].Parks(0));
 }
 
-TEST_F(HoldingsTouch, WhatAHandHoldsIsNotLeftToWhoPushesIt) {
+TEST_F(HoldingsTouch, HeldBodyDoesNotGoToAPushingPeer) {
   Run(400, {});
   company_[3].Ask(kOwn);
   Run(2 * kDelay, {});
@@ -94,7 +94,7 @@ TEST_F(HoldingsTouch, WhatAHandHoldsIsNotLeftToWhoPushesIt) {
   EXPECT_EQ(company_.Authority(0), 3U);
 }
 
-TEST_F(HoldingsTouch, PushingWhatIsNotFreeSaysNothing) {
+TEST_F(HoldingsTouch, PushingAnUnfreeBodySendsNothing) {
   Run(400, {});
   company_[3].Ask(kShared);
   Run(400, {});
@@ -109,7 +109,7 @@ TEST_F(HoldingsTouch, PushingWhatIsNotFreeSaysNothing) {
   EXPECT_EQ(company_[3].epoch(1), epoch);
 }
 
-TEST_F(HoldingsTouch, WhoseAuthorityIsGoneGoesToTheNextThoughItIsInNoHand) {
+TEST_F(HoldingsTouch, LooseBodyOfALostOwnerGoesToTheNextPeer) {
   Run(400, {});
   Run(2 * kDelay + 3, {9});
   Run(3 * kDelay, {});
@@ -120,7 +120,7 @@ TEST_F(HoldingsTouch, WhoseAuthorityIsGoneGoesToTheNextThoughItIsInNoHand) {
   EXPECT_TRUE(company_[3].Parks(0));
 }
 
-TEST_F(HoldingsTouch, OnlyItsAuthoritySaysWhereALooseBodyIsAndOnlyOfAFreeOne) {
+TEST_F(HoldingsTouch, OnlyTheOwnerPlacesALooseFreeBody) {
   Run(400, {});
   ObjectState state;
   state.peer = 3;

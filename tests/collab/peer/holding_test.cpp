@@ -49,7 +49,7 @@ class Holding : public ::testing::Test {
   double delay_ms_ = 20;  // delay of states
 };
 
-TEST_F(Holding, WhatIsLetGoStaysWhereItIsForAllAndForThoseWhoComeLater) {
+TEST_F(Holding, ReleasedBodyStaysInPlaceForAllPeers) {
   Add(1, kBox, Vec3(0.1, 0, 0));
   Add(2, -1, Vec3::Zero());
   Run(2000);
@@ -66,7 +66,7 @@ TEST_F(Holding, WhatIsLetGoStaysWhereItIsForAllAndForThoseWhoComeLater) {
   EXPECT_EQ(Place(0), put_down);
 }
 
-TEST_F(Holding, AGrabIsFeltAsNothing) {
+TEST_F(Holding, GrabGivesNoForce) {
   Add(1, kBox, Vec3(0.1, 0, 0));
   Add(2, -1, Vec3::Zero());
   Run(2000);
@@ -86,7 +86,7 @@ TEST_F(Holding, AGrabIsFeltAsNothing) {
   EXPECT_LT((Place(0) - before).norm(), 1e-3);
 }
 
-TEST_F(Holding, WhatIsHandedOverIsInOneHandInEveryFrame) {
+TEST_F(Holding, HandoverHasOneHolderInEveryFrame) {
   Add(1, kBox, Vec3(0.1, 0, 0));
   Add(2, -1, Vec3::Zero());
   Run(1500);
@@ -102,7 +102,7 @@ TEST_F(Holding, WhatIsHandedOverIsInOneHandInEveryFrame) {
 
 // A body is given while it moves, on a slow line: where it is now is known before its picture is
 // there.
-TEST_F(Holding, WhatComesToAHandFromAfarComesAtAHandsPaceAndAtRest) {
+TEST_F(Holding, DistantGrabbedBodyArrivesAtHandSpeedAndAtRest) {
   delay_ms_ = 300;
   Add(1, kBox, Vec3(0.2, 0, 0));
   Add(2, -1, Vec3::Zero());
@@ -124,7 +124,7 @@ TEST_F(Holding, WhatComesToAHandFromAfarComesAtAHandsPaceAndAtRest) {
   EXPECT_LT(largest, 0.05) << "N, in a hand that rests";
 }
 
-TEST_F(Holding, ABodyInAnothersHandIsNotTaken) {
+TEST_F(Holding, HeldBodyCannotBeTaken) {
   Add(1, kBox, Vec3(0.1, 0, 0));
   Add(2, kOtherBody, Vec3::Zero());
   Run(500);
@@ -140,7 +140,7 @@ TEST_F(Holding, ABodyInAnothersHandIsNotTaken) {
   EXPECT_EQ(news[2].rfind("peer 1 holds ", 0), 0U) << news[2];
 }
 
-TEST_F(Holding, ACrashedHoldersBodyStandsAndCanBeTaken) {
+TEST_F(Holding, BodyOfACrashedHolderStopsAndCanBeTaken) {
   Add(1, kBox, Vec3(0.1, 0, 0));
   Add(2, -1, Vec3::Zero());
   Add(3, -1, Vec3::Zero());
@@ -157,7 +157,7 @@ TEST_F(Holding, ACrashedHoldersBodyStandsAndCanBeTaken) {
   EXPECT_EQ(Authority(1), 3U);
 }
 
-TEST_F(Holding, WhoLeavesHandsOnWhatItAnswersFor) {
+TEST_F(Holding, LeavingPeerPassesOnItsOwnership) {
   Add(1, kBox, Vec3(0.1, 0, 0));
   Add(2, -1, Vec3::Zero());
   Add(3, -1, Vec3::Zero());

@@ -38,7 +38,7 @@ std::unique_ptr<PeerNode> Node(const std::shared_ptr<const WorldModel>& model, P
       model, std::make_unique<ScriptedDevice>(HandScript{}, model->bodies[0].X_WB0), 42, options);
 }
 
-TEST(PeerDirectory, TakesInSixteenActivePeersAndAnotherWhenOneHasGone) {
+TEST(PeerDirectory, AdmitsSixteenActivePeers) {
   PeerDirectory directory(1, 42);
   PeerInfo info;
   info.scene_hash = 42;
@@ -76,7 +76,7 @@ TEST(PeerDirectory, TakesInSixteenActivePeersAndAnotherWhenOneHasGone) {
   EXPECT_FALSE(directory.changes().TryPop(change));
 }
 
-TEST(PeerNode, OfEighteenWhoComeAtOnceTheTwoOfHighestIdAreTooMany) {
+TEST(PeerNode, TwoHighestIdsOfEighteenSimultaneousPeersAreRefused) {
   const auto model = Boxes(1);
   SimulatedSession session;
   for (PeerId id = 18; id >= 1; --id) session.Add(Node(model, id, -1), id);
@@ -84,7 +84,7 @@ TEST(PeerNode, OfEighteenWhoComeAtOnceTheTwoOfHighestIdAreTooMany) {
   for (std::size_t i = 0; i < 18; ++i) EXPECT_EQ(session.node(i).OneTooMany(), i < 2) << i;
 }
 
-TEST(PeerNode, WhoComesToSixteenIsTooManyWhateverItsId) {
+TEST(PeerNode, SeventeenthPeerIsRefusedWhateverItsId) {
   const auto model = Boxes(1);
   SimulatedSession session;
   for (PeerId id = 2; id <= 17; ++id) session.Add(Node(model, id, -1), id);
@@ -104,7 +104,7 @@ std::vector<std::size_t> Links(SimulatedSession& session, std::size_t peers) {
 }
 
 // A body has eight links: the ninth other hand is told, and coupled as soon as there is a place.
-TEST(PeerNode, OfElevenHoldersOfOneBodyThoseWhoAreNotCoupledAreNamed) {
+TEST(PeerNode, UncoupledHoldersBeyondNineAreNamed) {
   const auto model = Boxes(1);
   SimulatedSession session;
   for (PeerId id = 1; id <= 11; ++id) session.Add(Node(model, id, 0), id);
@@ -142,7 +142,7 @@ class ToViewer final : public Transport {
 };
 
 // A frame has room for 24 bodies: they come in turns.
-TEST(PeerNode, SixtyStandingBodiesAreAllSeenWithinATenthOfASecond) {
+TEST(PeerNode, SixtyParkedBodiesAreVisibleWithin100Milliseconds) {
   kHapticThread.Enter();
   kSenderThread.Enter();
   constexpr int kBodies = 60;

@@ -62,7 +62,7 @@ class WildDevice : public Device {
   Wrench last_;
 };
 
-TEST(PeerGuard, NothingPassesWhateverTheHandDoes) {
+TEST(PeerGuard, NoMotionExceedsTheForceLimits) {
   const TriangleMesh box = testing::Box(Vec3(0.03, 0.02, 0.02));
   auto model = std::make_shared<WorldModel>(*testing::MakeWorldModel({{box}}, 0.001));
   model->scene.bodies[0].shared = true;
@@ -159,7 +159,7 @@ struct ToldSession {
 
 // The device begins with nonsense. The hand grasps once its place is known, and feels nothing of
 // the nonsense.
-TEST(PeerGuard, AHandGraspsNothingBeforeItIsKnownWhereItIs) {
+TEST(PeerGuard, NoGraspBeforeTheFirstHandPose) {
   ToldSession run;
   run.device->now.X_WA.p.x() = std::numeric_limits<double>::quiet_NaN();
   run.Order(Command::Kind::kGrab);
@@ -177,7 +177,7 @@ TEST(PeerGuard, AHandGraspsNothingBeforeItIsKnownWhereItIs) {
 
 // In one frame the simulation leaves the numbers. The body stays where it was, for all. The hand
 // feels nothing of it and is told so, and when it takes the body again it feels it again.
-TEST(PeerGuard, ABodyOutlivesAFrameThatIsNoNumber) {
+TEST(PeerGuard, BodySurvivesANonFiniteFrame) {
   ToldSession run;
   run.Order(Command::Kind::kGrab);
   run.Run(300);
@@ -215,7 +215,7 @@ TEST(PeerGuard, ABodyOutlivesAFrameThatIsNoNumber) {
 }
 
 // The hand takes nothing, neither by its own user's order nor by another's gift.
-TEST(PeerGuard, AStoppedHandLetsGoAndTakesNothingUntilItResumes) {
+TEST(PeerGuard, StoppedHandReleasesAndGrabsNothingUntilResumed) {
   ToldSession run;
   run.Order(Command::Kind::kGrab);
   run.Run(300);
@@ -256,7 +256,7 @@ class MappedDevice : public ToldDevice {
 
 // The handle makes a small step, and the force is that of the first frame, before the part has
 // moved.
-TEST(PeerGuard, ADeviceThatIsScaledUpWhileItHoldsFeelsNoStifferSpringThanItBears) {
+TEST(PeerGuard, RescaledDeviceKeepsItsStiffnessLimit) {
   const TriangleMesh box = testing::Box(Vec3(0.03, 0.02, 0.02));
   const auto model = testing::MakeWorldModel({{box}}, 0.001);
   NodeOptions options;
@@ -286,7 +286,7 @@ TEST(PeerGuard, ADeviceThatIsScaledUpWhileItHoldsFeelsNoStifferSpringThanItBears
 
 // A device in the peer's own process has no guard but the peer's. Its button and its trouble end
 // the force, until somebody resumes with both gone.
-TEST(PeerGuard, ADevicesButtonAndItsTroubleEndTheForceUntilAPersonResumes) {
+TEST(PeerGuard, StopButtonAndFaultEndTheForceUntilResumed) {
   for (const bool button : {true, false}) {
     ToldSession run;
     bool& cause = button ? run.device->pressed : run.device->in_trouble;
@@ -324,7 +324,7 @@ TEST(PeerGuard, ADevicesButtonAndItsTroubleEndTheForceUntilAPersonResumes) {
 
 // A handle that a rate moves is told the force so that it does not run ahead. It has to hear of the
 // force while it is in trouble, too, and after that without a person's word.
-TEST(PeerGuard, TroubleOfADeviceWithoutMotorsTakesNoForceAway) {
+TEST(PeerGuard, FaultOfAMotorlessDeviceKeepsTheForce) {
   ToldSession run(0);
   run.Order(Command::Kind::kGrab);
   run.Run(300);

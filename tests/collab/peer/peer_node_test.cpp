@@ -48,7 +48,7 @@ const Vec3& PlaceOf(SimulatedSession& session, std::size_t peer) {
   return session.node(peer).peer().held_state()->X_WB.p;
 }
 
-TEST(PeerNode, TheHandStartsOnlyWhenTheLoopIsClosed) {
+TEST(PeerNode, HandStartsOnceTheLoopIsClosed) {
   const auto model = SharedBox();
   SimulatedSession session;
   session.Add(Node(model, 1, Shift(Vec3(0.05, 0, 0), 1), 100), 1);
@@ -82,7 +82,7 @@ TEST(PeerNode, TwoHandsPullTheirInstancesTogether) {
   EXPECT_NEAR(session.node(1).peer().report().links_B_W[0].f.x(), force, 0.02 * force);
 }
 
-TEST(PeerNode, LeavingIsFeltAsAFadeAndReturningAsNothing) {
+TEST(PeerNode, LeaveFadesTheForceAndReturnIsNotFelt) {
   const auto model = SharedBox();
   SimulatedSession session;
   session.Add(Node(model, 1, Shift(Vec3(0.06, 0, 0), 1), 50), 1);
@@ -114,7 +114,7 @@ TEST(PeerNode, LeavingIsFeltAsAFadeAndReturningAsNothing) {
   EXPECT_LT(largest_step, 0.1);
 }
 
-TEST(PeerNode, OwnObjectsAreMirroredAtTheOthers) {
+TEST(PeerNode, OwnBodiesAreMirroredAtOtherPeers) {
   auto model = std::make_shared<WorldModel>(*testing::MakeWorldModel(
       {{Transformed(testing::Box(Vec3(0.02, 0.02, 0.02)), {Quat::Identity(), Vec3(-0.05, 0, 0)})},
        {Transformed(testing::Box(Vec3(0.02, 0.02, 0.02)), {Quat::Identity(), Vec3(0.05, 0, 0)})}},
@@ -157,7 +157,7 @@ TEST(PeerNode, OwnObjectsAreMirroredAtTheOthers) {
   }
 }
 
-TEST(PeerNode, TheSameSessionGivesTheSameBits) {
+TEST(PeerNode, IsDeterministic) {
   const auto model = SharedBox();
   const auto run = [&] {
     SimulatedSession session;
@@ -235,7 +235,7 @@ TEST(PeerNode, PublishesStatesAtItsRateAndViewsAtSixtyHertz) {
   }
 }
 
-TEST(PeerNode, SaysWhoItIsFiveTimesASecondHoweverLateItIsCalled) {
+TEST(PeerNode, AnnouncesItselfFiveTimesASecond) {
   kHapticThread.Enter();
   kControlThread.Enter();
   const auto model = SharedBox();
@@ -282,7 +282,7 @@ class ClockBesideFrames final : public LoopClock {
   std::int64_t now_ns_ = 1'000'000;
 };
 
-TEST(PeerNode, EveryFrameIsSentOnceWhereverInItsMillisecondItIsDone) {
+TEST(PeerNode, EveryFrameIsSentOnce) {
   const auto model = SharedBox();
   NodeOptions options;
   options.peer.id = 1;

@@ -49,7 +49,7 @@ class PeerTelemetryTest : public ::testing::Test {
   Parting parting_;
 };
 
-TEST_F(PeerTelemetryTest, CountsWaitsForVoxelsAndSaysWhenTheyEnd) {
+TEST_F(PeerTelemetryTest, CountsVoxelWaitsAndReportsTheirEnd) {
   PeerTelemetry telemetry = Make();
   for (const int waited : {0, 1, 2, 3, 0, 0, 1, 0}) {
     const bool ends = waited == 0 && report_.waited > 0;
@@ -65,7 +65,7 @@ TEST_F(PeerTelemetryTest, CountsWaitsForVoxelsAndSaysWhenTheyEnd) {
   EXPECT_TRUE(telemetry.voxels_lack());
 }
 
-TEST_F(PeerTelemetryTest, SaysOnceThatContactsExceedTheirRoom) {
+TEST_F(PeerTelemetryTest, ReportsContactOverflowOnce) {
   PeerTelemetry telemetry = Make();
   EXPECT_FALSE(telemetry.CountStep().first_crowded);
   report_.flags = StepReport::kContactsFull;
@@ -74,7 +74,7 @@ TEST_F(PeerTelemetryTest, SaysOnceThatContactsExceedTheirRoom) {
   EXPECT_EQ(telemetry.crowded_frames(), 2U);
 }
 
-TEST_F(PeerTelemetryTest, KeepsThePeaksOfTheDevicesForceAndOfItsSteps) {
+TEST_F(PeerTelemetryTest, KeepsPeakDeviceForceAndForceStep) {
   PeerTelemetry telemetry = Make();
   telemetry.CountForce({Vec3(0, 0, 0.2), Vec3(3, 0, 0)});
   telemetry.CountForce({Vec3(0, 0, 0.1), Vec3(-2, 0, 0)});

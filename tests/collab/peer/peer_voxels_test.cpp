@@ -71,7 +71,7 @@ struct Dragging {
   PeerNode* node = nullptr;
 };
 
-TEST(PeerVoxels, TheHandFeelsNothingWhileTheyAreWaitedForAndThenLittleByLittle) {
+TEST(PeerVoxels, ForceIsZeroWhileWaitingThenRamps) {
   Dragging dragging;
   dragging.Step(400);
   EXPECT_GT(dragging.device->force, 0.5) << "it presses on nothing";
@@ -99,7 +99,7 @@ TEST(PeerVoxels, TheHandFeelsNothingWhileTheyAreWaitedForAndThenLittleByLittle) 
   EXPECT_GE(waits.frames, 21);
 }
 
-TEST(PeerVoxels, AfterTwoSecondsItSaysThatTheyLack) {
+TEST(PeerVoxels, ReportsMissingVoxelsAfterTwoSeconds) {
   Dragging dragging;
   dragging.pages->Close();
   ASSERT_TRUE(dragging.StepUntilWaiting(true, 9000));

@@ -60,7 +60,7 @@ Press QuickPress(Third third) {
           session.node(1).peer().held_state()->X_WB.p.x() - peer.held_state()->X_WB.p.x()};
 }
 
-TEST(RemoteLoops, ASlowBystanderChangesNothingOfAQuickPress) {
+TEST(RemoteLoops, SlowBystanderDoesNotAffectAFastPress) {
   const Press alone = QuickPress(Third::kNone);
   EXPECT_GT(alone.force.norm(), 4.0);
   EXPECT_GT(alone.apart, 0.03);
@@ -74,7 +74,7 @@ TEST(RemoteLoops, ASlowBystanderChangesNothingOfAQuickPress) {
 
 // One peer presses, the other lets go of what is pressed. Nobody moves the body any more, so it
 // stands where it was put, and comes there at a pace that jolts no hand.
-TEST(RemoteLoops, WhatIsLetGoWhileItIsPressedStandsLikeARock) {
+TEST(RemoteLoops, BodyReleasedUnderPressureIsRigid) {
   const auto model = ThreeCubes();
   SimulatedSession session;
   session.Add(ScriptedNode(model, 1, 0, Inward(1), 20), 1);
@@ -100,7 +100,7 @@ TEST(RemoteLoops, WhatIsLetGoWhileItIsPressedStandsLikeARock) {
 }
 
 // A body in two hands is met as one: the slower of the two loops says how far it gives way.
-TEST(RemoteLoops, ASharedBodyGivesWayByTheSlowestOfItsHolders) {
+TEST(RemoteLoops, SharedBodysComplianceFollowsItsSlowestHolder) {
   auto model = std::make_shared<WorldModel>(*ThreeCubes());
   model->scene.bodies[1].shared = true;
   const auto force = [&](double delay_ms) {
@@ -117,7 +117,7 @@ TEST(RemoteLoops, ASharedBodyGivesWayByTheSlowestOfItsHolders) {
 
 // A peer that lets go has no loop with us any more, nor have we one with it. It is there again with
 // the next grasp.
-TEST(RemoteLoops, ALoopEndsWithTheHolding) {
+TEST(RemoteLoops, LoopEndsWithTheHold) {
   const auto model = ThreeCubes();
   SimulatedSession session;
   session.Add(ScriptedNode(model, 1, 0, {}, 20), 1);

@@ -45,14 +45,14 @@ TEST(LinkConditioner, KeepsOrderWithinTheJitter) {
   EXPECT_GT(most, 69 * kMs);
 }
 
-TEST(LinkConditioner, LosesItsShare) {
+TEST(LinkConditioner, LosesTheRequestedShare) {
   LinkConditioner link({.delay_ms = 10, .loss = 0.05, .seed = 5});
   int lost = 0;
   for (std::int64_t t = 0; t < 20000; ++t) lost += DueOf(link, t * kMs) ? 0 : 1;
   EXPECT_NEAR(lost, 1000, 5 * std::sqrt(950.0));  // five standard deviations
 }
 
-TEST(LinkConditioner, LosesInBurstsOfTheLengthAskedFor) {
+TEST(LinkConditioner, LosesInBurstsOfTheRequestedLength) {
   LinkConditioner link({.burst_enter = 0.01, .burst_leave = 0.05, .seed = 7});
   int lost = 0;
   int bursts = 0;
@@ -68,7 +68,7 @@ TEST(LinkConditioner, LosesInBurstsOfTheLengthAskedFor) {
   EXPECT_NEAR(lost / 200'000.0, 1.0 / 6.0, 0.02);
 }
 
-TEST(LinkConditioner, DelaySwings) {
+TEST(LinkConditioner, DelayOscillates) {
   LinkConditioner link({.delay_ms = 100, .swing_ms = 40, .swing_period_s = 4, .seed = 1});
   std::vector<std::int64_t> delay;
   for (std::int64_t t = 0; t < 4000; ++t) delay.push_back(*DueOf(link, t * kMs) - t * kMs);
@@ -77,7 +77,7 @@ TEST(LinkConditioner, DelaySwings) {
   EXPECT_NEAR(static_cast<double>(delay[3000]), 60e6, 1e3);
 }
 
-TEST(LinkConditioner, ReordersItsShareAndNoMore) {
+TEST(LinkConditioner, ReordersTheRequestedShareOnly) {
   LinkConditioner link({.delay_ms = 20, .reorder = 0.1, .reorder_ms = 30, .seed = 11});
   int late = 0;
   for (std::int64_t t = 0; t < 20000; ++t) {
@@ -89,7 +89,7 @@ TEST(LinkConditioner, ReordersItsShareAndNoMore) {
   EXPECT_NEAR(late, 2000.0 * 29 / 30, 5 * std::sqrt(1800.0));
 }
 
-TEST(LinkConditioner, SendsItsShareTwice) {
+TEST(LinkConditioner, DuplicatesTheRequestedShare) {
   LinkConditioner link({.delay_ms = 5, .duplicate = 0.2, .seed = 13});
   int twice = 0;
   for (std::int64_t t = 0; t < 20000; ++t) {
@@ -117,7 +117,7 @@ TEST(LinkConditioner, SwitchesWhileRunning) {
   EXPECT_EQ(DueOf(link, 60 * kMs), 60 * kMs);
 }
 
-TEST(LinkConditioner, RepeatsItselfForASeedAndAStream) {
+TEST(LinkConditioner, IsDeterministicPerSeedAndStream) {
   const LinkConditions conditions{.delay_ms = 10, .jitter_ms = 30, .loss = 0.1, .seed = 9};
   LinkConditioner first(conditions);
   LinkConditioner second(conditions);
@@ -137,7 +137,7 @@ TEST(LinkConditioner, RepeatsItselfForASeedAndAStream) {
   EXPECT_GT(stream_differs, 100);
 }
 
-TEST(LinkConditioner, BeginsItsStreamAnewWhereASwitchBringsAnotherSeed) {
+TEST(LinkConditioner, NewSeedRestartsItsStream) {
   const LinkConditions conditions{.delay_ms = 10, .jitter_ms = 30, .loss = 0.1, .seed = 9};
   LinkConditioner fresh(conditions, 5);
   LinkConditioner switched({}, 5);

@@ -12,7 +12,7 @@
 namespace tandem {
 namespace {
 
-TEST(DueQueue, GivesWhatIsDueFirstAndEqualsAsTheyCame) {
+TEST(DueQueue, OrdersByDueTimeThenByArrival) {
   DueQueue<int> queue(100);
   std::mt19937 random(1);
   std::vector<std::pair<std::int64_t, int>> expected;
@@ -57,7 +57,7 @@ TEST(PeerInbox, StampsSamplesWithTheTimeTheyAreDue) {
 }
 
 // One sender's jitter and delay are its own: another's samples pass those that wait.
-TEST(PeerInbox, ASlowSenderDelaysNobodyElse) {
+TEST(PeerInbox, SlowSenderDelaysNoOtherPeer) {
   PeerDirectory directory(7, 42);
   PeerInbox inbox({.delay_ms = 2}, directory);
   ASSERT_TRUE(inbox.Switch(1, {.delay_ms = 500, .jitter_ms = 400}));
@@ -81,7 +81,7 @@ TEST(PeerInbox, ASlowSenderDelaysNobodyElse) {
   EXPECT_EQ(inbox.states().size(), 50U);
 }
 
-TEST(PeerInbox, AOneWayCutIsSwitchedWhileRunning) {
+TEST(PeerInbox, OneWayCutCanBeSwitchedAtRunTime) {
   PeerDirectory directory(7, 42);
   PeerInbox inbox({}, directory);
   ObjectState state;
@@ -95,7 +95,7 @@ TEST(PeerInbox, AOneWayCutIsSwitchedWhileRunning) {
   EXPECT_EQ(inbox.states().size(), 2U);
 }
 
-TEST(PeerInbox, AFloodOfOneSenderTakesNoRoomOfTheOthers) {
+TEST(PeerInbox, FloodOfOneSenderDoesNotDisplaceOthers) {
   PeerDirectory directory(7, 42);
   PeerInbox inbox({}, directory);
   ObjectState flood;
@@ -117,7 +117,7 @@ TEST(PeerInbox, AFloodOfOneSenderTakesNoRoomOfTheOthers) {
   EXPECT_EQ(inbox.drops().Of(2)[full], 0U);
 }
 
-TEST(PeerInbox, CountsWhatItHasNoRoomFor) {
+TEST(PeerInbox, CountsOverflow) {
   PeerDirectory directory(7, 42);
   PeerInbox inbox({.delay_ms = 1000}, directory, 100);
   ObjectState state;

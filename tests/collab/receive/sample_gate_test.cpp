@@ -54,7 +54,7 @@ class SampleGateTest : public ::testing::Test {
   SampleGate gate{kSelf, {4, kPeg}, drops};
 };
 
-TEST_F(SampleGateTest, TakesWhatASoundPeerSays) {
+TEST_F(SampleGateTest, AcceptsValidSamples) {
   gate.NoteSent(1000);
   for (std::uint32_t seq = 0xFFFFFFF0U; seq != 16; ++seq) {
     EXPECT_TRUE(gate.Admit(State(seq)));
@@ -64,7 +64,7 @@ TEST_F(SampleGateTest, TakesWhatASoundPeerSays) {
   EXPECT_EQ(SumOf(drops.Total()), 0U);
 }
 
-TEST_F(SampleGateTest, AReplayedStateIsDroppedAndCounted) {
+TEST_F(SampleGateTest, ReplayedStateIsDroppedAndCounted) {
   EXPECT_TRUE(gate.Admit(State(10)));
   EXPECT_FALSE(gate.Admit(State(10)));
   EXPECT_FALSE(gate.Admit(State(3)));
@@ -73,7 +73,7 @@ TEST_F(SampleGateTest, AReplayedStateIsDroppedAndCounted) {
   EXPECT_EQ(SumOf(drops.Total()), 2U);
 }
 
-TEST_F(SampleGateTest, AnotherEpochThanTheClaimsIsDroppedAndDoesNotMuteTheTrueHolder) {
+TEST_F(SampleGateTest, WrongEpochIsDroppedWithoutBlockingTheHolder) {
   ObjectState forged = State(10);
   forged.epoch = kEpoch + 1'000'000;
   EXPECT_FALSE(gate.Admit(forged));
@@ -83,7 +83,7 @@ TEST_F(SampleGateTest, AnotherEpochThanTheClaimsIsDroppedAndDoesNotMuteTheTrueHo
   EXPECT_EQ(Dropped(Drop::kWrongEpoch), 2U);
 }
 
-TEST_F(SampleGateTest, ANewClaimBeginsItsNumbersAnew) {
+TEST_F(SampleGateTest, NewClaimRestartsSequenceNumbers) {
   EXPECT_TRUE(gate.Admit(State(1000)));
   Tell(MembershipChange::Kind::kClaims, kEpoch + 1);
   EXPECT_FALSE(gate.Admit(State(1001)));
@@ -92,7 +92,7 @@ TEST_F(SampleGateTest, ANewClaimBeginsItsNumbersAnew) {
   EXPECT_TRUE(gate.Admit(state));
 }
 
-TEST_F(SampleGateTest, ABodyThatItsSenderDoesNotClaimIsDropped) {
+TEST_F(SampleGateTest, StateOfAnUnclaimedBodyIsDropped) {
   ObjectState state = State(1);
   state.object = 4;
   EXPECT_FALSE(gate.Admit(state));
@@ -101,7 +101,7 @@ TEST_F(SampleGateTest, ABodyThatItsSenderDoesNotClaimIsDropped) {
   EXPECT_EQ(Dropped(Drop::kWrongOwner), 2U);
 }
 
-TEST_F(SampleGateTest, AnEchoOfAStampThatWasNeverSentIsDropped) {
+TEST_F(SampleGateTest, EchoOfAnUnsentTimestampIsDropped) {
   for (std::int64_t frame = 1; frame <= 20'000; ++frame) gate.NoteSent(1'000'000 * frame + 17);
   constexpr std::int64_t kNewest = 1'000'000 * std::int64_t{20'000} + 17;
   EXPECT_FALSE(gate.Admit(Links(1, kNewest + 1'000'000)));  // in the future
@@ -113,7 +113,7 @@ TEST_F(SampleGateTest, AnEchoOfAStampThatWasNeverSentIsDropped) {
   EXPECT_EQ(Dropped(Drop::kBadEcho), 4U);
 }
 
-TEST(StampRing, HasWhatItKeepsAndNothingElse) {
+TEST(StampRing, ContainsOnlyStoredTimestamps) {
   StampRing<64> ring;
   std::vector<std::int64_t> sent;
   EXPECT_FALSE(ring.Has(0));
@@ -130,7 +130,7 @@ TEST(StampRing, HasWhatItKeepsAndNothingElse) {
   }
 }
 
-TEST_F(SampleGateTest, WhoComesBackIsTakenFromWhereItGoesOn) {
+TEST_F(SampleGateTest, ReturningPeerContinuesItsSequence) {
   EXPECT_TRUE(gate.Admit(State(1000)));
   Tell(MembershipChange::Kind::kLost, kEpoch);
   EXPECT_TRUE(gate.Admit(State(500)));  // a sender who is not here: it passes, unused
@@ -141,7 +141,7 @@ TEST_F(SampleGateTest, WhoComesBackIsTakenFromWhereItGoesOn) {
 
 // A holder claims anew what it keeps, and its claim takes longer than its states (hostile seed
 // 773).
-TEST_F(SampleGateTest, WhoHoldsASharedBodyMayCountOnBeforeItsClaimIsHeard) {
+TEST_F(SampleGateTest, SharedHolderMayAdvanceItsEpochBeforeItsClaim) {
   SampleGate both(kSelf, {4, kPeg}, drops, {false, true});
   const auto tell = [&](MembershipChange::Kind kind, std::uint32_t epoch, bool held) {
     MembershipChange change{.kind = kind, .peer = kStranger, .claim_count = 1};
@@ -179,7 +179,7 @@ TEST_F(SampleGateTest, AllocatesNothing) {
   EXPECT_EQ(allocations.count(), 0);
 }
 
-TEST(DropTable, CountsBySenderAndReasonAndForgetsNobodyBeyondItsRows) {
+TEST(DropTable, CountsBySenderAndReasonAndPoolsTheOverflow) {
   DropTable drops;
   for (PeerId peer = 1; peer <= 1000; ++peer) drops.Count(peer, Drop::kHuge);
   drops.Count(3, Drop::kNotFinite);

@@ -12,7 +12,7 @@ void PutBlock(ByteRing& ring, std::uint32_t value, std::size_t words) {
   for (std::size_t i = 0; i < words; ++i) ring.Put(&value, sizeof value);
 }
 
-TEST(ByteRing, ABlockThatDoesNotFitIsDroppedWhole) {
+TEST(ByteRing, BlockThatDoesNotFitIsDroppedWhole) {
   ByteRing ring(64);
   PutBlock(ring, 7, 10);
   EXPECT_TRUE(ring.Commit());
@@ -27,7 +27,7 @@ TEST(ByteRing, ABlockThatDoesNotFitIsDroppedWhole) {
   EXPECT_TRUE(ring.Commit()) << "room is given back";
 }
 
-TEST(ByteRing, WhatIsPutComesOutWholeAndInOrder) {
+TEST(ByteRing, BlocksComeOutWholeAndInOrder) {
   constexpr std::uint32_t kBlocks = 100000;
   ByteRing ring(1024);
   std::thread putting([&] {

@@ -53,7 +53,7 @@ ObjectState StateOf() {
   return state;
 }
 
-TEST(HostileRecording, CountsBeyondTheirArraysAreNoFrame) {
+TEST(HostileRecording, CountsBeyondTheirArraysAreRefused) {
   EXPECT_TRUE(IsTaken(FramePart::kMembership, ChangeOf(kMaxClaims)));
   EXPECT_TRUE(IsTaken(FramePart::kLinks, LinksOf(kMaxLinks)));
   MembershipChange believes = ChangeOf(0);
@@ -67,7 +67,7 @@ TEST(HostileRecording, CountsBeyondTheirArraysAreNoFrame) {
   }
 }
 
-TEST(HostileRecording, KindsThatDoNotExistAreNoFrame) {
+TEST(HostileRecording, UnknownKindsAreRefused) {
   MembershipChange change = ChangeOf(0);
   change.kind = static_cast<MembershipChange::Kind>(6);
   EXPECT_FALSE(IsTaken(FramePart::kMembership, change));
@@ -82,7 +82,7 @@ TEST(HostileRecording, KindsThatDoNotExistAreNoFrame) {
   EXPECT_FALSE(IsTaken(FramePart::kCommand, command));
 }
 
-TEST(HostileRecording, NumbersThatNoPeerBelievesAreNoFrame) {
+TEST(HostileRecording, ImplausibleNumbersAreRefused) {
   EXPECT_TRUE(IsTaken(FramePart::kState, StateOf()));
   const double nan = std::numeric_limits<double>::quiet_NaN();
   for (const double bad : {nan, 1e300, -std::numeric_limits<double>::infinity()}) {
@@ -107,7 +107,7 @@ TEST(HostileRecording, NumbersThatNoPeerBelievesAreNoFrame) {
 }
 
 // 300 changes, 1,100 events and 100 orders in a frame must not end the program by its own checks.
-TEST(HostileRecording, MorePartsThanAPeersQueuesHoldAreNoFrame) {
+TEST(HostileRecording, RecordsBeyondThePeersQueuesAreRefused) {
   const auto of = [](FramePart part, const auto& value, int count) {
     CraftedFrame frame;
     for (int i = 0; i < count; ++i) frame.Part(part, value);
@@ -124,7 +124,7 @@ TEST(HostileRecording, MorePartsThanAPeersQueuesHoldAreNoFrame) {
   EXPECT_FALSE(of(FramePart::kLinks, LinksOf(0), (1 << 16) + 1));
 }
 
-TEST(HostileRecording, AFrameBeginsOnceAndEndsOnce) {
+TEST(HostileRecording, FrameStartsAndEndsOnce) {
   CraftedFrame twice;
   twice(FramePart::kBegin);
   twice(std::int64_t{5});
@@ -135,7 +135,7 @@ TEST(HostileRecording, AFrameBeginsOnceAndEndsOnce) {
 }
 
 // A peer with much held back by its network takes more states at once than the queues of another.
-TEST(HostileRecording, AsManySamplesAsAStalledPeerTakesAreReplayed) {
+TEST(HostileRecording, SamplesOfAStalledPeerAreReplayed) {
   const ScratchFolder scratch;
   CraftedFrame frame;
   for (int i = 0; i < 20'000; ++i) {
@@ -148,7 +148,7 @@ TEST(HostileRecording, AsManySamplesAsAStalledPeerTakesAreReplayed) {
   EXPECT_EQ(ReplayFile(file, Boxes()).first_different, 0);  // its hash belongs to no state
 }
 
-TEST(HostileRecording, OrdersOfAnySizeDoNoHarm) {
+TEST(HostileRecording, OrdersOfAnySizeAreHarmless) {
   const ScratchFolder scratch;
   CraftedFrame frame;
   for (const auto kind : {Command::Kind::kLayer, Command::Kind::kDisplace, Command::Kind::kGrab,
@@ -173,7 +173,7 @@ TEST(HostileRecording, OrdersOfAnySizeDoNoHarm) {
 }
 
 // No fault in a header is believed. A force layer of -5 would end the program.
-TEST(HostileRecording, AHeaderIsCheckedAsASceneIs) {
+TEST(HostileRecording, HeaderIsValidatedAsAScene) {
   const ordered_json good = ordered_json::parse(AsText(HeaderOf(1, 1)));
   ASSERT_TRUE(ParseHeader(good.dump()));
   const std::vector<std::pair<const char*, ordered_json>> bad{{"force_layer", -5},
@@ -216,7 +216,7 @@ TEST(HostileRecording, AHeaderIsCheckedAsASceneIs) {
   }
 }
 
-TEST(HostileRecording, NamesAreToldAsPlainText) {
+TEST(HostileRecording, NamesArePrintedAsPlainText) {
   const ScratchFolder scratch;
   std::string content(1, static_cast<char>(FramePart::kName));
   content += std::string("\x07\0\0\0\0\0\0\0", 8);
@@ -229,7 +229,7 @@ TEST(HostileRecording, NamesAreToldAsPlainText) {
 
 // A frame seems to begin at every byte. To sum up all that follows each would take hours for 16
 // MiB.
-TEST(HostileRecording, ATornEndIsJudgedSoon) {
+TEST(HostileRecording, TruncatedEndIsDetectedQuickly) {
   const ScratchFolder scratch;
   std::string end;
   const std::uint32_t beyond = 1U << 24U;
@@ -250,7 +250,7 @@ TEST(HostileRecording, ATornEndIsJudgedSoon) {
   EXPECT_LT(std::chrono::steady_clock::now() - before, std::chrono::seconds(5));
 }
 
-TEST(HostileRecording, WhatIsNoRegularFileIsNotOpened) {
+TEST(HostileRecording, OnlyRegularFilesAreOpened) {
   const ScratchFolder scratch;
   const fs::path pipe = scratch.path() / "pipe";
   ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
@@ -261,7 +261,7 @@ TEST(HostileRecording, WhatIsNoRegularFileIsNotOpened) {
 
 // ---- The recorder, on bad disks and beside others. ----
 
-TEST(Recorder, OneFileIsForOnePeer) {
+TEST(Recorder, FileBelongsToOnePeer) {
   const ScratchFolder scratch;
   const fs::path file = scratch.path() / "r";
   const auto first = *Recorder::Create(file, HeaderOf(1, 1));
@@ -274,7 +274,7 @@ TEST(Recorder, OneFileIsForOnePeer) {
   EXPECT_EQ(status.st_mode & 0777U, 0600U);
 }
 
-TEST(Recorder, AnEmptyFileIsForTheFirstThatTakesIt) {
+TEST(Recorder, FirstRecorderClaimsAnEmptyFile) {
   const ScratchFolder scratch;
   const fs::path file = scratch.Write("r", "");
   const auto first = Recorder::Create(file, HeaderOf(1, 1));
@@ -293,7 +293,7 @@ void PutFrames(Recorder& recorder, int frames) {
 }
 
 // The recorder tells the number of frames that are there, not of those that were put in.
-TEST(Recorder, AFullDiskIsToldAtOnceWithWhatIsThere) {
+TEST(Recorder, FullDiskIsReportedAtOnce) {
   const ScratchFolder scratch;
   const fs::path file = scratch.path() / "r";
   std::signal(SIGXFSZ, SIG_IGN);

@@ -167,7 +167,7 @@ TEST_F(RecordingExportTest, HasEachFramesPosesAndForcesToTheLastBit) {
   EXPECT_GT(largest, 0.5) << "there was contact";
 }
 
-TEST_F(RecordingExportTest, HasTheLinksAndWhatWasHeardOfTheOther) {
+TEST_F(RecordingExportTest, ContainsLinksAndReceivedStates) {
   const McapReader read(file());
   ASSERT_TRUE(read.whole);
   const std::string other = "ben_b_";  // an underscore stands for what a topic may not have
@@ -185,7 +185,7 @@ TEST_F(RecordingExportTest, HasTheLinksAndWhatWasHeardOfTheOther) {
   EXPECT_THAT(events.front().data, HasSubstr(other + " joined"));
 }
 
-TEST_F(RecordingExportTest, IsReadByThePythonPackageWhereItIsInstalled) {
+TEST_F(RecordingExportTest, IsReadableByThePythonPackage) {
   if (std::system("python3 -c 'import mcap.reader' 2>/dev/null") != 0) {
     GTEST_SKIP() << "the Python package mcap is not here";
   }

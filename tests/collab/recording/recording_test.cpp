@@ -25,7 +25,7 @@ using testing::Record;
 using testing::RecordAlone;
 using testing::ReplayFile;
 
-TEST(Recording, TheHeaderSurvivesAsItWas) {
+TEST(Recording, HeaderRoundTrips) {
   RecordingHeader header = HeaderOf(0xFEDCBA9876543210, 1);
   header.peer.own_only = true;
   const Result<RecordingHeader> read = ParseHeader(AsText(header));
@@ -41,7 +41,7 @@ TEST(Recording, TheHeaderSurvivesAsItWas) {
 }
 
 // An earlier protocol has other messages, so it is of no interest what else the header lacks.
-TEST(Recording, OneOfAnEarlierProtocolIsRefusedByThat) {
+TEST(Recording, EarlierProtocolIsRefusedByVersion) {
   const Result<RecordingHeader> read =
       ParseHeader(R"({"program": "0.3", "protocol": 2, "name": "anna", "scene": "none"})");
   ASSERT_FALSE(read.has_value());
@@ -76,7 +76,7 @@ TEST(Recording, KnowsPeersByTheirNames) {
   EXPECT_FALSE(reader.torn() || reader.damaged());
 }
 
-TEST(Recording, ATornEndCostsTheLastFramesOnly) {
+TEST(Recording, TruncatedEndLosesOnlyTheLastFrames) {
   const ScratchFolder scratch;
   const auto model = Boxes();
   const fs::path whole = scratch.path() / "whole";
@@ -107,7 +107,7 @@ std::vector<std::size_t> FrameStarts(const std::string& bytes) {
 }
 
 // A crash leaves an end within a frame. Everything else is no end but a fault, wherever it is.
-TEST(Recording, ADamagedFrameIsToldFromATornEnd) {
+TEST(Recording, DamagedFrameDiffersFromATruncatedEnd) {
   const ScratchFolder scratch;
   const fs::path file = scratch.path() / "r";
   RecordAlone(file, Boxes(), 60);
@@ -142,7 +142,7 @@ TEST(Recording, ADamagedFrameIsToldFromATornEnd) {
   EXPECT_EQ(read(whole + std::string(4096, '\0')), std::tuple(60U, false, true, 4096U));
 }
 
-TEST(Recording, AFileThatIsNoRecordingIsRefused) {
+TEST(Recording, OtherFilesAreRefused) {
   const ScratchFolder scratch;
   for (const char* text : {"", "tandem-recording 2\n", "something else altogether, and long"}) {
     const Result<RecordingReader> reader = RecordingReader::Open(scratch.Write("file", text));
@@ -183,7 +183,7 @@ TEST(Recording, IsReadableAfterKill9) {
   EXPECT_GT(result.frames, 0);
 }
 
-TEST(Recording, CostsTheHapticThreadNoAllocation) {
+TEST(Recording, RecordingAllocatesNothingOnTheHapticThread) {
   const ScratchFolder scratch;
   const auto model = Boxes();
   const RecordingHeader header = HeaderOf(1, 1);

@@ -26,7 +26,7 @@ using testing::RecordAlone;
 using testing::ReplayFile;
 
 // Gains of one's own and a gate that is off are inputs too: without them the replay differs.
-TEST(Replay, ALabsGainsAreRepeated) {
+TEST(Replay, LabGainsAreReplayed) {
   const ScratchFolder scratch;
   const auto model = Boxes();
   RecordingHeader header = HeaderOf(1, 1);
@@ -58,7 +58,7 @@ TEST(Replay, ALabsGainsAreRepeated) {
 
 // Two peers hold one part against the plate, a third has its own part beside it. One is killed and
 // another comes in its place. TANDEM_REPLAY_SECONDS=300 is the long run.
-TEST(Replay, ThreePeersSessionIsRepeatedBitForBit) {
+TEST(Replay, ThreePeerSessionReplaysBitForBit) {
   const char* asked = std::getenv("TANDEM_REPLAY_SECONDS");
   const int frames = 1000 * (asked != nullptr ? std::atoi(asked) : 10);
   const ScratchFolder scratch;
@@ -96,7 +96,7 @@ TEST(Replay, ThreePeersSessionIsRepeatedBitForBit) {
 
 // nCapacity follows what frames take, so each frame has it as an input. With one value for all the
 // replay differs.
-TEST(Replay, ACapacityOfItsOwnForEachFrameIsRepeated) {
+TEST(Replay, PerFrameCapacityIsReplayed) {
   const ScratchFolder scratch;
   const auto model = Boxes();
   const fs::path file = scratch.path() / "r";
@@ -117,7 +117,7 @@ TEST(Replay, ACapacityOfItsOwnForEachFrameIsRepeated) {
 
 // Force layer and displacement are ordered while hands press. Without the orders everything would
 // differ.
-TEST(Replay, OrdersOfClearanceAreRepeated) {
+TEST(Replay, ClearanceOrdersAreReplayed) {
   const ScratchFolder scratch;
   const auto model = Boxes();
   const fs::path file = scratch.path() / "r";
@@ -142,7 +142,7 @@ TEST(Replay, OrdersOfClearanceAreRepeated) {
   EXPECT_EQ(orders[1].layer, 4);
 }
 
-TEST(Replay, AnotherInputIsNamedByItsFrame) {
+TEST(Replay, ChangedInputIsNamedByItsFrame) {
   const ScratchFolder scratch;
   const auto model = Boxes();
   const fs::path file = scratch.path() / "r";

@@ -63,7 +63,7 @@ class PartingTest : public ::testing::Test {
 
 // The body moves on while the hand lets go of it. The lead then begins where the body is, and does
 // not tear it back to where it was when the way was found.
-TEST_F(PartingTest, LeadsAMovingBodyFromWhereItIsOnceItIsLetGoOf) {
+TEST_F(PartingTest, LeadsAReleasedBodyFromItsCurrentPose) {
   GoApart();
   ASSERT_TRUE(parting.apart());
   parting.Ask();
@@ -77,7 +77,7 @@ TEST_F(PartingTest, LeadsAMovingBodyFromWhereItIsOnceItIsLetGoOf) {
 
 // Anna says that she is where she likes, and asks all the time. The body does not leave our hand at
 // each of her words.
-TEST_F(PartingTest, ComesAlongForAnotherTwiceAndOnceMoreEveryHalfAMinute) {
+TEST_F(PartingTest, YieldsToThePartnerTwiceThenOnceEveryHalfAMinute) {
   int led = 0;
   const auto stay_apart = [&](bool by_user) {
     const bool before = parting.leading();

@@ -41,7 +41,7 @@ bool Begin(Retrace& retrace, const PoseHistory& history, PeerId towards, const P
   return retrace.state() == Retrace::State::kUnderWay;
 }
 
-TEST(Retrace, GoesBackByOurPathAndOnByTheirs) {
+TEST(Retrace, ReturnsByOwnPathThenFollowsThePartners) {
   Parting parting;
   Retrace retrace;
   Pose X_WB = parting.history.Ours(parting.history.end() - 1);
@@ -67,7 +67,7 @@ TEST(Retrace, GoesBackByOurPathAndOnByTheirs) {
   EXPECT_NEAR(frames * kFrame, 0.6 / Retrace::kSpeed, 0.15);
 }
 
-TEST(Retrace, WaitsForABodyThatIsHeldBackAndGivesUpInTheEnd) {
+TEST(Retrace, WaitsForABlockedBodyThenGivesUp) {
   Parting parting;
   Retrace retrace;
   const Pose X_WB = parting.history.Ours(parting.history.end() - 1);
@@ -79,7 +79,7 @@ TEST(Retrace, WaitsForABodyThatIsHeldBackAndGivesUpInTheEnd) {
   EXPECT_EQ(retrace.state(), Retrace::State::kStuck);
 }
 
-TEST(Retrace, FollowsOneWhoGoesOn) {
+TEST(Retrace, FollowsAMovingPartner) {
   Parting parting;
   Retrace retrace;
   Pose X_WB = parting.history.Ours(parting.history.end() - 1);
@@ -95,7 +95,7 @@ TEST(Retrace, FollowsOneWhoGoesOn) {
 }
 
 // The hand feels nothing on the way, so the way may not last for ever.
-TEST(Retrace, GivesUpOneWhoKeepsGoingFaster) {
+TEST(Retrace, GivesUpOnAFasterPartner) {
   Parting parting;
   Retrace retrace;
   Pose X_WB = parting.history.Ours(parting.history.end() - 1);
@@ -112,7 +112,7 @@ TEST(Retrace, GivesUpOneWhoKeepsGoingFaster) {
   EXPECT_NEAR(frames * kFrame, 15, 0.1);
 }
 
-TEST(Retrace, HasNoWayToOneWhoWasNeverNear) {
+TEST(Retrace, HasNoPathToAPartnerThatWasNeverNear) {
   PoseHistory history(true);
   for (int i = 0; i < 100; ++i) {
     PoseHistory::Moment& moment = history.Add();
@@ -127,7 +127,7 @@ TEST(Retrace, HasNoWayToOneWhoWasNeverNear) {
 }
 
 // A haptic frame is short: a long history is gone through in many.
-TEST(Retrace, LooksAtSoMuchOfTheHistoryInAFrame) {
+TEST(Retrace, SearchesABoundedHistoryPerFrame) {
   Parting parting;
   for (int i = 0; i < 3300; ++i) parting.Add(Vec3(-0.1, 0, 0), Vec3(0.1, 0, 0), true);
   Retrace retrace;
@@ -142,7 +142,7 @@ TEST(Retrace, LooksAtSoMuchOfTheHistoryInAFrame) {
 }
 
 // Before it sets out the body moves on: the way begins where it then is.
-TEST(Retrace, SetsOutFromWhereTheBodyIsThen) {
+TEST(Retrace, StartsAtTheBodysCurrentPose) {
   Parting parting;
   Retrace retrace;
   retrace.Start(parting.history, kOtherPeer, kRadius);
@@ -161,7 +161,7 @@ TEST(Retrace, SetsOutFromWhereTheBodyIsThen) {
   EXPECT_EQ(retrace.goal().p.x(), X_WB.p.x());
 }
 
-TEST(Retrace, StopsWhenTheOtherIsGone) {
+TEST(Retrace, StopsWhenThePartnerIsGone) {
   Parting parting;
   Retrace retrace;
   const Pose X_WB = parting.history.Ours(parting.history.end() - 1);

@@ -61,7 +61,7 @@ auto Standing(const Vec3& ours, const Vec3& theirs) {
   };
 }
 
-TEST(TrapDetector, FindsAWallBetweenTwoThatStand) {
+TEST(TrapDetector, FindsAWallBetweenRestingInstances) {
   for (const double thickness : {0.002, 0.005, 0.02}) {
     for (const double apart : {0.03, 0.15}) {
       const double found = FoundAfter(CubeAnd(Wall(thickness)), 1.0,
@@ -94,7 +94,7 @@ TEST(TrapDetector, FindsAThinWallAndASheetInBothContactModels) {
   }
 }
 
-TEST(TrapDetector, IsSilentWhereNothingIsBetween) {
+TEST(TrapDetector, IgnoresAFreePath) {
   const auto model = CubeAnd(Wall(0.005));
   EXPECT_LT(FoundAfter(model, 2.0, Standing(Vec3(0.02, 0.05, 0), Vec3(0.02, -0.05, 0))), 0);
   EXPECT_LT(FoundAfter(model, 2.0, Standing(Vec3(0.1, 0.15, 0), Vec3(-0.1, 0.15, 0))), 0);
@@ -102,7 +102,7 @@ TEST(TrapDetector, IsSilentWhereNothingIsBetween) {
 
 // Both lie on the same slope, which goes across the grid, 60 mm from one another. Lines that
 // touched its voxels along the way would see a wall.
-TEST(TrapDetector, IsSilentAlongAWallThatBothTouch) {
+TEST(TrapDetector, IgnoresAWallThatBothInstancesTouch) {
   const Quat q = RotationBy(Vec3(0.0, 0.2, 0.13));
   const auto model = CubeAnd(Wall(0.01, q));
   for (const double gap : {0.0, 0.001}) {
@@ -116,7 +116,7 @@ TEST(TrapDetector, IsSilentAlongAWallThatBothTouch) {
 
 // The line crosses the wall for a while as it goes round the wall's edge, but the two come nearer
 // all the time.
-TEST(TrapDetector, IsSilentWhileTheTwoComeNearer) {
+TEST(TrapDetector, IgnoresApproachingInstances) {
   const auto model = CubeAnd(Wall(0.005));
   const auto path = [](double t) {
     return std::pair(Place(Vec3(0.05, 0.06 + 0.03 * t, 0)), Place(Vec3(-0.05 + 0.02 * t, 0.02, 0)));
@@ -128,14 +128,14 @@ TEST(TrapDetector, IsSilentWhileTheTwoComeNearer) {
   EXPECT_GT(FoundAfter(model, 2.0, path), 0);  // these only go past one another
 }
 
-TEST(TrapDetector, IsSilentBelowTheLeastDistance) {
+TEST(TrapDetector, IgnoresSmallDistances) {
   const auto model = CubeAnd(Wall(0.001), 0.0005);
   // two points that a wall of 1 mm parts; bodies overlap it, only their centres are seen
   EXPECT_LT(FoundAfter(model, 2.0, Standing(Vec3(0.0035, 0, 0), Vec3(-0.0035, 0, 0))), 0);
 }
 
 // Retrace seeks the way back in what was seen within 50 ms.
-TEST(TrapDetector, SeesWithinFiftyFramesWhatIsBetweenThoseWhoAreTogether) {
+TEST(TrapDetector, FindsAWallWithinFiftyFrames) {
   const auto model = CubeAnd(Wall(0.001), 0.0005);
   for (std::size_t count = 1; count <= kMaxLinks; ++count) {
     TrapDetector detector(*model);
@@ -154,7 +154,7 @@ TEST(TrapDetector, SeesWithinFiftyFramesWhatIsBetweenThoseWhoAreTogether) {
 }
 
 // A ring on its peg has its centre in the peg: along it is no wall, off it is.
-TEST(TrapDetector, ARingOnItsPegIsFreeAlongIt) {
+TEST(TrapDetector, RingOnAPegIsFreeAlongIt) {
   TriangleMesh ring = At(Box(Vec3(0.06, 0.01, 0.01)), Vec3(0, 0.025, 0));
   Append(ring, At(Box(Vec3(0.06, 0.01, 0.01)), Vec3(0, -0.025, 0)));
   Append(ring, At(Box(Vec3(0.01, 0.04, 0.01)), Vec3(0.025, 0, 0)));
@@ -167,7 +167,7 @@ TEST(TrapDetector, ARingOnItsPegIsFreeAlongIt) {
   EXPECT_GT(FoundAfter(model, 2.0, Standing(c, c + Vec3(0.1, 0, 0))), 0);
 }
 
-TEST(TrapDetector, EndsWhenTheWayIsFreeAgain) {
+TEST(TrapDetector, EndsWhenThePathIsFree) {
   const auto model = CubeAnd(Wall(0.005));
   TrapDetector detector(*model);
   detector.Begin(0);
@@ -181,7 +181,7 @@ TEST(TrapDetector, EndsWhenTheWayIsFreeAgain) {
 }
 
 // Seven others, every second one behind the wall; a frame reads few voxels and allocates nothing.
-TEST(TrapDetector, LooksAtSevenOthersInTurn) {
+TEST(TrapDetector, ChecksSevenPartnersInTurn) {
   const auto model = CubeAnd(Wall(0.005));
   TrapDetector detector(*model);
   detector.Begin(0);

@@ -21,7 +21,7 @@ SceneManifest OfferOf(PeerId by, double voxel_size) {
   return manifest;
 }
 
-TEST(EarlyInbox, KnowsTheSessionsSceneBeforeAnythingIsLoaded) {
+TEST(EarlyInbox, KnowsTheSessionsSceneBeforeLoading) {
   EarlyInbox early;
   EXPECT_FALSE(early.SessionScene());
   early.OnScene(OfferOf(5, 0.002));
@@ -33,7 +33,7 @@ TEST(EarlyInbox, KnowsTheSessionsSceneBeforeAnythingIsLoaded) {
   EXPECT_EQ(early.SessionScene()->voxel_size, 0.002);
 }
 
-TEST(EarlyInbox, HandsOverWhoIsHereAndThenPassesEverythingOn) {
+TEST(EarlyInbox, HandsOverPresentPeersThenForwardsEverything) {
   EarlyInbox early;
   early.OnPeerInfo(InfoOf(4), 100);
   early.OnPeerInfo(InfoOf(5), 100);

@@ -5,7 +5,7 @@
 namespace tandem {
 namespace {
 
-TEST(FrameLimits, AreSharesOfAllFramesAndOfTheLastSecond) {
+TEST(FrameLimits, AreSharesOfAllFramesAndTheLastSecond) {
   FrameLimitCount count;
   for (int frame = 0; frame < 2000; ++frame) {
     std::uint32_t flags = 0;
@@ -44,7 +44,7 @@ TEST(FrameLimits, TravelInFlagsToAPercent) {
   EXPECT_EQ(LimitsIn(AsFlags({.waited = 0.3}) | state), (FrameLimits{.waited = 0.01}));
 }
 
-TEST(FrameLimits, AreOfTheBodyInHand) {
+TEST(FrameLimits, ConcernTheHeldBody) {
   const FrameLimits limits{.travel_limited = 0.5, .over_capacity = 0, .contacts_full = 0};
   const ViewBody parked{.object = 1, .flags = 0, .X_W = {}, .hand_force_W = Vec3::Zero()};
   ViewBody held = parked;
@@ -53,7 +53,7 @@ TEST(FrameLimits, AreOfTheBodyInHand) {
   EXPECT_EQ(LimitsOf({parked}), FrameLimits{});
 }
 
-TEST(FrameLimits, AreToldInWordsOnlyWhereThereAreAny) {
+TEST(FrameLimits, AreReportedOnlyIfPresent) {
   EXPECT_EQ(AsText({}), "");
   EXPECT_TRUE(Explain({}).empty());
   const FrameLimits limits{.travel_limited = 0.12, .over_capacity = 0.002, .contacts_full = 0};

@@ -22,7 +22,7 @@ PeerInfo Anna() {
   return info;
 }
 
-TEST(PeerDirectory, TellsOfJoiningLeavingLossAndReturnOnceEach) {
+TEST(PeerDirectory, ReportsJoinLeaveLossAndReturnOnce) {
   PeerDirectory directory(1, 42);
   directory.OnPeerInfo(Anna());
   directory.OnPeerInfo(Anna());
@@ -82,7 +82,7 @@ std::vector<MembershipChange> Drain(PeerDirectory& directory) {
   return changes;
 }
 
-TEST(PeerDirectory, TellsALeaveThatFoundNoRoomAsSoonAsThereIsSome) {
+TEST(PeerDirectory, DeliversADeferredLeave) {
   PeerDirectory directory(1, 42);
   FillQueue(directory);
   directory.OnPeerLeft(2);
@@ -96,7 +96,7 @@ TEST(PeerDirectory, TellsALeaveThatFoundNoRoomAsSoonAsThereIsSome) {
   EXPECT_THAT(Drain(directory), IsEmpty());
 }
 
-TEST(PeerDirectory, TellsTheNewestClaimsThatFoundNoRoom) {
+TEST(PeerDirectory, DeliversTheNewestDeferredClaims) {
   PeerDirectory directory(1, 42);
   FillQueue(directory);
   Drain(directory);
@@ -107,7 +107,7 @@ TEST(PeerDirectory, TellsTheNewestClaimsThatFoundNoRoom) {
   EXPECT_EQ(owed[0].claims[0].epoch, 1003U);
 }
 
-TEST(PeerDirectory, TellsOneThatLeftAndCameAgainWithoutRoomAsGoneAndThenHere) {
+TEST(PeerDirectory, DeliversADeferredLeaveBeforeTheRejoin) {
   PeerDirectory directory(1, 42);
   FillQueue(directory);
   directory.OnPeerLeft(2);
@@ -134,7 +134,7 @@ TEST(PeerDirectory, KeepsViewersFromTheHapticThread) {
   EXPECT_THAT(directory.TakeNews(), ElementsAre("Anna (viewer) joined", "Anna is lost"));
 }
 
-TEST(PeerDirectory, RefusesOtherScenesAndProtocolsInOneClearLine) {
+TEST(PeerDirectory, RefusesOtherScenesAndProtocolsInOneLine) {
   PeerDirectory directory(1, 41);
   directory.OnPeerInfo(Anna());
   PeerInfo newer = Anna();
@@ -149,7 +149,7 @@ TEST(PeerDirectory, RefusesOtherScenesAndProtocolsInOneClearLine) {
   EXPECT_FALSE(directory.changes().TryPop(change));
 }
 
-TEST(PeerDirectory, TellsPeersOfOneNameApart) {
+TEST(PeerDirectory, DistinguishesPeersOfEqualNames) {
   PeerDirectory directory(1, 42, "Ben");
   PeerInfo info = Anna();
   directory.OnPeerInfo(info);
@@ -183,7 +183,7 @@ TEST(PeerDirectory, KeepsFewOfTenThousandForgedParticipants) {
   EXPECT_THAT(news.back(), HasSubstr("this program ignores further ones"));
 }
 
-TEST(PeerDirectory, ForgetsThoseLongestGoneAndLinesThatNobodyTakes) {
+TEST(PeerDirectory, ForgetsTheLongestDepartedPeersAndUnreadLines) {
   PeerDirectory directory(1, 42);
   PeerInfo info = Anna();
   info.role = Role::kViewer;
@@ -202,7 +202,7 @@ TEST(PeerDirectory, ForgetsThoseLongestGoneAndLinesThatNobodyTakes) {
 }
 
 // The scene's body 1 is shared; Anna holds it and her own body 5, by other voxels than ours.
-TEST(PeerDirectory, OfThoseWithOtherForceParametersHearsNothingOfSharedBodies) {
+TEST(PeerDirectory, IgnoresSharedBodiesOfPeersWithOtherParameters) {
   OwnTerms terms{.parameters = {.voxel_size = 0.001}, .heaviest_kg = 0.1, .shared = {1}};
   PeerDirectory directory(1, 42, "Ben", terms);
   SceneManifest offer;
@@ -233,7 +233,7 @@ TEST(PeerDirectory, OfThoseWithOtherForceParametersHearsNothingOfSharedBodies) {
   EXPECT_TRUE(change.Holds(1));
 }
 
-TEST(PeerDirectory, IsNotItsOwnPeer) {
+TEST(PeerDirectory, ExcludesItself) {
   PeerDirectory directory(2, 42);
   directory.OnPeerInfo(Anna());
   EXPECT_THAT(directory.Entries(), IsEmpty());
@@ -241,7 +241,7 @@ TEST(PeerDirectory, IsNotItsOwnPeer) {
 
 // The program is started again before anybody notices that it was gone. What was heard of the run
 // before does not count.
-TEST(PeerDirectory, ANewRunOfAProgramIsLostAndJoins) {
+TEST(PeerDirectory, RestartIsALossAndAJoin) {
   PeerDirectory directory(1, 42);
   PeerInfo info = Anna();
   info.incarnation = 5;
@@ -255,7 +255,7 @@ TEST(PeerDirectory, ANewRunOfAProgramIsLostAndJoins) {
 }
 
 // Its bodies would stay its own for ever, because the hand would never hear that it has gone.
-TEST(PeerDirectory, WhoCeasesToTakePartIsGoneForTheHand) {
+TEST(PeerDirectory, PeerThatBecomesAViewerLeavesTheHapticThread) {
   using Change = MembershipChange::Kind;
   PeerDirectory directory(1, 42);
   std::vector<Change> told;
@@ -279,7 +279,7 @@ TEST(PeerDirectory, WhoCeasesToTakePartIsGoneForTheHand) {
   EXPECT_THAT(told, ElementsAre(Change::kJoined, Change::kLost, Change::kBack, Change::kLost));
 }
 
-TEST(PeerDirectory, OtherForceTermsAreSaidWheneverTheyChange) {
+TEST(PeerDirectory, ParameterDifferencesAreReportedOnChange) {
   PeerDirectory directory(1, 42);
   directory.SetOwnTerms({.law = "p+dd", .gains = {}});
   PeerInfo info = Anna();
@@ -301,7 +301,7 @@ TEST(PeerDirectory, OtherForceTermsAreSaidWheneverTheyChange) {
             std::vector<std::string>{info.name + " now uses the same force terms as you"});
 }
 
-TEST(PeerDirectory, WhatIsRefusedIsToldOnceOfEach) {
+TEST(PeerDirectory, EachRefusalIsReportedOnce) {
   PeerDirectory directory(1, 42);
   directory.OnPeerInfo(Anna());
   directory.TakeNews();
@@ -316,7 +316,7 @@ TEST(PeerDirectory, WhatIsRefusedIsToldOnceOfEach) {
                 Anna().name + " claims bodies that others have and have not given away: refused"});
 }
 
-TEST(PeerDirectory, AFewSamplesTooManyAreAnAccident) {
+TEST(PeerDirectory, FewExcessSamplesAreTolerated) {
   PeerDirectory directory(1, 42);
   DropTable drops;
   for (std::uint64_t i = 1; i < TellFrom(Drop::kFlood); ++i) drops.Count(7, Drop::kFlood);
@@ -327,7 +327,7 @@ TEST(PeerDirectory, AFewSamplesTooManyAreAnAccident) {
   EXPECT_THAT(directory.TakeNews(), SizeIs(1));
 }
 
-TEST(PeerDirectory, RefusalsOfInventedPeersFillNoMemory) {
+TEST(PeerDirectory, RefusedForgedPeersTakeNoMemory) {
   PeerDirectory directory(1, 42);
   DropTable drops;
   std::size_t lines = 0;

@@ -33,7 +33,7 @@ SmallMap MapOf(const std::vector<PeerId>& peers) {
   return map;
 }
 
-TEST(PeerMap, FindsWhatWasInsertedAndNothingElse) {
+TEST(PeerMap, FindsOnlyInsertedPeers) {
   SmallMap map;
   EXPECT_EQ(map.Find(5), nullptr);
   Numbered* const value = map.FindOrInsert(5);
@@ -50,7 +50,7 @@ TEST(PeerMap, FindsWhatWasInsertedAndNothingElse) {
 }
 
 // 0 marks free slots, so no search may take one of them for a peer
-TEST(PeerMap, ZeroIsNoPeer) {
+TEST(PeerMap, ZeroIsNotAPeer) {
   SmallMap map;
   EXPECT_EQ(map.Find(0), nullptr);
   EXPECT_EQ(map.FindOrInsert(0), nullptr);
@@ -59,14 +59,14 @@ TEST(PeerMap, ZeroIsNoPeer) {
   EXPECT_EQ(PeersIn(map), (std::vector<PeerId>{5}));
 }
 
-TEST(PeerMap, GivesNoSlotToAFifthOfFour) {
+TEST(PeerMap, RefusesInsertionBeyondCapacity) {
   SmallMap map = MapOf({1, 2, 3, 4});
   EXPECT_EQ(map.FindOrInsert(5), nullptr);
   EXPECT_NE(map.FindOrInsert(4), nullptr);
   EXPECT_EQ(PeersIn(map), (std::vector<PeerId>{1, 2, 3, 4}));
 }
 
-TEST(PeerMap, ANewPeerGetsTheFirstFreeSlotWithAFreshValue) {
+TEST(PeerMap, NewPeerGetsTheFirstFreeSlotWithAFreshValue) {
   SmallMap map = MapOf({9, 3, 7, 1});
   for (Numbered& value : map) value.number = 1;
   map.Erase(7);
@@ -90,7 +90,7 @@ TEST(PeerMap, ValuesKeepTheirSlots) {
   EXPECT_EQ(SmallMap::capacity(), 4U);
 }
 
-TEST(PeerMap, TheValueReachedMayBeErased) {
+TEST(PeerMap, ErasingDuringIterationIsSafe) {
   SmallMap map = MapOf({1, 2, 3, 4});
   std::vector<PeerId> visited;
   for (const Numbered& value : map) {
@@ -110,7 +110,7 @@ TEST(PeerMap, ClearFreesAllSlots) {
   EXPECT_EQ(map.FindOrInsert(1)->number, 7);
 }
 
-TEST(PeerMap, AlgorithmsSeeTheUsedSlotsAlone) {
+TEST(PeerMap, AlgorithmsSeeOnlyUsedSlots) {
   SmallMap map = MapOf({4, 6, 8});
   map.Erase(6);
   EXPECT_EQ(std::ranges::distance(map), 2);
@@ -129,7 +129,7 @@ TEST(PeerMap, AllocatesNothing) {
   EXPECT_EQ(counter.count(), 0);
 }
 
-TEST(PeerSet, HoldsPeersAndNothingElse) {
+TEST(PeerSet, HoldsOnlyInsertedPeers) {
   PeerSet<2> set;
   EXPECT_EQ(set.Find(5), nullptr);
   EXPECT_NE(set.FindOrInsert(5), nullptr);

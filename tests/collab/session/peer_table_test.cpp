@@ -49,7 +49,7 @@ const PeerTableRow* RowOf(const PeerTable& table, PeerId peer) {
 
 // Two hands pull one part apart and rest. Both peers tell the same of their link, whatever the
 // delay, and its two wrenches agree within 5 %.
-TEST(PeerTable, BothEndsOfALinkTellTheSameAtRest) {
+TEST(PeerTable, BothEndsOfALinkAgreeAtRest) {
   for (const double delay_ms : {1.0, 20.0, 100.0, 300.0}) {
     SCOPED_TRACE(delay_ms);
     SimulatedSession session;
@@ -80,7 +80,7 @@ TEST(PeerTable, BothEndsOfALinkTellTheSameAtRest) {
 }
 
 // A peer that lets go is coupled no more, while its pull still fades and after.
-TEST(PeerTable, WhoLetsGoIsCoupledNoMore) {
+TEST(PeerTable, ReleasingPeerIsUncoupled) {
   SimulatedSession session;
   session.Add(Hand(1, 0, Vec3(0.03, 0, 0), 20), 1);
   session.Add(Hand(2, 0, Vec3(-0.03, 0, 0), 20), 2);
@@ -102,7 +102,7 @@ TEST(PeerTable, WhoLetsGoIsCoupledNoMore) {
 }
 
 // A third hand moves its own cube: the others have its delay and its mirror's lag, but no link.
-TEST(PeerTable, TellsOfThoseWhoHoldOtherThings) {
+TEST(PeerTable, ShowsPeersThatHoldOtherBodies) {
   SimulatedSession session;
   session.Add(Hand(1, 0, Vec3::Zero(), 50, 0), 1);
   session.Add(Hand(2, 1, Vec3(0.3, 0, 0), 50), 2);
@@ -126,7 +126,7 @@ TEST(PeerTable, TellsOfThoseWhoHoldOtherThings) {
 }
 
 // One peer has no test to spare and is slowed to the travel floor. The other has all it needs.
-TEST(PeerTable, TellsWhatTheFramesOfEachGaveUp) {
+TEST(PeerTable, ReportsEachPeersFrameLimits) {
   SimulatedSession session;
   auto slow = Hand(1, 0, Vec3(0.1, 0, 0), 20, 0);
   slow->peer().SetCapacity(0);
@@ -150,7 +150,7 @@ TEST(PeerTable, TellsWhatTheFramesOfEachGaveUp) {
 
 // A mirror held up by what it would run into is not where its peer says it is. The table says how
 // far.
-TEST(PeerTable, TellsHowFarAMirrorIsBehind) {
+TEST(PeerTable, ShowsAMirrorsLag) {
   SimulatedSession session;
   session.Add(Hand(1, 0, Vec3(0.15, 0, 0), 200, 0), 1);
   session.Add(Hand(2, 1, Vec3(-0.05, 0, 0), 200), 2);

@@ -33,7 +33,7 @@ SceneManifest OfferOf(PeerId by, std::uint32_t revision) {
   return manifest;
 }
 
-TEST(SceneAgreement, AManifestSaysWhatTheSceneIs) {
+TEST(SceneAgreement, ManifestDescribesTheScene) {
   const Parts parts;
   const SceneManifest manifest = ManifestOf(parts.scene, parts.hash, 5);
   EXPECT_EQ(manifest.offered_by, 5U);
@@ -45,7 +45,7 @@ TEST(SceneAgreement, AManifestSaysWhatTheSceneIs) {
   EXPECT_EQ(ContentDifference(parts.scene, parts.hash, manifest), "");
 }
 
-TEST(SceneAgreement, ADifferenceNamesTheBodyAndTheFile) {
+TEST(SceneAgreement, DifferenceNamesBodyAndFile) {
   const Parts parts;
   const SceneManifest session = ManifestOf(parts.scene, parts.hash, 5);
   Parts other;
@@ -61,7 +61,7 @@ TEST(SceneAgreement, ADifferenceNamesTheBodyAndTheFile) {
             "\"parts\"");
 }
 
-TEST(SceneAgreement, ABodyMissingOrTooManyIsNamed) {
+TEST(SceneAgreement, MissingAndExtraBodiesAreNamed) {
   Parts more;
   more.scene.bodies.emplace_back().name = "hose";
   more.hash.content = 9;
@@ -73,10 +73,10 @@ TEST(SceneAgreement, ABodyMissingOrTooManyIsNamed) {
               HasSubstr("body \"hose\" of the session's scene \"parts\" is missing"));
 }
 
-TEST(SceneAgreement, TheWarningSaysWhoPushesHarderFromWhereAndByHowMuch) {
+TEST(SceneAgreement, WarningNamesTheStrongerSideOnsetAndRatio) {
   ForceParameters fine{.voxel_size = 0.001, .stiffness = LeastContactStiffness(0.001)};
   ForceParameters coarse{.voxel_size = 0.002, .stiffness = LeastContactStiffness(0.002)};
-  // 0.45 voxels; 10 N as of ForceParameters.WhoHasTheSmallerVoxelsPushesHarder
+  // 0.45 voxels; 10 N as of ForceParameters.SmallerVoxelsPushHarder
   const std::string of_fine = PushWarning(fine, coarse, 0.1, "anna");
   EXPECT_THAT(of_fine, HasSubstr("anna uses other force parameters (voxels of 2 mm"));
   EXPECT_THAT(of_fine, HasSubstr("you push harder; where parts press one another, theirs is "
@@ -86,7 +86,7 @@ TEST(SceneAgreement, TheWarningSaysWhoPushesHarderFromWhereAndByHowMuch) {
               HasSubstr("anna pushes harder; where parts press one another, yours is pushed back"));
 }
 
-TEST(SceneOffers, TheHighestRevisionThenTheLowestOffererIsTheSessions) {
+TEST(SceneOffers, HighestRevisionThenLowestPeerWins) {
   SceneOffers offers;
   EXPECT_EQ(offers.session(), nullptr);
   offers.OnScene(OfferOf(4, SceneManifest::kOwnOnly));
@@ -97,7 +97,7 @@ TEST(SceneOffers, TheHighestRevisionThenTheLowestOffererIsTheSessions) {
   EXPECT_EQ(offers.session()->offered_by, 6U);
 }
 
-TEST(SceneOffers, AManifestOutlivesItsAuthorWithThoseWhoAdoptedIt) {
+TEST(SceneOffers, AdoptedManifestOutlivesItsAuthor) {
   SceneOffers offers;
   offers.OnScene(OfferOf(1, SceneManifest::kSession));
   offers.OnScene(OfferOf(2, SceneManifest::kSession));
@@ -111,7 +111,7 @@ TEST(SceneOffers, AManifestOutlivesItsAuthorWithThoseWhoAdoptedIt) {
   EXPECT_EQ(offers.session()->offered_by, 1U);
 }
 
-TEST(SceneOffers, WhatNobodyOffersAnyMoreDoesNotCount) {
+TEST(SceneOffers, AbandonedOfferDoesNotCount) {
   SceneOffers offers;
   SceneOffers of_a_viewer(true);
   for (SceneOffers* one : {&offers, &of_a_viewer}) {
@@ -123,7 +123,7 @@ TEST(SceneOffers, WhatNobodyOffersAnyMoreDoesNotCount) {
 }
 
 // A peer that takes no part, or has come alone, does not decide for those under way.
-TEST(SceneOffers, WhatIsWithdrawnDoesNotComeBackWithItsAuthor) {
+TEST(SceneOffers, WithdrawnOfferDoesNotReturn) {
   SceneOffers offers;
   offers.OnPresence(3, true);
   offers.OnScene(OfferOf(3, 1));
@@ -133,7 +133,7 @@ TEST(SceneOffers, WhatIsWithdrawnDoesNotComeBackWithItsAuthor) {
   EXPECT_TRUE(offers.All().empty());
 }
 
-TEST(SceneOffers, OfThoseUnderWayTheOneThatMostGoByCounts) {
+TEST(SceneOffers, MajoritysRunningManifestCounts) {
   SceneOffers offers;
   SceneManifest forged = OfferOf(1, SceneManifest::kUnderWay);
   forged.voxel_size = 3e-5;
@@ -147,7 +147,7 @@ TEST(SceneOffers, OfThoseUnderWayTheOneThatMostGoByCounts) {
   EXPECT_EQ(offers.session()->offered_by, 5U) << "two against one";
 }
 
-TEST(SceneAgreement, OnlyVoxelsWithinAFactorOfFourAreAdoptedUnasked) {
+TEST(SceneAgreement, VoxelSizesWithinAFactorOfFourAreAdopted) {
   const ForceParameters ours{.voxel_size = 1e-3};
   EXPECT_TRUE(MayBeAdopted({.voxel_size = 0.25e-3}, ours));
   EXPECT_TRUE(MayBeAdopted({.voxel_size = 4e-3}, ours));
@@ -155,7 +155,7 @@ TEST(SceneAgreement, OnlyVoxelsWithinAFactorOfFourAreAdoptedUnasked) {
   EXPECT_FALSE(MayBeAdopted({.voxel_size = 5e-3}, ours));
 }
 
-TEST(SceneOffers, TenThousandForgedOnesDoNotCrowdOutTheSessions) {
+TEST(SceneOffers, ForgedOffersDoNotDisplaceTheSessions) {
   SceneOffers offers;
   offers.OnScene(OfferOf(2, SceneManifest::kSession));
   for (PeerId id = 3; id < 10'003; ++id) offers.OnScene(OfferOf(id, SceneManifest::kOwnOnly));

@@ -5,7 +5,7 @@
 namespace tandem {
 namespace {
 
-TEST(SessionsNearby, WhoHearsNobodyIsToldWhatMayBeWrongOrWhichSessionsThereAre) {
+TEST(SessionsNearby, EmptySessionSuggestsCausesAndOtherSessions) {
   const AnnouncedSession plain{"press", false};
   EXPECT_EQ(
       NobodyHeard(plain, {}),
@@ -17,7 +17,7 @@ TEST(SessionsNearby, WhoHearsNobodyIsToldWhatMayBeWrongOrWhichSessionsThereAre) 
       "no peer answers in session the relay of press; announced here: the relay of gear (secured)");
 }
 
-TEST(SessionsNearby, WhoHasNoKeysOrOthersIsToldOfTheKeys) {
+TEST(SessionsNearby, MissingOrWrongKeysAreReported) {
   EXPECT_EQ(
       NobodyHeard({"press", false}, {{"gear", false}, {"press", true}}),
       "no peer answers in session press: it is secured, and needs a viewer's keys (--secure)");

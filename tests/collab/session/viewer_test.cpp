@@ -29,7 +29,7 @@ PeerInfo InfoOf(PeerId peer, Role role = Role::kActive) {
   return info;
 }
 
-TEST(Viewer, AStragglingFrameDoesNotBringBackAPeerThatLeft) {
+TEST(Viewer, LateFrameDoesNotRestoreADepartedPeer) {
   Viewer viewer;
   viewer.OnPeerInfo(InfoOf(4), 0);
   viewer.OnView(FrameOf(4, 0), 1);
@@ -46,7 +46,7 @@ PeerInfo Named(PeerId peer, const std::string& name, Role role = Role::kActive) 
   return info;
 }
 
-TEST(Viewer, WhoComesBackWithANewIdIsThereOnce) {
+TEST(Viewer, ReturningPeerWithANewIdIsListedOnce) {
   Viewer viewer;
   viewer.OnPeerInfo(Named(4, "anna"), 1 * kMs);
   viewer.OnPeerInfo(Named(6, "ben"), 1 * kMs);
@@ -65,7 +65,7 @@ TEST(Viewer, WhoComesBackWithANewIdIsThereOnce) {
 }
 
 // The first program's end is noticed when its lease has run out, seconds after the second began.
-TEST(Viewer, WhoCrashedAndIsBackBeforeThatIsNoticedIsThereOnce) {
+TEST(Viewer, RestartedPeerIsListedOnceBeforeItsCrashIsNoticed) {
   Viewer viewer;
   viewer.OnPeerInfo(Named(4, "anna"), 1 * kMs);
   viewer.OnPeerInfo(Named(9, "anna"), 3 * kMs);
@@ -76,7 +76,7 @@ TEST(Viewer, WhoCrashedAndIsBackBeforeThatIsNoticedIsThereOnce) {
   EXPECT_EQ(LastingId(viewer.Picture().peers[0]), 4U);
 }
 
-TEST(Viewer, TwoOfOneNameAreTwoAndWhoLeavesOfThemIsMarked) {
+TEST(Viewer, PeersOfEqualNamesAreDistinct) {
   Viewer viewer;
   viewer.OnPeerInfo(Named(4, "anna"), 1 * kMs);
   viewer.OnPeerInfo(Named(9, "anna"), 2 * kMs);
@@ -90,7 +90,7 @@ TEST(Viewer, TwoOfOneNameAreTwoAndWhoLeavesOfThemIsMarked) {
   EXPECT_EQ(viewer.Picture().peers.size(), 3U);
 }
 
-TEST(Viewer, AReplayIsKnownByItsNameWhichIsNeverTooLongToBeSent) {
+TEST(Viewer, ReplayIsMarkedByANameThatFitsTheWire) {
   EXPECT_FALSE(IsReplay(Named(4, "anna")));
   EXPECT_EQ(ReplayName("anna"), "anna (replay)");
   EXPECT_TRUE(IsReplay(Named(4, ReplayName("anna"))));
@@ -102,7 +102,7 @@ TEST(Viewer, AReplayIsKnownByItsNameWhichIsNeverTooLongToBeSent) {
   EXPECT_TRUE(IsReplay(Named(4, ReplayName(accents))));
 }
 
-TEST(Viewer, SaysOfAnotherProtocolWhichTheTwoAre) {
+TEST(Viewer, OtherProtocolNamesBothVersions) {
   PeerInfo info = Named(4, "anna");
   EXPECT_EQ(OtherProtocol(info), "");
   info.protocol = kProtocol + 1;
@@ -111,7 +111,7 @@ TEST(Viewer, SaysOfAnotherProtocolWhichTheTwoAre) {
                                      ": update both to one version");
 }
 
-TEST(Viewer, BringsTogetherTheBodiesOfSeveralFrames) {
+TEST(Viewer, CombinesBodiesOfSeveralFrames) {
   Viewer viewer;
   ViewFrame frame = FrameOf(4, 0);
   frame.count = 1;
@@ -126,7 +126,7 @@ TEST(Viewer, BringsTogetherTheBodiesOfSeveralFrames) {
   EXPECT_EQ(picture.peers[0].bodies[1].X_W.p.x(), 0.5);
 }
 
-TEST(Viewer, BodiesThatNoSceneHasAreNotKept) {
+TEST(Viewer, ImpossibleBodiesAreNotKept) {
   Viewer viewer;
   viewer.OnPeerInfo(InfoOf(4), 0);
   ViewFrame frame = FrameOf(4, 0);
@@ -139,7 +139,7 @@ TEST(Viewer, BodiesThatNoSceneHasAreNotKept) {
   EXPECT_GE(viewer.refused(), 100'000 - kMaxSceneBodies);
 }
 
-TEST(ViewerReport, CountsSamplesAndTellsTheirRateAndTheirAge) {
+TEST(ViewerReport, ReportsSampleCountRateAndAge) {
   Viewer viewer;
   viewer.OnPeerInfo(InfoOf(4), 0);
   viewer.OnPeerInfo(InfoOf(9, Role::kViewer), 0);
@@ -161,7 +161,7 @@ TEST(ViewerReport, CountsSamplesAndTellsTheirRateAndTheirAge) {
   EXPECT_EQ(json.at("age_ms_p99").get<double>(), *report.age_ms_p99);
 }
 
-TEST(Viewer, TakesInWhoComesHoweverManySendFramesAndNeverSayThatTheyAreHere) {
+TEST(Viewer, SilentFloodDoesNotBlockNewcomers) {
   Viewer viewer;
   viewer.OnPeerInfo(InfoOf(4), 0);
   for (PeerId peer = 1000; peer < 1000 + 2 * Viewer::kMost; ++peer)
@@ -174,7 +174,7 @@ TEST(Viewer, TakesInWhoComesHoweverManySendFramesAndNeverSayThatTheyAreHere) {
   EXPECT_EQ(introduced, (std::vector<PeerId>{4, 999}));
 }
 
-TEST(ViewerReport, GivesNoAgeWhateverStampsASenderInvents) {
+TEST(ViewerReport, ForgedTimestampsGiveNoAge) {
   for (const std::int64_t stamp : {std::numeric_limits<std::int64_t>::min(),
                                    std::numeric_limits<std::int64_t>::max(), -1'000'000 * kMs}) {
     Viewer viewer;
@@ -185,7 +185,7 @@ TEST(ViewerReport, GivesNoAgeWhateverStampsASenderInvents) {
 }
 
 // A viewer that looks on for days keeps no more of frames than one that has just come.
-TEST(Viewer, KeepsAsMuchAfterAMillionFramesAsAfterTen) {
+TEST(Viewer, MemoryIsBoundedOverAMillionFrames) {
   Viewer viewer;
   viewer.OnPeerInfo(InfoOf(4), 0);
   const auto frames = [&viewer](int count) {
@@ -197,7 +197,7 @@ TEST(Viewer, KeepsAsMuchAfterAMillionFramesAsAfterTen) {
   EXPECT_EQ(counter.count(), 0);
 }
 
-TEST(ViewerReport, GivesNoAgeWhenTheStampsAreAnotherHosts) {
+TEST(ViewerReport, TimestampsOfAnotherHostGiveNoAge) {
   Viewer viewer;
   viewer.OnView(FrameOf(4, 50'000 * kMs), 1'000 * kMs);  // sent after it arrived
   const ViewerReport report = ReportOf(&viewer, 1, 1);
@@ -205,19 +205,19 @@ TEST(ViewerReport, GivesNoAgeWhenTheStampsAreAnotherHosts) {
   EXPECT_TRUE(nlohmann::json::parse(AsJson(report)).at("age_ms_p99").is_null());
 }
 
-TEST(ViewerReport, SaysZeroWhenThereWasNoSession) {
+TEST(ViewerReport, ReportsZeroWithoutASession) {
   const ViewerReport report = ReportOf(nullptr, 1, 0);
   EXPECT_EQ(report.samples, 0U);
   EXPECT_EQ(report.samples_per_s, 0.0);
 }
 
-TEST(ViewerReport, NamesTheFileThatCannotBeWritten) {
+TEST(ViewerReport, NamesAnUnwritableFile) {
   const Result<bool> written = WriteReport({}, "/nowhere/report.json");
   ASSERT_FALSE(written);
   EXPECT_NE(written.error().what.find("/nowhere/report.json"), std::string::npos);
 }
 
-TEST(ViewerReport, FollowsNoLinkThatSomebodyLaidBesideItsPlace) {
+TEST(ViewerReport, FollowsNoPlantedSymbolicLink) {
   const ScratchFolder scratch;
   const std::filesystem::path victim = scratch.Write("victim", "precious");
   const std::filesystem::path file = scratch.path() / "report.json";

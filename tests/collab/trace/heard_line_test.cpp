@@ -54,7 +54,7 @@ struct Session {
   }
 };
 
-TEST(HeardLine, TellsLoopAndRateByEchoesWhateverTheClocks) {
+TEST(HeardLine, EchoesGiveRoundTripAndRateForAnyClocks) {
   const std::optional<HeardLine::Found> found = Session{}.Heard().Find();
   ASSERT_TRUE(found);
   EXPECT_TRUE(found->has_echoes);
@@ -67,7 +67,7 @@ TEST(HeardLine, TellsLoopAndRateByEchoesWhateverTheClocks) {
   EXPECT_NEAR(trace.back_ms[1000], 30, 0.01);
 }
 
-TEST(HeardLine, AnUnevenLineIsRightInTheSum) {
+TEST(HeardLine, AsymmetricLineHasTheRightRoundTrip) {
   const std::optional<HeardLine::Found> found =
       Session{.there_ms = 10, .back_ms = 80}.Heard().Find();
   ASSERT_TRUE(found);
@@ -75,7 +75,7 @@ TEST(HeardLine, AnUnevenLineIsRightInTheSum) {
   EXPECT_NEAR(trace.there_ms[1000] + trace.back_ms[1000], 90, 0.01);
 }
 
-TEST(HeardLine, LossOfTheOthersSamplesIsExact) {
+TEST(HeardLine, PacketLossIsExact) {
   const std::optional<HeardLine::Found> found = Session{.lost_back_each = 10}.Heard().Find();
   ASSERT_TRUE(found);
   int lost = 0;
@@ -89,7 +89,7 @@ TEST(HeardLine, LossOfTheOthersSamplesIsExact) {
 
 // Our own 30 ms old samples reach the other in each frame, but it sends in each tenth. No echo
 // tells of the rest.
-TEST(HeardLine, ASlowerSenderHasItsOwnRate) {
+TEST(HeardLine, SlowerSenderHasItsOwnRate) {
   const std::optional<HeardLine::Found> found = Session{.every = 10}.Heard().Find();
   ASSERT_TRUE(found);
   EXPECT_DOUBLE_EQ(found->record.rate_hz, 100);
@@ -102,14 +102,14 @@ TEST(HeardLine, ASlowerSenderHasItsOwnRate) {
   EXPECT_LE(sum, 70);
 }
 
-TEST(HeardLine, TakesTheLongestTimeWithoutAPause) {
+TEST(HeardLine, UsesTheLongestUninterruptedInterval) {
   const std::optional<HeardLine::Found> found =
       Session{.frames = 9000, .pause_from = 1000}.Heard().Find();
   ASSERT_TRUE(found);
   EXPECT_NEAR(found->seconds, 5, 0.1);
 }
 
-TEST(HeardLine, WithoutEchoesThereIsTheWayBackAlone) {
+TEST(HeardLine, WithoutEchoesOnlyTheReturnDelayIsKnown) {
   const std::optional<HeardLine::Found> found = Session{.echoes = false}.Heard().Find();
   ASSERT_TRUE(found);
   EXPECT_FALSE(found->has_echoes);

@@ -40,7 +40,7 @@ LineRecord Noted(const Line& line) {
   return record;
 }
 
-TEST(LineRecord, AnEvenLineIsFoundWhateverTheClocksShow) {
+TEST(LineRecord, SymmetricLineIsMeasuredForAnyClocks) {
   for (const double offset_ms : {0.0, 123'456.789, -9e9}) {
     SCOPED_TRACE(offset_ms);
     const LineRecord record = Noted({.offset_ms = offset_ms});
@@ -58,7 +58,7 @@ TEST(LineRecord, AnEvenLineIsFoundWhateverTheClocksShow) {
 
 // 30 ms there and 10 ms back look like 20 each: the sum is right, and the error is within the
 // bound.
-TEST(LineRecord, AnUnevenLineIsWrongByLessThanTheBoundAndRightInTheSum) {
+TEST(LineRecord, AsymmetricLineHasABoundedErrorAndTheRightSum) {
   for (const double there_ms : {0.0, 10.0, 30.0, 40.0}) {
     SCOPED_TRACE(there_ms);
     const double back_ms = 40 - there_ms;
@@ -71,7 +71,7 @@ TEST(LineRecord, AnUnevenLineIsWrongByLessThanTheBoundAndRightInTheSum) {
   }
 }
 
-TEST(LineRecord, ADriftIsTakenAway) {
+TEST(LineRecord, ClockDriftIsRemoved) {
   // 50 ppm make 3 ms in a minute
   const LineRecord record =
       Noted({.jitter_ms = 2, .offset_ms = -77, .drift_ppm = 50, .samples = 60'000});
@@ -90,12 +90,12 @@ TEST(LineRecord, ADriftIsTakenAway) {
   EXPECT_NEAR(1 / last - 1, 20, 0.1);
 }
 
-TEST(LineRecord, SeesNoDriftInJitterAndNoneInAShortRecord) {
+TEST(LineRecord, JitterAndShortRecordsShowNoDrift) {
   EXPECT_EQ(EstimateClocks(Noted({.jitter_ms = 5})).drift_ppm, 0);
   EXPECT_EQ(EstimateClocks(Noted({.drift_ppm = 50, .samples = 5000})).drift_ppm, 0);
 }
 
-TEST(LineRecord, WithNothingInOneWayThereIsNoEstimate) {
+TEST(LineRecord, NoEstimateWithoutSamplesInBothDirections) {
   LineRecord record = Noted({});
   record.back_ns.assign(record.back_ns.size(), LineRecord::kNever);
   EXPECT_LT(EstimateClocks(record).bound_ms, 0);

@@ -31,14 +31,14 @@ std::vector<std::optional<double>> Arrivals(const LinkConditions& conditions, in
   return all;
 }
 
-TEST(LinkTrace, DelaysAndLosesWhatItsSampleSaysAndBeginsAgain) {
+TEST(LinkTrace, AppliesItsSamplesCyclically) {
   const LinkTrace trace(1000, {5, -1, 7.5});
   // the fourth, sent at 3 ms with 5 ms, waits for the third: where it begins again it has no order
   EXPECT_THAT(Arrivals({.trace = &trace}, 6),
               ElementsAre(5, std::nullopt, 9.5, 9.5, std::nullopt, 12.5));
 }
 
-TEST(LinkTrace, KeepsTheOrderThatItHas) {
+TEST(LinkTrace, KeepsItsOrder) {
   // the second sample arrives at 31 ms, after the third at 12 ms and the fourth at 13 ms
   const LinkTrace trace(1000, {10, 30, 10, 10});
   EXPECT_FALSE(trace.samples()[0].overtaken);
@@ -47,7 +47,7 @@ TEST(LinkTrace, KeepsTheOrderThatItHas) {
   EXPECT_THAT(Arrivals({.trace = &trace}, 4), ElementsAre(10, 31, 12, 13));
 }
 
-TEST(LinkTrace, JitterBesideItKeepsTheOrderOfThoseThatItDoesNotReorder) {
+TEST(LinkTrace, AddedJitterKeepsTheOrder) {
   const LinkTrace trace(1000, std::vector<float>(400, 20));
   double latest = 0;
   for (const std::optional<double>& arrival :
@@ -58,13 +58,13 @@ TEST(LinkTrace, JitterBesideItKeepsTheOrderOfThoseThatItDoesNotReorder) {
   }
 }
 
-TEST(LinkTrace, IsStretchedAndBeginsWhereItIsTold) {
+TEST(LinkTrace, ScalesAndStartsAsConfigured) {
   const LinkTrace trace(1000, {5, 10, -1, 20}, 2.0);
   EXPECT_THAT(Arrivals({.delay_ms = 1, .trace = &trace, .trace_start_s = 0.001}, 3),
               ElementsAre(21, std::nullopt, 43));
 }
 
-TEST(LinkTrace, AFasterSessionHasTheFateOfTheSampleSentLastAndASlowerOneLeavesSomeOut) {
+TEST(LinkTrace, OtherSampleRatesUseTheLastSentSample) {
   const LinkTrace slow(500, {10, -1, 30});
   EXPECT_THAT(Arrivals({.trace = &slow}, 6),
               ElementsAre(10, 11, std::nullopt, std::nullopt, 34, 35));
@@ -72,7 +72,7 @@ TEST(LinkTrace, AFasterSessionHasTheFateOfTheSampleSentLastAndASlowerOneLeavesSo
   EXPECT_THAT(Arrivals({.trace = &fast}, 2, 2), ElementsAre(10, 32));
 }
 
-TEST(LinkTrace, GoesOnOverASwitchOfAllElse) {
+TEST(LinkTrace, ContinuesAcrossPlanSteps) {
   const LinkTrace trace(1000, {10, 20, 30, 40});
   LinkConditioner link({.trace = &trace});
   std::array<std::int64_t, 2> due_ns{};
@@ -87,7 +87,7 @@ TEST(LinkTrace, GoesOnOverASwitchOfAllElse) {
   EXPECT_EQ(due_ns[0], 502 * kMs);
 }
 
-TEST(LinkTrace, AClockThatStepsBackFindsAPlaceInIt) {
+TEST(LinkTrace, BackwardClockStepStaysWithinTheTrace) {
   const LinkTrace trace(1000, {1, 2, 3, 4});
   EXPECT_EQ(trace.At(0).delay_ms, 1);
   EXPECT_EQ(trace.At(-1 * kMs).delay_ms, 4);
@@ -95,7 +95,7 @@ TEST(LinkTrace, AClockThatStepsBackFindsAPlaceInIt) {
   EXPECT_EQ(trace.At(1'000'000'000'000 + 2 * kMs).delay_ms, 3);
 }
 
-TEST(LinkTrace, ConditionsTakeNoMemory) {
+TEST(LinkTrace, ConditionsAllocateNothing) {
   const LinkTrace trace(1000, {1, -1, 3, 4});
   LinkConditioner link({.jitter_ms = 3, .trace = &trace});
   std::array<std::int64_t, 2> due_ns{};
@@ -106,7 +106,7 @@ TEST(LinkTrace, ConditionsTakeNoMemory) {
 
 // By hand: one sample in ten is lost, the others take 20 ms; so for nine in ten milliseconds the
 // newest is 20 to 21 ms old, and in one 21 to 22 ms.
-TEST(LinkTrace, AgesAreThoseOfTheNewestThatAReceiverHas) {
+TEST(LinkTrace, AgesAreThoseOfTheNewestReceivedSample) {
   std::vector<float> delays(1000, 20);
   for (std::size_t i = 5; i < delays.size(); i += 10) delays[i] = -1;
   const TraceFacts facts = LinkTrace(1000, delays).facts();
@@ -117,7 +117,7 @@ TEST(LinkTrace, AgesAreThoseOfTheNewestThatAReceiverHas) {
 }
 
 // The oracle asks at every hundredth of a millisecond which samples have arrived.
-TEST(LinkTrace, AgesOfATraceThatReordersAreThoseFoundByLookingOften) {
+TEST(LinkTrace, AgesWithReorderingMatchFrequentSampling) {
   std::vector<float> delays;
   std::uint32_t state = 12345;
   for (int i = 0; i < 300; ++i) {

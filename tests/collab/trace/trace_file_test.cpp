@@ -17,7 +17,7 @@ using ::testing::HasSubstr;
 
 constexpr const char* kHeader = "# {\"tandem_trace\": 1, \"rate_hz\": 500}\n";
 
-TEST(NetworkTraceFile, WhatIsWrittenIsReadAgain) {
+TEST(NetworkTraceFile, RoundTrips) {
   const ScratchFolder folder;
   const NetworkTrace trace{.rate_hz = 250,
                            .there_ms = {AsInFile(1.25), NetworkTrace::kLost, AsInFile(0)},
@@ -35,7 +35,7 @@ TEST(NetworkTraceFile, WhatIsWrittenIsReadAgain) {
   EXPECT_EQ(read->clock_bound_ms, 0.125);
 }
 
-TEST(NetworkTraceFile, OfOneWayIsThatOfBoth) {
+TEST(NetworkTraceFile, SingleDirectionServesBoth) {
   const ScratchFolder folder;
   const Result<NetworkTrace> read = ReadNetworkTrace(
       folder.Write("one.csv", std::string(kHeader) + "seq,there_ms\n0,5\n1,\n2,7.5\n"));
@@ -45,7 +45,7 @@ TEST(NetworkTraceFile, OfOneWayIsThatOfBoth) {
   EXPECT_LT(read->clock_bound_ms, 0);
 }
 
-TEST(NetworkTraceFile, SaysWhereItIsWrong) {
+TEST(NetworkTraceFile, ErrorsNameTheLine) {
   const ScratchFolder folder;
   const auto fault = [&folder](const std::string& text) {
     const Result<NetworkTrace> read = ReadNetworkTrace(folder.Write("bad.csv", text));
@@ -67,7 +67,7 @@ TEST(NetworkTraceFile, SaysWhereItIsWrong) {
               HasSubstr("too long"));
 }
 
-TEST(TraceStore, ReadsAFileOnceAndAgainWhenItHasChanged) {
+TEST(TraceStore, RereadsAFileOnlyAfterAChange) {
   const ScratchFolder folder;
   const auto file = folder.Write("t.csv", std::string(kHeader) + "seq,there_ms,back_ms\n0,5,6\n");
   const auto keep = [&](TraceWay way, double stretch) {
@@ -87,14 +87,14 @@ TEST(TraceStore, ReadsAFileOnceAndAgainWhenItHasChanged) {
   EXPECT_EQ(there->samples()[0].delay_ms, 5);  // whoever has it keeps it
 }
 
-TEST(TraceStore, TwoStretchesThatDifferLittleAreTwo) {
+TEST(TraceStore, SlightlyDifferentScalesAreDistinct) {
   const Result<const LinkTrace*> one = KeepModel("wifi", TraceWay::kThere, 1);
   const Result<const LinkTrace*> other = KeepModel("wifi", TraceWay::kThere, 1 + 1e-9);
   ASSERT_TRUE(one && other);
   EXPECT_NE(*one, *other);
 }
 
-TEST(TraceStore, MixBeginsWhereTheSeedSays) {
+TEST(TraceStore, SeedChoosesTheStart) {
   const Result<const LinkTrace*> kept = KeepModel("leo", TraceWay::kThere, 1);
   ASSERT_TRUE(kept);
   const TraceChoice fixed{.there = *kept, .back = *kept, .start_s = 3};

@@ -36,7 +36,7 @@ double At(const std::vector<double>& rising, double share) {
   return rising[static_cast<std::size_t>(share * static_cast<double>(rising.size() - 1))];
 }
 
-TEST(TraceModels, EachRepeatsItselfForASeedAndDiffersForAnother) {
+TEST(TraceModels, AreDeterministicPerSeed) {
   for (const TraceModel& model : TraceModels()) {
     SCOPED_TRACE(model.name);
     const NetworkTrace first = Made(model.name, 5);
@@ -67,7 +67,7 @@ TEST(TraceModels, KeepTheOrderAndTheLeastDelay) {
 }
 
 // The published figures are those of docs/network-plans.md, with their sources.
-TEST(TraceModels, ComeToThePublishedRoundTrips) {
+TEST(TraceModels, MatchPublishedRoundTrips) {
   // Starlink: median 25.7 ms at peak hours in 2025, less than one in a hundred above 55 ms
   const std::vector<double> leo = RoundTrips(Made("leo", 600));
   EXPECT_NEAR(At(leo, 0.5), 30, 6);
@@ -82,7 +82,7 @@ TEST(TraceModels, ComeToThePublishedRoundTrips) {
   EXPECT_NEAR(At(RoundTrips(Made("wifi", 600)), 0.99), 90, 45);
 }
 
-TEST(TraceModels, ALowOrbitHandsOverEveryFifteenSeconds) {
+TEST(TraceModels, LowOrbitHandsOverEveryFifteenSeconds) {
   const NetworkTrace trace = Made("leo", 150);
   // when delays are folded by 15 s, those above the line's usual delay lie in one place
   std::vector<double> sum(150, 0);
@@ -105,7 +105,7 @@ TEST(TraceModels, ALowOrbitHandsOverEveryFifteenSeconds) {
 
 // A buffer of 120 kB at 2 Mbit/s holds 480 ms. CUBIC goes back to 0.7 of the window, of which 40 ms
 // are on the line: 0.7 * 520 - 40 = 324 ms.
-TEST(TraceModels, AnUploadFillsTheBufferAsCubicDoes) {
+TEST(TraceModels, UploadFillsTheBufferAsCubicDoes) {
   const NetworkTrace trace = Made("bufferbloat", 120);
   const TraceFacts facts = LinkTrace(1000, trace.there_ms).facts();
   EXPECT_NEAR(facts.longest_ms, 20 + 480, 12);
@@ -120,7 +120,7 @@ TEST(TraceModels, AnUploadFillsTheBufferAsCubicDoes) {
   EXPECT_LT(LinkTrace(1000, trace.back_ms).facts().longest_ms, 60);
 }
 
-TEST(TraceModels, RefuseWhatTheyCannotMake) {
+TEST(TraceModels, RefuseImpossibleParameters) {
   const Result<NetworkTrace> unknown = MakeTrace("6g", {});
   ASSERT_FALSE(unknown);
   EXPECT_THAT(unknown.error().what, HasSubstr("there are wifi, lte"));

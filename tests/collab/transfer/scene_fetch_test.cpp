@@ -44,7 +44,7 @@ class Fetching : public ::testing::Test {
   }
 };
 
-TEST_F(Fetching, BringsAllFilesByteForByte) {
+TEST_F(Fetching, FetchesAllFilesByteForByte) {
   bench_.AddServer(1, scene_);
   Begin();
   EXPECT_EQ(bench_.fetch.source(), 1U);
@@ -52,7 +52,7 @@ TEST_F(Fetching, BringsAllFilesByteForByte) {
   ExpectFetched();
 }
 
-TEST_F(Fetching, AsksAgainForWhatIsLost) {
+TEST_F(Fetching, RequestsLostPiecesAgain) {
   bench_.loss = 0.2;
   bench_.AddServer(1, scene_);
   Begin();
@@ -61,7 +61,7 @@ TEST_F(Fetching, AsksAgainForWhatIsLost) {
   EXPECT_THAT(bench_.fetch.liars(), SizeIs(0));
 }
 
-TEST_F(Fetching, GoesOnWithAnotherPeerWhereOneLeaves) {
+TEST_F(Fetching, ContinuesWithAnotherPeerAfterALeave) {
   bench_.AddServer(1, scene_);
   bench_.AddServer(2, scene_);
   Begin();
@@ -75,7 +75,7 @@ TEST_F(Fetching, GoesOnWithAnotherPeerWhereOneLeaves) {
   EXPECT_THAT(bench_.fetch.liars(), SizeIs(0));
 }
 
-TEST_F(Fetching, WaitsForOneThatComesBackAndElseSaysInALineThatNobodyIsLeft) {
+TEST_F(Fetching, WaitsForAReturningPeerThenReportsFailure) {
   bench_.AddServer(1, scene_);
   Begin();
   bench_.RunWhile({State::kFetching}, 0.1);
@@ -93,7 +93,7 @@ TEST_F(Fetching, WaitsForOneThatComesBackAndElseSaysInALineThatNobodyIsLeft) {
   EXPECT_GT(store_.pieces.size(), 3U);
 }
 
-TEST_F(Fetching, TakesUpWhatAnEarlierRunHasBrought) {
+TEST_F(Fetching, ResumesAnEarlierFetch) {
   bench_.AddServer(1, scene_);
   Begin();
   bench_.RunWhile({State::kFetching}, 0.1);
@@ -114,7 +114,7 @@ TEST_F(Fetching, TakesUpWhatAnEarlierRunHasBrought) {
   EXPECT_EQ(server.waiting(), 0U);
 }
 
-TEST_F(Fetching, TakesNothingMoreFromAPeerWhosePieceIsWrongAndGoesOn) {
+TEST_F(Fetching, WrongPieceExcludesItsPeer) {
   bench_.AddServer(1, scene_);
   bench_.AddServer(2, scene_);
   bench_.AddServer(3, scene_);
@@ -133,7 +133,7 @@ TEST_F(Fetching, TakesNothingMoreFromAPeerWhosePieceIsWrongAndGoesOn) {
   EXPECT_THAT(bench_.fetch.liars(), ElementsAre(1, 2));
 }
 
-TEST_F(Fetching, AWrongPieceOfAnImpostorIsNotBlamedOnThePeer) {
+TEST_F(Fetching, ForgedPieceIsNotBlamedOnThePeer) {
   bench_.AddServer(1, scene_);
   Begin();
   FilePiece forged;
@@ -150,7 +150,7 @@ TEST_F(Fetching, AWrongPieceOfAnImpostorIsNotBlamedOnThePeer) {
   EXPECT_THAT(bench_.fetch.liars(), SizeIs(0));
 }
 
-TEST_F(Fetching, TakesTheListThatMostOfferAndAnotherWhereThatIsNotTheScene) {
+TEST_F(Fetching, TriesTheMostOfferedListFirst) {
   const fs::path forged = testing::WriteScene(folder_, "forged", {NoiseBytes(50'000, 3)});
   // servers of another scene under the same content hash: what they say of it is their word
   const auto add_forged = [&](PeerId peer) {
@@ -177,7 +177,7 @@ TEST_F(Fetching, TakesTheListThatMostOfferAndAnotherWhereThatIsNotTheScene) {
   EXPECT_THAT(bench_.fetch.liars(), ElementsAre(1, 2));
 }
 
-TEST_F(Fetching, AListThatIsNotTheOneOfferedIsRefusedAndTheNextPeerAsked) {
+TEST_F(Fetching, MismatchedListIsRefusedAndTheNextPeerAsked) {
   bench_.AddServer(1, scene_);
   bench_.AddServer(2, scene_);
   bench_.servers[1].spoil = [](FilePiece& piece) {
@@ -191,7 +191,7 @@ TEST_F(Fetching, AListThatIsNotTheOneOfferedIsRefusedAndTheNextPeerAsked) {
   EXPECT_THAT(bench_.fetch.liars(), ElementsAre(1));
 }
 
-TEST_F(Fetching, WhatIsLargerThanAllowedIsRefusedInALineBeforeItComes) {
+TEST_F(Fetching, OversizedSceneIsRefusedBeforeTheTransfer) {
   TransferBench bench(content_, 1'000'000);
   bench.AddServer(1, scene_);
   bench.RunToEnd(20);
@@ -200,14 +200,14 @@ TEST_F(Fetching, WhatIsLargerThanAllowedIsRefusedInALineBeforeItComes) {
   EXPECT_EQ(bench.servers[1].sent_bytes, 0U);
 }
 
-TEST_F(Fetching, SaysInALineThatNobodyHandsOutFiles) {
+TEST_F(Fetching, ReportsThatNoPeerSharesFiles) {
   bench_.RunToEnd(20);
   EXPECT_EQ(bench_.fetch.state(), State::kFailed);
   EXPECT_THAT(bench_.fetch.fault(), HasSubstr("nobody here hands out the scene's files"));
 }
 
 // A peer that makes its list of a large scene says so first.
-TEST_F(Fetching, IsPatientWithAPeerThatMakesItsList) {
+TEST_F(Fetching, WaitsForAPeerThatPreparesItsList) {
   bench_.AddServer(1, scene_);
   bench_.servers[1].here = false;
   bench_.RunToList();
@@ -238,7 +238,7 @@ TEST_F(Fetching, IsPatientWithAPeerThatMakesItsList) {
 }
 
 // A peer sends for ever, whatever is asked for.
-TEST_F(Fetching, AnEndlessStreamFillsNothing) {
+TEST_F(Fetching, EndlessStreamIsBounded) {
   bench_.AddServer(1, scene_);
   Begin();
   const std::size_t pieces = bench_.fetch.list().pieces();
@@ -267,7 +267,7 @@ TEST_F(Fetching, EndsInALineWhereTheDiskIsFull) {
 }
 
 // The line takes 1 MB/s and has a queue before it, which 7 MB/s would fill.
-TEST(RateFinder, GoesDownWherePiecesWaitInAQueueAndUpWhereTheyDoNot) {
+TEST(RateFinder, FallsWithQueueingAndRisesWithout) {
   RateFinder finder;
   std::int64_t now_ns = 1'000'000'000;
   std::int64_t free_ns = now_ns;  // when the line has carried all

@@ -32,7 +32,7 @@ SceneList TwoFiles() {
   return list;
 }
 
-TEST(SceneList, IsReadAsItWasWritten) {
+TEST(SceneList, RoundTrips) {
   const SceneList list = TwoFiles();
   const Result<SceneList> read = DecodeList(Encode(list), 1'000'000);
   ASSERT_TRUE(read) << read.error().what;
@@ -47,7 +47,7 @@ TEST(SceneList, IsReadAsItWasWritten) {
   EXPECT_EQ(last.bytes, 70'000 - 2 * kPieceBytes);
 }
 
-TEST(SceneList, OfStrangersIsRefusedInALine) {
+TEST(SceneList, InvalidListIsRefusedInOneLine) {
   const auto refusal = [](const std::function<void(SceneList&)>& change) {
     SceneList list = TwoFiles();
     change(list);
@@ -114,7 +114,7 @@ TEST(SceneList, OfStrangersIsRefusedInALine) {
   }
 }
 
-TEST(PieceCoder, BringsPiecesBackAndPacksWhatCanBePacked) {
+TEST(PieceCoder, RoundTripsAndCompresses) {
   PieceCoder coder;
   std::vector<char> packed;
   const std::string same(kPieceBytes, 'a');
@@ -133,7 +133,7 @@ TEST(PieceCoder, BringsPiecesBackAndPacksWhatCanBePacked) {
 }
 
 // 100 MB of zeros in a few kB: it is refused when a piece is full.
-TEST(PieceCoder, ABombUnpacksNoFurtherThanAPiece) {
+TEST(PieceCoder, DecompressionBombIsBoundedToAPiece) {
   std::vector<char> bomb(ZSTD_compressBound(100'000'000));
   {
     const std::vector<char> zeros(100'000'000);

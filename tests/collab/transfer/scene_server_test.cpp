@@ -70,7 +70,7 @@ class Serving : public ::testing::Test {
   FileDigest list_{};
 };
 
-TEST_F(Serving, KeepsToItsRateWhateverIsAskedFor) {
+TEST_F(Serving, RespectsItsRateLimit) {
   Open();
   for (int i = 0; i < 20; ++i) {
     server_.OnAsk(Ask(7, FileAsk::Kind::kFiles), now_ns_);
@@ -81,7 +81,7 @@ TEST_F(Serving, KeepsToItsRateWhateverIsAskedFor) {
   EXPECT_GT(bytes_to_[7], 3'600'000);
 }
 
-TEST_F(Serving, ServesAllInTurn) {
+TEST_F(Serving, ServesRequestsRoundRobin) {
   Open();
   for (int i = 0; i < 20; ++i) {
     for (const PeerId peer : {7U, 8U, 9U, 10U}) {
@@ -92,7 +92,7 @@ TEST_F(Serving, ServesAllInTurn) {
   for (const PeerId peer : {7U, 8U, 9U, 10U}) EXPECT_NEAR(bytes_to_[peer], 950'000, 100'000);
 }
 
-TEST_F(Serving, SendsNoFasterThanTheAskerCanTake) {
+TEST_F(Serving, SendsAtTheReceiversRate) {
   Open();
   for (int i = 0; i < 20; ++i) {
     FileAsk ask = Ask(7, FileAsk::Kind::kFiles);
@@ -103,7 +103,7 @@ TEST_F(Serving, SendsNoFasterThanTheAskerCanTake) {
   EXPECT_NEAR(bytes_to_[7], 600'000, 60'000);
 }
 
-TEST_F(Serving, EachCopyCounts) {
+TEST_F(Serving, DuplicateSendsCountTowardsTheRate) {
   Open();
   listeners_ = 4;
   for (int i = 0; i < 20; ++i) {
@@ -114,7 +114,7 @@ TEST_F(Serving, EachCopyCounts) {
 }
 
 // 10,000 programs of strangers, each of which wants all, again and again.
-TEST_F(Serving, AFloodOfAsksTakesBoundedRoomAndBandwidth) {
+TEST_F(Serving, RequestFloodTakesBoundedMemoryAndBandwidth) {
   Open();
   for (std::uint32_t i = 0; i < 10'000; ++i) {
     server_.OnAsk(Ask(20 + i, FileAsk::Kind::kFiles, i % 100), now_ns_);
@@ -135,7 +135,7 @@ TEST_F(Serving, AFloodOfAsksTakesBoundedRoomAndBandwidth) {
   EXPECT_LT(bytes, 2'100'000U);
 }
 
-TEST_F(Serving, WhoAsksNoMoreLosesItsPlace) {
+TEST_F(Serving, SilentReceiverLosesItsPlace) {
   Open();
   for (std::uint32_t i = 0; i < SceneServer::kMostAskers; ++i) {
     server_.OnAsk(Ask(20 + i, FileAsk::Kind::kFiles), now_ns_);
@@ -151,7 +151,7 @@ TEST_F(Serving, WhoAsksNoMoreLosesItsPlace) {
   EXPECT_GT(bytes_to_[7], 100'000);
 }
 
-TEST_F(Serving, SendsNothingOfASceneThatHasChangedAndSaysSo) {
+TEST_F(Serving, RefusesAChangedScene) {
   folder_.Write("scene/mesh 0.stl", NoiseBytes(4'000'000, 9));
   server_.OnAsk(Ask(7, FileAsk::Kind::kOffer), now_ns_);
   Run(0.2);
@@ -160,7 +160,7 @@ TEST_F(Serving, SendsNothingOfASceneThatHasChangedAndSaysSo) {
   EXPECT_EQ(server_.TakeNews(), "");
 }
 
-TEST_F(Serving, AnswersNobodyWhoMeansAnotherSceneOrAnotherPeer) {
+TEST_F(Serving, IgnoresRequestsForOtherScenesOrPeers) {
   Open();
   FileAsk other = Ask(7, FileAsk::Kind::kFiles);
   other.content_hash ^= 1;

@@ -84,7 +84,7 @@ class Store : public ::testing::Test {
   bool busy_ = false;
 };
 
-TEST_F(Store, PutsASceneInItsPlaceUnderNamesOfItsOwn) {
+TEST_F(Store, StoresAScenesFilesUnderItsOwnNames) {
   const std::vector<std::string> files{SceneWith(R"("file:1")"), mesh_};
   Result<UnfinishedScene> scene = Open(ListOf(files));
   ASSERT_TRUE(scene) << scene.error().what;
@@ -112,7 +112,7 @@ TEST_F(Store, PutsASceneInItsPlaceUnderNamesOfItsOwn) {
   EXPECT_THAT(All(), ::testing::UnorderedElementsAre("cache", "cache/fetched"));
 }
 
-TEST_F(Store, NoNameOfAStrangerBecomesAPath) {
+TEST_F(Store, ReceivedNamesNeverBecomePaths) {
   const fs::path secret = folder_.Write("secret.stl", "solid secret");
   fs::create_directories(store_.folder());
   fs::permissions(store_.folder(), fs::perms::owner_all);
@@ -145,7 +145,7 @@ TEST_F(Store, NoNameOfAStrangerBecomesAPath) {
   }
 }
 
-TEST_F(Store, ASceneFileThatIsNoneIsRefusedAndLeavesNothing) {
+TEST_F(Store, InvalidSceneFileIsRefusedAndLeavesNothing) {
   fs::create_directories(store_.folder());
   fs::permissions(store_.folder(), fs::perms::owner_all);
   const std::set<std::string> before = All();
@@ -166,7 +166,7 @@ TEST_F(Store, ASceneFileThatIsNoneIsRefusedAndLeavesNothing) {
   }
 }
 
-TEST_F(Store, AFileThatIsNotTheOneListedIsRefused) {
+TEST_F(Store, MismatchedFileIsRefused) {
   const std::vector<std::string> files{SceneWith(R"("file:1")"), mesh_};
   SceneList list = ListOf(files);
   // each piece may be as its digest says, and the file be another
@@ -179,7 +179,7 @@ TEST_F(Store, AFileThatIsNotTheOneListedIsRefused) {
   EXPECT_THAT(written.error().what, HasSubstr("is not the one that was listed"));
 }
 
-TEST_F(Store, FollowsNoLink) {
+TEST_F(Store, FollowsNoSymbolicLink) {
   const std::vector<std::string> files{SceneWith(R"("file:1")"), mesh_};
   const SceneList list = ListOf(files);
   const fs::path outside = folder_.path() / "outside";
@@ -219,7 +219,7 @@ TEST_F(Store, FollowsNoLink) {
   EXPECT_TRUE(fs::is_empty(outside));
 }
 
-TEST_F(Store, UsesNoFolderThatOthersMayWriteTo) {
+TEST_F(Store, RefusesFoldersWritableByOthers) {
   fs::create_directories(store_.folder());
   fs::permissions(store_.folder(), fs::perms::all);
   const auto refused = Open(ListOf({SceneWith(R"("file:1")"), mesh_}));
@@ -228,7 +228,7 @@ TEST_F(Store, UsesNoFolderThatOthersMayWriteTo) {
   EXPECT_TRUE(fs::is_empty(store_.folder()));
 }
 
-TEST_F(Store, KeepsWhatAKilledProgramLeftAndOneProgramAtATimeWritesIt) {
+TEST_F(Store, PartialFetchSurvivesAndHasOneWriter) {
   const std::vector<std::string> files{SceneWith(R"("file:1")"), mesh_};
   const SceneList list = ListOf(files);
   std::vector<char> piece(kPieceBytes);
@@ -251,7 +251,7 @@ TEST_F(Store, KeepsWhatAKilledProgramLeftAndOneProgramAtATimeWritesIt) {
   EXPECT_TRUE(fs::is_empty(store_.folder()));
 }
 
-TEST_F(Store, RefusesWhatTheDiskHasNoRoomFor) {
+TEST_F(Store, RefusesScenesLargerThanTheDisk) {
   const SceneList list = ListOf({SceneWith(R"("file:1")"), mesh_});
   const Result<UnfinishedScene> scene =
       UnfinishedScene::Open(store_, list, FileDigestOf(Encode(list)),
@@ -261,7 +261,7 @@ TEST_F(Store, RefusesWhatTheDiskHasNoRoomFor) {
   EXPECT_TRUE(fs::is_empty(store_.folder()));
 }
 
-TEST_F(Store, ScenesWhoseUseIsLongestAgoMakeRoom) {
+TEST_F(Store, LeastRecentlyUsedScenesAreEvicted) {
   for (const std::uint32_t content : {1U, 2U, 3U}) {
     const std::vector<std::string> files{SceneWith(R"("file:1")"), NoiseBytes(100'000, content)};
     Result<UnfinishedScene> scene = Open(ListOf(files), 250'000);
@@ -283,7 +283,7 @@ TEST_F(Store, ScenesWhoseUseIsLongestAgoMakeRoom) {
 }
 
 // Two peers have the same files under other names. One of them has a fetched scene.
-TEST_F(Store, AFetchedSceneMakesTheSameListAgain) {
+TEST_F(Store, FetchedSceneReproducesItsList) {
   const fs::path scene = testing::WriteScene(folder_, "scene", {mesh_, NoiseBytes(500, 2), mesh_});
   const std::uint64_t content = testing::ContentOf(scene);
   const std::atomic<bool> stop{false};
@@ -308,7 +308,7 @@ TEST_F(Store, AFetchedSceneMakesTheSameListAgain) {
   EXPECT_EQ(Encode(again->list()), Encode(files->list()));
 }
 
-TEST_F(Store, MeshesThatNameOtherFilesDoNotTravel) {
+TEST_F(Store, MeshesThatNameOtherFilesAreNotShared) {
   const fs::path scene = testing::WriteScene(folder_, "scene", {mesh_});
   std::string text = TextOf(scene);
   text.replace(text.find("mesh 0.stl"), 10, "mesh 0.xyz");

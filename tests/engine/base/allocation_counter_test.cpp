@@ -15,7 +15,7 @@ struct alignas(64) CacheLine {
   char bytes[64];  // NOLINT(modernize-avoid-c-arrays)
 };
 
-TEST(AllocationCounter, SeesEveryWayToTheHeapWhileItLives) {
+TEST(AllocationCounter, CountsEveryKindOfAllocationDuringItsLifetime) {
   const std::vector<int> before(100);
   long counted = 0;
   {

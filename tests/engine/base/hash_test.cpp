@@ -15,7 +15,7 @@ std::uint64_t HashOf(const std::string& text) {
   return hash.value();
 }
 
-TEST(Hash64, IsTheSameEveryTimeAndInWhateverPiecesItComes) {
+TEST(Hash64, IsDeterministicAndIndependentOfChunking) {
   Hash64 in_pieces;
   in_pieces.AddBytes("tan", 3);
   in_pieces.AddBytes("dem", 3);
@@ -35,7 +35,7 @@ TEST(Hash64, DependsOnOrder) {
   EXPECT_NE(HashOf("ab"), HashOf("ba"));
 }
 
-TEST(Hash64, OneBitOfTheInputChangesAboutHalfOfTheOutput) {
+TEST(Hash64, OneInputBitChangesHalfTheOutputBits) {
   Hash64 zero;
   zero.Add(std::uint64_t{0});
   for (unsigned bit = 0; bit < 64; ++bit) {
@@ -45,7 +45,7 @@ TEST(Hash64, OneBitOfTheInputChangesAboutHalfOfTheOutput) {
   }
 }
 
-TEST(Hash64, TellsZeroFromMinusZero) {
+TEST(Hash64, DistinguishesZeroFromNegativeZero) {
   Hash64 plus;
   plus.Add(0.0);
   Hash64 minus;

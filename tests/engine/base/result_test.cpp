@@ -14,7 +14,7 @@ Result<int> Half(int number) {
   return number / 2;
 }
 
-TEST(Result, HasAValueOrTheReasonThereIsNone) {
+TEST(Result, HasAValueOrAnError) {
   const Result<int> good = Half(8);
   ASSERT_TRUE(good);
   EXPECT_TRUE(good.has_value());
@@ -25,7 +25,7 @@ TEST(Result, HasAValueOrTheReasonThereIsNone) {
   EXPECT_EQ(bad.error().what, "7 is odd");
 }
 
-TEST(Result, GivesAwayWhatCanOnlyBeMoved) {
+TEST(Result, SupportsMoveOnlyValues) {
   Result<std::unique_ptr<int>> result(std::make_unique<int>(5));
   const std::unique_ptr<int> taken = *std::move(result);
   ASSERT_NE(taken, nullptr);
@@ -40,7 +40,7 @@ TEST(Result, MayHoldAString) {
   EXPECT_EQ(result.value(), "a value!");
 }
 
-TEST(ResultDeathTest, AskingForWhatIsNotThereIsABug) {
+TEST(ResultDeathTest, AccessToAMissingValueAborts) {
   EXPECT_DEATH(static_cast<void>(Half(7).value()), "check failed");
   EXPECT_DEATH(static_cast<void>(Half(8).error()), "check failed");
 }

@@ -54,7 +54,7 @@ TEST_F(Spatial, RotationByIsTheExponentialOfTheCrossMatrix) {
   }
 }
 
-TEST_F(Spatial, RotationVectorUndoesRotationByFromNothingToNearlyHalfATurn) {
+TEST_F(Spatial, RotationVectorInvertsRotationByBelowHalfATurn) {
   for (const double angle :
        {0.0, 1e-300, 1e-15, 1e-9, 2e-9, 1e-6, 1e-3, 1.0, 3.0, kPi - 1e-3, kPi - 1e-6, kPi - 1e-9}) {
     for (int i = 0; i < 20; ++i) {
@@ -64,7 +64,7 @@ TEST_F(Spatial, RotationVectorUndoesRotationByFromNothingToNearlyHalfATurn) {
   }
 }
 
-TEST_F(Spatial, AtHalfATurnEitherAxisIsRight) {
+TEST_F(Spatial, HalfATurnMayUseEitherAxis) {
   for (int i = 0; i < 20; ++i) {
     const Vec3 axis = Direction();
     const Vec3 a = RotationVector(RotationBy(kPi * axis));
@@ -81,7 +81,7 @@ TEST_F(Spatial, RotationVectorIsTheSameForBothQuaternionsOfARotation) {
   }
 }
 
-TEST_F(Spatial, RotationVectorTakesTheShortWay) {
+TEST_F(Spatial, RotationVectorIsTheShortRotation) {
   const Vec3 axis = Direction();
   EXPECT_LT((RotationVector(RotationBy(1.5 * kPi * axis)) + 0.5 * kPi * axis).norm(), 1e-14);
 }
@@ -103,7 +103,7 @@ TEST_F(Spatial, PosesComposeAsTheirMatricesDo) {
   }
 }
 
-TEST_F(Spatial, APoseAndItsInverseCancel) {
+TEST_F(Spatial, PoseAndItsInverseCancel) {
   for (int i = 0; i < 100; ++i) {
     const Pose X = RandomPose();
     EXPECT_LT(Difference(X * X.Inverse(), Pose{}), 1e-14);
@@ -119,7 +119,7 @@ TEST_F(Spatial, TheCrossMatrixIsTheCrossProduct) {
   }
 }
 
-TEST_F(Spatial, BoundsHoldWhatWasAddedAndOverlapWhereTheyTouch) {
+TEST_F(Spatial, BoundsContainTheirPointsAndTouchingBoundsOverlap) {
   Bounds box;
   EXPECT_TRUE(box.empty());
   EXPECT_EQ(box.size(), Vec3(0, 0, 0));

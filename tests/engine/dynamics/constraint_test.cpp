@@ -119,7 +119,7 @@ TEST(Constraint, DoesNotDriftInAHundredThousandFramesOfShaking) {
   }
 }
 
-TEST(Constraint, EveryTwistIsOneThatKeepsThePoseAllowed) {
+TEST(Constraint, ProjectedTwistsKeepThePoseAllowed) {
   for (const Kind& kind : Kinds()) {
     std::mt19937_64 random(2);
     RigidState state{kFirst, {}};
@@ -139,7 +139,7 @@ TEST(Constraint, EveryTwistIsOneThatKeepsThePoseAllowed) {
 
 // The oracle: a free body with dampers of 1e9 N s/m on every forbidden motion, told by the fault of
 // the pose that the motion leads to.
-TEST(Constraint, ActsLikeDampersWithoutBoundOnWhatItForbids) {
+TEST(Constraint, EqualsUnboundedDampersOnForbiddenMotion) {
   const Inertia brick = HalfBrick();
   for (const Kind& kind : Kinds()) {
     std::mt19937_64 random(3);
@@ -177,7 +177,7 @@ TEST(Constraint, ActsLikeDampersWithoutBoundOnWhatItForbids) {
   }
 }
 
-TEST(Constraint, ThatForbidsNothingChangesNothing) {
+TEST(Constraint, FreeConstraintChangesNothing) {
   std::mt19937_64 random(4);
   Constraint none;
   none.X_WJ0 = {RandomRotation(random), RandomDirection(random)};
@@ -215,7 +215,7 @@ TEST(Constraint, NoPointGoesFartherThanAllowed) {
   }
 }
 
-TEST(Constraint, StandsWhereNoTravelIsLeft) {
+TEST(Constraint, StopsWithoutRemainingTravel) {
   for (const Kind& kind : Kinds()) {
     RigidState state{kFirst, {}};
     EXPECT_EQ(Advance(kind.constraint, state, {Vec3(1, 2, 3), Vec3(1, 2, 3)}, kStep, 0.1, 0.0),
@@ -224,7 +224,7 @@ TEST(Constraint, StandsWhereNoTravelIsLeft) {
   }
 }
 
-TEST(Constraint, WhatIsNoNumberLeavesTheBodyWhereItWas) {
+TEST(Constraint, NonFiniteTwistDoesNotMoveTheBody) {
   for (const Kind& kind : Kinds()) {
     RigidState state{kFirst, {Vec3(1, 0, 0), Vec3(0, 1, 0)}};
     const Vec3 none = Vec3::Constant(std::numeric_limits<double>::quiet_NaN());
@@ -254,7 +254,7 @@ TEST(Constraint, FollowArrivesAndStaysAllowedOnTheWay) {
   }
 }
 
-TEST(Constraint, NearestPoseIsAllowedAndAnAllowedOneIsItsOwn) {
+TEST(Constraint, NearestPoseIsAProjection) {
   std::mt19937_64 random(7);
   for (const Kind& kind : Kinds()) {
     for (int trial = 0; trial < 50; ++trial) {
@@ -293,7 +293,7 @@ TEST(Constraint, NeverAddsEnergy) {
 }
 
 // theta'' = -m g l sin(theta) / (I + m l^2), by Runge and Kutta's method.
-TEST(HingeConstraint, SwingsAsAPendulumAndHalvingTheStepHalvesTheError) {
+TEST(HingeConstraint, SwingsAsAPendulumWithFirstOrderError) {
   const Inertia brick = HalfBrick();
   constexpr double kGravity = 9.81;
   constexpr double kLength = 0.1;
@@ -326,7 +326,7 @@ TEST(HingeConstraint, SwingsAsAPendulumAndHalvingTheStepHalvesTheError) {
 }
 
 // A top about a point, in its own axes: I w' = tau - w x I w, by Runge and Kutta's method.
-TEST(BallConstraint, TumblesAsATopAndHalvingTheStepHalvesTheError) {
+TEST(BallConstraint, MovesAsASpinningTopWithFirstOrderError) {
   const Inertia brick = HalfBrick();
   const Vec3 lever(0.05, -0.02, 0.03);  // to the centre of mass, in B
   const Mat3 about_point = brick.I_B - brick.mass * CrossMatrix(lever) * CrossMatrix(lever);

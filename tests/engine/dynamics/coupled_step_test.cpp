@@ -64,7 +64,7 @@ CrossLoad Touch(Bodies& bodies, std::size_t a, std::size_t b, std::mt19937_64& r
 
 // Bodies 0-1-3 push one another in a triangle, and 2 is not there; one of them turns about a hinge
 // only. All unknowns in one dense matrix, with the forbidden ones left out, say the same.
-TEST(CoupledStep, SolvesWhatOneDenseMatrixSolves) {
+TEST(CoupledStep, MatchesADenseSolve) {
   std::mt19937_64 random(51);
   for (int trial = 0; trial < 100; ++trial) {
     Bodies bodies = RandomBodies(random, 5.0);
@@ -120,7 +120,7 @@ TEST(CoupledStep, SolvesWhatOneDenseMatrixSolves) {
 
 // One body gets the momentum that the other loses, and its moment about W's origin. The bodies do
 // not turn yet, so that I is the same at both ends of the step.
-TEST(CoupledStep, KeepsMomentumAndItsMoment) {
+TEST(CoupledStep, ConservesLinearAndAngularMomentum) {
   std::mt19937_64 random(52);
   for (int trial = 0; trial < 200; ++trial) {
     Bodies bodies = RandomBodies(random, 0.0);

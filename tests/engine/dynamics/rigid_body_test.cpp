@@ -66,7 +66,7 @@ TEST(ImplicitTwist, IsStableForAnyStiffness) {
 }
 
 // A free brick spinning about its middle axis tumbles; its angular momentum stays.
-TEST(ImplicitTwist, KeepsTheAngularMomentumOfATumblingBody) {
+TEST(ImplicitTwist, ConservesTheAngularMomentumOfATumblingBody) {
   const Inertia inertia = Brick();
   const auto momentum = [&](const RigidState& s) -> Vec3 {
     const Vec3 w_B = s.X_WB.q.conjugate() * s.V_WB.w;
@@ -109,7 +109,7 @@ TEST(Advance, NoPointGoesFartherThanAllowed) {
   }
 }
 
-TEST(Advance, LeavesASlowTwistAsItIs) {
+TEST(Advance, SlowTwistIsUnchanged) {
   RigidState state;
   const Twist slow{Vec3(0.1, 0, 0), Vec3(0, 0.2, 0)};
   Advance(state, slow, 1e-3, 0.1, 5e-4);
@@ -136,7 +136,7 @@ TEST(Follow, ArrivesAndNeverGoesTooFast) {
 
 // A twist or a target that is no number leaves the body where it was, at rest. The next sound one
 // moves it again.
-TEST(Advance, WhatIsNoNumberLeavesTheBodyWhereItWas) {
+TEST(Advance, NonFiniteTwistDoesNotMoveTheBody) {
   constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
   constexpr double kInfinite = std::numeric_limits<double>::infinity();
   const Pose X_WB{RotationBy(Vec3(0.1, 0.2, 0.3)), Vec3(0.01, 0.02, 0.03)};

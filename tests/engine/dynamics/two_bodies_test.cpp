@@ -89,7 +89,7 @@ Motion Reference() {
   return RungeKutta(y, RateOf, kFine, static_cast<int>(std::lround(kSeconds / kFine)));
 }
 
-TEST(TwoCoupledBodies, HalvingTheStepHalvesTheErrorOfPlaceAndTurn) {
+TEST(TwoCoupledBodies, HalvingTheStepHalvesPositionAndRotationErrors) {
   const Motion exact = Reference();
   const auto errors = [&](double h) {
     const std::array<RigidState, 2> bodies = Stepped(h);
@@ -116,7 +116,7 @@ TEST(TwoCoupledBodies, HalvingTheStepHalvesTheErrorOfPlaceAndTurn) {
 
 // Springs and dampers within take energy and give none; nothing outside pulls, so the momentum of
 // both together stays.
-TEST(TwoCoupledBodies, KeepTheirMomentum) {
+TEST(TwoCoupledBodies, ConserveMomentum) {
   const auto momentum = [](const std::array<RigidState, 2>& bodies) -> Vec3 {
     return kInertia[0].mass * bodies[0].V_WB.v + kInertia[1].mass * bodies[1].V_WB.v;
   };

@@ -18,7 +18,7 @@ TEST(CouplingLoad, IsZeroAtTheAnchor) {
   EXPECT_NEAR(CouplingLoad(kGains, body, X_BA, {body.X_WB * X_BA, {}}).force.norm(), 0.0, 1e-12);
 }
 
-TEST(CouplingLoad, PullsTheGraspedPlaceToTheAnchor) {
+TEST(CouplingLoad, PullsTheGraspedPointToTheAnchor) {
   const RigidState body;
   const Pose X_BA{Quat::Identity(), Vec3(0.1, 0, 0)};
   const Load load = CouplingLoad(kGains, body, X_BA, {{Quat::Identity(), Vec3(0.1, 0.01, 0)}, {}});
@@ -76,7 +76,7 @@ TEST(CentreCouplingLoad, IsTheCouplingOfTheCentreBitForBit) {
   }
 }
 
-TEST(CouplingLoad, TheMomentStopsGrowingAtHalfATurn) {
+TEST(CouplingLoad, MomentIsBoundedBeyondHalfATurn) {
   const RigidState body;
   for (const double angle : {3.0, 3.13, 3.2, 4.0}) {
     const Anchor anchor{{RotationBy(Vec3(0, 0, angle)), Vec3::Zero()}, {}};

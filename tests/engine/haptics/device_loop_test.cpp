@@ -18,7 +18,7 @@ using testing::HandClock;
 using testing::kPeriod;
 using testing::Link;
 
-TEST(DeviceLoop, TheForceOfATicksInputIsWrittenInThatTick) {
+TEST(DeviceLoop, ForceIsWrittenInTheTickOfItsInput) {
   Link link;
   link.Begin();
   ASSERT_EQ(link.state(), SafetyState::kOn);
@@ -33,7 +33,7 @@ TEST(DeviceLoop, TheForceOfATicksInputIsWrittenInThatTick) {
 }
 
 // The controller is one tick behind now and then: its bell rings for the tick before.
-TEST(DeviceLoop, ARingForAnEarlierTickDoesNotEndTheWaitForThisOne) {
+TEST(DeviceLoop, EarlierTicksNotificationDoesNotEndTheWait) {
   Link link;
   link.stray_ring = true;
   link.Begin();
@@ -45,7 +45,7 @@ TEST(DeviceLoop, ARingForAnEarlierTickDoesNotEndTheWaitForThisOne) {
 }
 
 // An answer that takes 1.25 ms comes in the tick after: it counts, with all the time that it took.
-TEST(DeviceLoop, AnswersThatComeInALaterTickAreCountedWithTheirRealTime) {
+TEST(DeviceLoop, LateAnswersAreCountedWithTheirTrueAge) {
   Link link;
   link.Begin();
   ASSERT_LE(link.loop->times().read_to_write_max_ns, kPeriod);
@@ -59,7 +59,7 @@ TEST(DeviceLoop, AnswersThatComeInALaterTickAreCountedWithTheirRealTime) {
   EXPECT_LE(times.read_to_write_max_ns, 2 * kPeriod);
 }
 
-TEST(DeviceLoop, AHandleIsAsOldAsItsReadBegan) {
+TEST(DeviceLoop, HandleIsTimestampedAtTheStartOfItsRead) {
   Link link;
   link.Begin();
   link.driver.clock = &link.clock;
@@ -72,7 +72,7 @@ TEST(DeviceLoop, AHandleIsAsOldAsItsReadBegan) {
   EXPECT_EQ(link.state(), SafetyState::kDamping);
 }
 
-TEST(DeviceLoop, ASlowDeviceHasTicksAsItCanTakeThem) {
+TEST(DeviceLoop, SlowDeviceSetsTheTickRate) {
   EXPECT_EQ(DeviceLoop::PeriodOf(1000), kPeriod);
   EXPECT_EQ(DeviceLoop::PeriodOf(4000), kPeriod);
   EXPECT_EQ(DeviceLoop::PeriodOf(999.9), kPeriod);
@@ -83,7 +83,7 @@ TEST(DeviceLoop, ASlowDeviceHasTicksAsItCanTakeThem) {
   EXPECT_EQ(DeviceLoop::PeriodOf(-1), kPeriod);
 }
 
-TEST(DeviceLoop, ASlowDevicesForceEndsAndComesBackAsAFastOnes) {
+TEST(DeviceLoop, SlowDeviceFollowsTheSameForceRamps) {
   for (const double rate_hz : {500.0, 250.0}) {
     Link link(rate_hz);
     const auto every = static_cast<int>(link.loop->period_ns() / kPeriod);
@@ -104,7 +104,7 @@ TEST(DeviceLoop, ASlowDevicesForceEndsAndComesBackAsAFastOnes) {
   }
 }
 
-TEST(DeviceLoop, StartReachesTheDriverAndNothingIsGivenBefore) {
+TEST(DeviceLoop, NoForceBeforeStart) {
   Link link;
   link.Ticks(50);
   EXPECT_FALSE(link.driver.started);
@@ -116,7 +116,7 @@ TEST(DeviceLoop, StartReachesTheDriverAndNothingIsGivenBefore) {
   EXPECT_EQ(link.state(), SafetyState::kRamping);
 }
 
-TEST(DeviceLoop, ADeadControllerLeavesDampingAfterFiveMillisecondsAndNothingAfterTwenty) {
+TEST(DeviceLoop, LostControllerMeansDampingAfter5MillisecondsAndNoForceAfter20) {
   Link link;
   link.Begin();
   const double before = link.driver.given.f.x();
@@ -133,7 +133,7 @@ TEST(DeviceLoop, ADeadControllerLeavesDampingAfterFiveMillisecondsAndNothingAfte
   EXPECT_EQ(link.state(), SafetyState::kExpired);
 }
 
-TEST(DeviceLoop, AnOrderIsAsOldAsTheInputThatItAnswers) {
+TEST(DeviceLoop, OrderHasTheAgeOfItsInput) {
   Link link;
   link.Begin();
   // it goes on publishing, always the answer to one tick
@@ -153,7 +153,7 @@ TEST(DeviceLoop, AnOrderIsAsOldAsTheInputThatItAnswers) {
   EXPECT_TRUE(link.driver.given.f.isZero());
 }
 
-TEST(DeviceLoop, ForceComesBackByItselfAfterLatenessOnly) {
+TEST(DeviceLoop, OnlyLatenessRecoversWithoutAPerson) {
   Link link;
   link.Begin();
   link.Ticks(30, false);
@@ -175,7 +175,7 @@ TEST(DeviceLoop, ForceComesBackByItselfAfterLatenessOnly) {
   EXPECT_EQ(link.state(), SafetyState::kOn);
 }
 
-TEST(DeviceLoop, AnEmergencyStopReachesTheMotorInTheSameTick) {
+TEST(DeviceLoop, EmergencyStopReachesTheMotorInTheSameTick) {
   Link link;
   link.force_at_micrometre = 12;
   link.Begin();
@@ -193,7 +193,7 @@ TEST(DeviceLoop, AnEmergencyStopReachesTheMotorInTheSameTick) {
   EXPECT_EQ(link.state(), SafetyState::kOn);
 }
 
-TEST(DeviceLoop, TheControllerIsToldTheLimitsInForce) {
+TEST(DeviceLoop, ControllerReceivesTheActiveLimits) {
   DeviceMemory memory;
   CountingDriver driver;
   driver.can.peak = {std::numeric_limits<double>::quiet_NaN(), 0.7};
@@ -215,7 +215,7 @@ TEST(DeviceLoop, TheControllerIsToldTheLimitsInForce) {
   EXPECT_EQ(can.workspace.min, Vec3(-0.1, -0.2, -0.3));
 }
 
-TEST(DeviceLoop, ADeviceWithoutMotorsIsToldTheForceUpToTheUsersLimit) {
+TEST(DeviceLoop, MotorlessDeviceReceivesTheUserLimitedForce) {
   for (const double users : {5.0, 1.0}) {
     auto memory = std::make_unique<DeviceMemory>();
     CountingDriver driver;
@@ -242,7 +242,7 @@ TEST(DeviceLoop, ADeviceWithoutMotorsIsToldTheForceUpToTheUsersLimit) {
 }
 
 // A handle without motors that heard no force would run ahead of a part that contact holds up.
-TEST(DeviceLoop, TroubleOfADeviceWithoutMotorsTakesNoForceAway) {
+TEST(DeviceLoop, FaultOfAMotorlessDeviceKeepsTheForce) {
   for (const int motors : {0, 6}) {
     Link link(1000, motors);
     link.force_at_micrometre = 1e3;  // more than the limit in any tick

@@ -17,7 +17,7 @@ CouplingGains Some() {
   return gains;
 }
 
-TEST(BorneBy, AGainThatIsNoneLeavesNoSpringAndAnInfiniteOneIsAny) {
+TEST(BorneBy, InvalidGainMeansNoSpringAndInfiniteGainNoLimit) {
   for (const double claimed : {std::numeric_limits<double>::quiet_NaN(), -1.0, 0.0,
                                -std::numeric_limits<double>::infinity()}) {
     DeviceCapabilities can;
@@ -37,7 +37,7 @@ TEST(BorneBy, AGainThatIsNoneLeavesNoSpringAndAnInfiniteOneIsAny) {
   EXPECT_EQ(WhatGainsBecame("it", DeviceCapabilities{}), "");
 }
 
-TEST(Device, CouplingGainsStayWithinWhatItBears) {
+TEST(Device, CouplingGainsStayWithinTheDevicesLimits) {
   const CouplingGains gains{800, 8, Vec3(0.4, 0.2, 0.1).asDiagonal(), 0.004 * Mat3::Identity()};
   const CouplingGains all = BorneBy({}, gains);
   EXPECT_EQ(all.stiffness, 800);

@@ -68,7 +68,7 @@ class GoalDeviceTest : public ::testing::Test {
   GoalDevice device_{orders_};
 };
 
-TEST_F(GoalDeviceTest, WhatWasSaidBeforeThePartWasAskedForDoesNotMoveIt) {
+TEST_F(GoalDeviceTest, OrdersBeforeTheGrabAreIgnored) {
   for (const auto input : {GoalOrder::Input::kPose, GoalOrder::Input::kRate}) {
     Mean(input);
     AskFor(0);
@@ -78,7 +78,7 @@ TEST_F(GoalDeviceTest, WhatWasSaidBeforeThePartWasAskedForDoesNotMoveIt) {
   }
 }
 
-TEST_F(GoalDeviceTest, WhatIsSaidWhileThePartIsBeingTakenCounts) {
+TEST_F(GoalDeviceTest, OrdersDuringTheGrabCount) {
   AskFor(0);
   Mean(GoalOrder::Input::kPose);
   Order(0);
@@ -90,7 +90,7 @@ TEST_F(GoalDeviceTest, WhatIsSaidWhileThePartIsBeingTakenCounts) {
   EXPECT_NEAR(GoalAfter(50), 50 * 1e-4, 2e-4) << "0.1 m/s";
 }
 
-TEST_F(GoalDeviceTest, APartThatTakesAnothersPlaceAtOnceHasAWayOfItsOwn) {
+TEST_F(GoalDeviceTest, ImmediatelyExchangedPartStartsANewPath) {
   Order(0);
   Hold(0);
   Hold(1);
@@ -100,7 +100,7 @@ TEST_F(GoalDeviceTest, APartThatTakesAnothersPlaceAtOnceHasAWayOfItsOwn) {
   EXPECT_EQ(way().body(), 0);
 }
 
-TEST_F(GoalDeviceTest, APartThatComesUnaskedAfterItsWayBackHasAWayOfItsOwn) {
+TEST_F(GoalDeviceTest, UnrequestedPartStartsANewPath) {
   Order(0);
   Hold(0);
   Hold(-1);

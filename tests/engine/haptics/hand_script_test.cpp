@@ -62,7 +62,7 @@ TEST(HandFile, IsReadInFull) {
   EXPECT_EQ(script.pushes[1].F_D_W.tau, Vec3(0, 0, 0.1));
 }
 
-TEST(HandScript, AddsUpThePushesOfATime) {
+TEST(HandScript, SumsSimultaneousPushes) {
   const HandScript script = Script();
   EXPECT_EQ(script.PushAt(0.99).f, Vec3::Zero());
   EXPECT_EQ(script.PushAt(1.01).f, Vec3(5, 0, 0));
@@ -71,7 +71,7 @@ TEST(HandScript, AddsUpThePushesOfATime) {
   EXPECT_EQ(script.PushAt(3.03).f, Vec3::Zero());
 }
 
-TEST(HandFile, ErrorsNameThePlaceAndWhatWasExpected) {
+TEST(HandFile, ErrorsNameThePositionAndTheExpectation) {
   EXPECT_EQ(ErrorAfter("\"for_s\": 2", "\"for_s\": 0"),
             "pushes[1].for_s: expected a number from 0.001 to 1e+06, got 0");
   EXPECT_EQ(ErrorAfter("\"t_s\": 3", "\"t_s\": 2"),
@@ -93,7 +93,7 @@ TEST(HandFile, ErrorsNameThePlaceAndWhatWasExpected) {
             "way_points: unknown key; did you mean waypoints?");
 }
 
-TEST(HandFile, AWaypointWithoutARotationHasNone) {
+TEST(HandFile, WaypointRotationIsOptional) {
   const ScratchFolder folder;
   const Result<HandScript> script = LoadHandScript(folder.Write(
       "hand.json",
@@ -152,14 +152,14 @@ TEST(HandScript, IntendedTwistIsTheRateOfTheIntent) {
   }
 }
 
-TEST(HandScript, TurnsTheShortWayRound) {
+TEST(HandScript, RotatesTheShortWay) {
   HandScript script = Script();
   for (Waypoint& waypoint : script.waypoints) waypoint.q_W.coeffs() *= -1.0;
   script.waypoints[1].q_W.coeffs() *= -1.0;
   EXPECT_NEAR(RotationVector(script.IntentAt(2.5).q_W).z(), M_PI / 4, 1e-9);
 }
 
-TEST(HandFile, NumbersBeyondEveryHandAreRefused) {
+TEST(HandFile, ImplausibleNumbersAreRefused) {
   EXPECT_EQ(ErrorAfter(R"("mass_kg": 0.8)", R"("mass_kg": 1e308)"),
             "hand.mass_kg: expected a number from 1e-06 to 10000, got 1e+308");
   EXPECT_EQ(ErrorAfter(R"("damping_Ns_m": 12)", R"("damping_Ns_m": 1e308)"),

@@ -12,7 +12,7 @@ HandScript Shift() {
   return script;
 }
 
-TEST(PassiveDevice, GoesWhereItsUserMeansWhateverPushesBack) {
+TEST(PassiveDevice, FollowsItsUserRegardlessOfForce) {
   const Pose X_WB0{Quat::Identity(), Vec3(1, 2, 3)};
   PassiveDevice device(Shift(), X_WB0);
   const Wrench push{Vec3(0, 0, 1), Vec3(-12, 3, 0)};

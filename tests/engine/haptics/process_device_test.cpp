@@ -11,7 +11,7 @@ using testing::CountingDriver;
 using testing::HandClock;
 using testing::Link;
 
-TEST(ProcessDevice, TellsInWhichAxesItsHandleMoves) {
+TEST(ProcessDevice, ReportsTheAxesOfItsHandle) {
   for (const bool in_scene : {false, true}) {
     DeviceMemory memory;
     CountingDriver driver;
@@ -26,7 +26,7 @@ TEST(ProcessDevice, TellsInWhichAxesItsHandleMoves) {
   }
 }
 
-TEST(ProcessDevice, ASilentDeviceLeavesTheHandAtRestWhereItWas) {
+TEST(ProcessDevice, SilentDeviceLeavesTheHandAtRest) {
   Link link;
   link.Begin();
   const Vec3 last = link.controller->Read().X_WA.p;

@@ -13,7 +13,7 @@ HandScript Lift() {
   return script;
 }
 
-TEST(ScriptedDevice, RestsAtItsGraspUntilItStarts) {
+TEST(ScriptedDevice, RestsAtItsGraspBeforeTheStart) {
   const Pose X_WB0{RotationBy(Vec3(0.3, 0, 0)), Vec3(1, 2, 3)};
   ScriptedDevice device(Lift(), X_WB0);
   for (int frame = 0; frame < 500; ++frame) device.Render({});
@@ -38,7 +38,7 @@ TEST(ScriptedDevice, ItsClockCountsFrames) {
   EXPECT_NEAR(device.time(), 0.25, 1e-12);
 }
 
-TEST(ScriptedDevice, WithoutWaypointsItStaysWhereItIs) {
+TEST(ScriptedDevice, StaysInPlaceWithoutWaypoints) {
   ScriptedDevice device(HandScript{}, {Quat::Identity(), Vec3(1, 2, 3)});
   device.Start();
   for (int frame = 0; frame < 100; ++frame) device.Render({});
@@ -46,7 +46,7 @@ TEST(ScriptedDevice, WithoutWaypointsItStaysWhereItIs) {
 }
 
 // 5 N for 50 ms on 0.5 kg that nothing holds: 0.5 m/s, whenever the push comes.
-TEST(ScriptedDevice, AKnockGivesTheHandItsMomentum) {
+TEST(ScriptedDevice, KnockGivesItsMomentum) {
   for (const double at : {0.2, 1.0, 20.37}) {
     HandScript script;
     script.impedance = {.mass = 0.5, .damping = 0, .stiffness = 0};
@@ -60,7 +60,7 @@ TEST(ScriptedDevice, AKnockGivesTheHandItsMomentum) {
 }
 
 // A steady push of F moves a hand of stiffness k by F/k.
-TEST(ScriptedDevice, GivesWayToAForceAsItsStiffnessSays) {
+TEST(ScriptedDevice, YieldsByForceOverStiffness) {
   ScriptedDevice device(Lift(), Pose{});
   for (int frame = 0; frame < 5000; ++frame) device.Render({Vec3(0, 0.3, 0), Vec3(3.0, 0, 0)});
   EXPECT_NEAR((device.Read().X_WA.p - Vec3(0.05 + 3.0 / 300.0, 0, 0)).norm(), 0.0, 1e-5);

@@ -37,7 +37,7 @@ Pose Back(WayBack& way, Pose X_WB, double y) {
 
 constexpr int kRoom = static_cast<int>(WayBack::kMost);
 
-TEST(WayBack, LeadsAWayThatThereIsRoomForToItsBeginning) {
+TEST(WayBack, LeadsAStoredPathToItsStart) {
   WayBack way;
   Move(way, 1, 0, kRoom, 0);
   EXPECT_FALSE(way.cut());
@@ -45,7 +45,7 @@ TEST(WayBack, LeadsAWayThatThereIsRoomForToItsBeginning) {
   EXPECT_EQ(way.state(), WayBack::State::kArrived);
 }
 
-TEST(WayBack, OfALongerWayGoesBackAsFarAsItIsKeptAndSaysThatItWasCut) {
+TEST(WayBack, LeadsATruncatedPathToItsOldestPoseAndSaysSo) {
   WayBack way;
   Move(way, 1, 0, 20'000, 0);
   EXPECT_TRUE(way.cut());
@@ -54,7 +54,7 @@ TEST(WayBack, OfALongerWayGoesBackAsFarAsItIsKeptAndSaysThatItWasCut) {
   EXPECT_EQ(way.state(), WayBack::State::kCut);
 }
 
-TEST(WayBack, AfterALongWayIsDroppedAnOlderOneIsForgottenWhereItWasOverwritten) {
+TEST(WayBack, OverwrittenPathIsForgottenAfterALongDrop) {
   WayBack way;
   Move(way, 1, 0, 100, 1);
   Move(way, 2, 0, 20'000, 0);  // over all of the first
@@ -69,7 +69,7 @@ TEST(WayBack, AfterALongWayIsDroppedAnOlderOneIsForgottenWhereItWasOverwritten) 
   EXPECT_EQ(way.state(), WayBack::State::kArrived);
 }
 
-TEST(WayBack, AfterADropAnOlderWayThatIsPartlyOverwrittenIsCut) {
+TEST(WayBack, PartlyOverwrittenPathIsTruncatedAfterADrop) {
   WayBack way;
   Move(way, 1, 0, 10'000, 1);
   Move(way, 2, 0, 10'000, 0);
@@ -82,7 +82,7 @@ TEST(WayBack, AfterADropAnOlderWayThatIsPartlyOverwrittenIsCut) {
 }
 
 // The part goes half the way back and on again. A place that was overwritten once stays forgotten.
-TEST(WayBack, GoingBackAndOnDoesNotBringWhatIsOverwrittenBack) {
+TEST(WayBack, ReturnAndAdvanceDoNotRestoreOverwrittenPoses) {
   WayBack way;
   Move(way, 1, 0, 20'000, 0);
   Pose X_WB = Numbered(19'999, 0);

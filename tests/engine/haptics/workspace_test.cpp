@@ -32,7 +32,7 @@ void Order(Workspace& workspace, const WorkspaceOrder& order) {
   workspace.orders().Publish();
 }
 
-TEST(Workspace, WithoutAnOrderTheHandleIsItself) {
+TEST(Workspace, IsTheIdentityByDefault) {
   PlacedDevice device;
   Workspace workspace(device);
   workspace.Start();
@@ -47,7 +47,7 @@ TEST(Workspace, WithoutAnOrderTheHandleIsItself) {
 }
 
 // While a scene loads or a partner is waited for, the handle may be anywhere when the hand begins.
-TEST(Workspace, BeforeTheHandBeginsTheHandleMovesAlone) {
+TEST(Workspace, HandleMovesAloneBeforeTheHandStarts) {
   PlacedDevice device;
   Workspace workspace(device);
   workspace.Read();
@@ -65,7 +65,7 @@ TEST(Workspace, BeforeTheHandBeginsTheHandleMovesAlone) {
   EXPECT_NEAR(led.X_WA.q.angularDistance(Quat::Identity()), 0, 1e-7);
 }
 
-TEST(Workspace, TheDevicesButtonIsAClutchToo) {
+TEST(Workspace, DeviceButtonActsAsAClutch) {
   PlacedDevice device;
   Workspace workspace(device);
   workspace.Start();
@@ -82,7 +82,7 @@ TEST(Workspace, TheDevicesButtonIsAClutchToo) {
 
 // The clutch is let go of while the part is pressed into contact: the force takes a tenth of a
 // second from nothing.
-TEST(Workspace, TheForceGrowsOnceTheClutchIsLetGoOf) {
+TEST(Workspace, ForceRampsAfterTheClutchIsReleased) {
   PlacedDevice device;
   Workspace workspace(device);
   workspace.Start();
@@ -106,7 +106,7 @@ TEST(Workspace, TheForceGrowsOnceTheClutchIsLetGoOf) {
   EXPECT_NEAR(device.given.f.x(), 10, 1e-9);
 }
 
-TEST(Workspace, TakesAPartWhereItIsToldToAndGoesOnFromThere) {
+TEST(Workspace, GrabsAtTheGivenPointAndContinuesFromIt) {
   PlacedDevice device;
   Workspace workspace(device, {.scale = 10});
   workspace.Start();
@@ -148,7 +148,7 @@ TEST(Workspace, ScalesAndTurnsByTheView) {
   EXPECT_EQ(workspace.capabilities().stiffness, 120);
 }
 
-TEST(Workspace, AClutchLetsTheHandGoBackWhileThePartStays) {
+TEST(Workspace, ClutchMovesTheHandWithoutThePart) {
   PlacedDevice device;
   Workspace workspace(device, {.scale = 2});
   workspace.Start();
@@ -172,7 +172,7 @@ TEST(Workspace, AClutchLetsTheHandGoBackWhileThePartStays) {
 }
 
 // The mapped handle goes no farther in a frame than its hand, whatever is changed, and whenever.
-TEST(Workspace, NoChangeIsAJump) {
+TEST(Workspace, ChangesAreContinuous) {
   PlacedDevice device;
   Workspace workspace(device);
   workspace.Start();
@@ -199,7 +199,7 @@ TEST(Workspace, NoChangeIsAJump) {
   }
 }
 
-TEST(Workspace, RecentringLeadsAHandThatWorksOutsideBackToTheMiddle) {
+TEST(Workspace, RecentringReturnsTheHandToTheCentre) {
   PlacedDevice device;
   Workspace workspace(device, {.recentre = 0.2});
   workspace.Start();

@@ -28,7 +28,7 @@ class FallingDevice : public Device {
   int frame = 0;
 };
 
-TEST(WorkspaceTravel, AScaledHandBeyondTheTravelLimitFeelsTheCouplingAndNothingJumps) {
+TEST(WorkspaceTravel, ScaledHandBeyondTheTravelLimitFeelsSmoothCoupling) {
   // a box of 20 mm, 10 mm above a plate whose top is at -20 mm
   const auto model = testing::MakeWorldModel(
       {{testing::At(testing::Box(Vec3(0.1, 0.1, 0.02)), Vec3(0, 0, -0.03)), true},

@@ -72,7 +72,7 @@ class ResidentVoxelsTest : public ::testing::Test {
   double at_ = 0;
 };
 
-TEST_F(ResidentVoxelsTest, WhatIsAnnouncedComes) {
+TEST_F(ResidentVoxelsTest, AnnouncedPagesAreLoaded) {
   Go(-9.9);
   EXPECT_FALSE(Announce());
   voxels_->WaitUntilThere();
@@ -81,7 +81,7 @@ TEST_F(ResidentVoxelsTest, WhatIsAnnouncedComes) {
   EXPECT_TRUE(reader_->Announce(At(-9.9) + Vec3(0, 500, 0), 20, 0));
 }
 
-TEST_F(ResidentVoxelsTest, WhatIsReadIsNeverGivenUpForOthers) {
+TEST_F(ResidentVoxelsTest, PagesInUseAreNeverEvicted) {
   Go(0);
   Announce();
   voxels_->WaitUntilThere();
@@ -97,7 +97,7 @@ TEST_F(ResidentVoxelsTest, WhatIsReadIsNeverGivenUpForOthers) {
   }
 }
 
-TEST_F(ResidentVoxelsTest, NothingThatMayBeReadGoesHoweverMuchIsAskedFor) {
+TEST_F(ResidentVoxelsTest, ReadablePagesAreNeverEvicted) {
   Go(0);
   std::vector<double> there;
   for (int round = 0; round < 4; ++round) {
@@ -112,7 +112,7 @@ TEST_F(ResidentVoxelsTest, NothingThatMayBeReadGoesHoweverMuchIsAskedFor) {
   EXPECT_LT(there.size(), 190U) << "all of them have room";
 }
 
-TEST_F(ResidentVoxelsTest, WhatWasAHintIsUrgentOnceItIsAnnounced) {
+TEST_F(ResidentVoxelsTest, AnnouncementMakesAHintUrgent) {
   Go(-9.9);
   pages_->Close();
   pages_->Take(std::chrono::milliseconds(5));
@@ -133,7 +133,7 @@ TEST_F(ResidentVoxelsTest, WhatWasAHintIsUrgentOnceItIsAnnounced) {
   EXPECT_LE(at, 1) << "more came before it than the one that was under way";
 }
 
-TEST_F(ResidentVoxelsTest, ARestingReaderKeepsNothing) {
+TEST_F(ResidentVoxelsTest, IdleReaderKeepsNoPages) {
   wide_->MoveTo({}, 0);
   for (double x = -9.9; x < 9.9; x += 0.05) wide_->Announce(At(x), 10, 0);
   voxels_->WaitUntilThere();
@@ -145,7 +145,7 @@ TEST_F(ResidentVoxelsTest, ARestingReaderKeepsNothing) {
   EXPECT_TRUE(ComesSoon());
 }
 
-TEST_F(ResidentVoxelsTest, FindsThePagesThatMayGoAmongThoseThatMayNot) {
+TEST_F(ResidentVoxelsTest, FindsEvictablePagesAmongPinnedOnes) {
   // all are as near to a shell as long as the bar
   reader_->Leave();
   wide_->MoveTo({}, 0);
@@ -186,7 +186,7 @@ TEST_F(ResidentVoxelsTest, FarPagesMakeRoomForNearOnes) {
   EXPECT_LE(voxels_->bytes(), VoxelArena::FixedBytes(whole_outline()) + (1U << 20U));
 }
 
-TEST_F(ResidentVoxelsTest, TellsWhyNothingComes) {
+TEST_F(ResidentVoxelsTest, ReportsWhyPagesAreMissing) {
   pages_->Break();
   Go(1);
   EXPECT_FALSE(Announce());

@@ -10,7 +10,7 @@
 namespace tandem {
 namespace {
 
-TEST(SlowPages, TakeTheTimeOfTheirBytes) {
+TEST(SlowPages, DelayIsProportionalToSize) {
   const Result<Voxmap> whole = Voxelize(testing::Sphere(0.5, 4), {.voxel_size = 0.006});
   ASSERT_TRUE(whole);
   const auto pages = std::make_shared<const testing::GatedPages>(*whole);

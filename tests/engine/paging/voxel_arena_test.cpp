@@ -45,7 +45,7 @@ std::size_t Differences(const Voxmap& whole, const Voxmap& part, std::uint32_t r
   return differences;
 }
 
-TEST(VoxelArena, ReadsAsTheWholeMapWhateverCameAndWentBefore) {
+TEST(VoxelArena, ReadsAsTheWholeMapAfterAnyHistory) {
   for (const auto& [range, bits] : {std::pair{1, 2}, {8, 4}, {16, 8}}) {
     const Voxmap whole = Ball({.voxel_size = 0.006, .range = range, .bits = bits});
     const GatedPages pages(whole);
@@ -78,7 +78,7 @@ TEST(VoxelArena, ReadsAsTheWholeMapWhateverCameAndWentBefore) {
   }
 }
 
-TEST(VoxelArena, TellsChunksApartWithoutAnyPage) {
+TEST(VoxelArena, ClassifiesChunksWithoutPages) {
   const Voxmap whole = Ball({.voxel_size = 0.006});
   const GatedPages pages(whole);
   const VoxelArena arena(pages.outline(), 1);
@@ -95,7 +95,7 @@ TEST(VoxelArena, TellsChunksApartWithoutAnyPage) {
   }
 }
 
-TEST(VoxelArena, PutsNothingWhereThereIsTooLittleRoom) {
+TEST(VoxelArena, RefusesPagesBeyondItsCapacity) {
   const Voxmap whole = Ball({.voxel_size = 0.006});
   const GatedPages pages(whole);
   std::uint32_t record = 2;

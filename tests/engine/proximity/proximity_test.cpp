@@ -70,7 +70,7 @@ void ExpectWithin(const char* shape, const Stated& stated, const Errors& errors)
   EXPECT_LE(errors.most, stated.most);
 }
 
-TEST(VoxelGradient, OfASphereIsWithinItsStatedAngle) {
+TEST(VoxelGradient, IsWithinItsStatedAngleOnASphere) {
   const double radius = 0.025;
   const ProximityShape sphere = ShapeOf(At(Sphere(radius, 5), kOff));
   std::mt19937_64 random(3);
@@ -88,7 +88,7 @@ TEST(VoxelGradient, OfASphereIsWithinItsStatedAngle) {
 }
 
 // The worst of it is beside the edges, where voxels of two faces and of the edge have their say.
-TEST(VoxelGradient, OfATurnedBoxIsWithinItsStatedAngle) {
+TEST(VoxelGradient, IsWithinItsStatedAngleOnARotatedBox) {
   const Vec3 half(0.02, 0.015, 0.01);
   std::mt19937_64 random(4);
   for (const Stated& stated :
@@ -110,7 +110,7 @@ TEST(VoxelGradient, OfATurnedBoxIsWithinItsStatedAngle) {
   }
 }
 
-TEST(VoxelGradient, PointsOutwardsFromWithinToo) {
+TEST(VoxelGradient, PointsOutwardsInsideABody) {
   const ProximityShape box = ShapeOf(At(Box(Vec3(0.04, 0.03, 0.02)), kOff));
   for (const double depth : {0.2, 0.6, 1.1, 3.0, 6.0}) {
     const Vec3 p = kOff + Vec3(0.002, 0.001, 0.01 - depth * kProximityVoxel);
@@ -125,7 +125,7 @@ TEST(VoxelGradient, IsZeroBeyondTheRange) {
 
 // Sphere against turned box: the exact distance is that of the centre less the radius, which the
 // sphere's triangles miss by less than 0.001 radii.
-TEST(ProximityPair, ThePrecisionItStatesHoldsForSphereAndBoxAtAnyDistance) {
+TEST(ProximityPair, StatedErrorHoldsForSphereAndBox) {
   const double radius = 0.02;
   const double facets = 1e-3 * radius;
   const Vec3 half(0.03, 0.02, 0.012);
@@ -175,7 +175,7 @@ TEST(ProximityPair, ThePrecisionItStatesHoldsForSphereAndBoxAtAnyDistance) {
   EXPECT_LE(worst_refined, facets);
 }
 
-TEST(ProximityPair, TakesBothBodiesDisplacements) {
+TEST(ProximityPair, AppliesBothDisplacements) {
   const ProximityShape left = ShapeOf(At(Box(Vec3(0.02, 0.02, 0.02)), Vec3(-0.05, 0, 0) + kOff));
   const ProximityShape right = ShapeOf(At(Box(Vec3(0.02, 0.02, 0.02)), Vec3(0.05, 0, 0) + kOff));
   ProximityPair pair(left, right);
@@ -189,7 +189,7 @@ TEST(ProximityPair, TakesBothBodiesDisplacements) {
   EXPECT_LT((near.gradient_B + Vec3::UnitX()).norm(), 1e-6);
 }
 
-TEST(ProximityPair, SaysZeroWhereSurfacesCrossAndWhereABodyLiesWithinAnother) {
+TEST(ProximityPair, OverlappingAndContainedBodiesHaveZeroDistance) {
   const ProximityShape big = ShapeOf(At(Box(Vec3(0.06, 0.06, 0.06)), kOff));
   const ProximityShape small = ShapeOf(At(Box(Vec3(0.01, 0.01, 0.01)), kOff));
   ProximityPair pair(small, big);
@@ -227,7 +227,7 @@ TEST(ProximityPair, BodiesAFractionOfAVoxelApartDoNotOverlap) {
 
 // The ball is as near to the wall from within. Surfaces that do not cross are no sign that the
 // bodies are apart.
-TEST(ProximityPair, ABodyJustWithinAnothersWallOverlaps) {
+TEST(ProximityPair, BodyJustInsideAWallOverlaps) {
   std::mt19937_64 random(9);
   for (int i = 0; i < 20; ++i) {
     const Quat q = RandomRotation(random);
@@ -241,7 +241,7 @@ TEST(ProximityPair, ABodyJustWithinAnothersWallOverlaps) {
   }
 }
 
-TEST(ProximityPair, AnEmptyBodyIsInfinitelyFar) {
+TEST(ProximityPair, EmptyBodyIsInfinitelyFar) {
   const ProximityShape box = ShapeOf(Box(Vec3(0.01, 0.01, 0.01)));
   const ProximityShape none;
   EXPECT_EQ(ProximityPair(box, none).Nearest(Pose{}).distance,
@@ -251,7 +251,7 @@ TEST(ProximityPair, AnEmptyBodyIsInfinitelyFar) {
 
 // Parallel sheets of many triangles leave everything in question: the search ends all the same, and
 // what it states still holds.
-TEST(ProximityPair, WhatASearchCutShortStatesStillHolds) {
+TEST(ProximityPair, StatedErrorHoldsForATruncatedSearch) {
   const ProximityShape outer = ShapeOf(At(Sphere(0.03, 5), kOff));
   const ProximityShape inner = ShapeOf(At(Sphere(0.025, 5), kOff));
   ProximityPair pair(outer, inner);  // the outer sphere's points are not inside the inner one
@@ -307,7 +307,7 @@ TEST(Shadow, IsEverySurfaceVoxelWithinTheDistanceAndNoOther) {
   }
 }
 
-TEST(LowerDistances, AreWithinWhatIsStatedOfTheExactOnes) {
+TEST(LowerDistances, AreWithinTheStatedErrorOfExactDistances) {
   const Vec3 half(0.02, 0.015, 0.01);
   std::mt19937_64 random(9);
   const Quat q = RandomRotation(random);
@@ -347,7 +347,7 @@ TEST(LowerDistances, AreWithinWhatIsStatedOfTheExactOnes) {
   }
 }
 
-TEST(ProximityColour, IsWarmNearColdFarAndOneColourBeyondTheRange) {
+TEST(ProximityColour, IsWarmNearColdFarAndConstantBeyondTheRange) {
   const auto warmth = [](double distance) {
     const std::array<float, 3> colour = ProximityColour(distance, 0.008);
     return colour[0] - colour[2];
@@ -360,7 +360,7 @@ TEST(ProximityColour, IsWarmNearColdFarAndOneColourBeyondTheRange) {
             ProximityColour(0.008, 0.008));
 }
 
-TEST(Proximity, NoCallAllocates) {
+TEST(Proximity, AllocatesNothing) {
   const ProximityShape plate = ShapeOf(At(Box(Vec3(0.1, 0.08, 0.01)), kOff));
   const ProximityShape body = ShapeOf(At(Sphere(0.01, 3), kOff));
   ProximityPair pair(body, plate);

@@ -42,7 +42,7 @@ class TwoMovingParts : public ::testing::Test {
   std::vector<Pose> X_W_ = std::vector<Pose>(4);  // one for each body
 };
 
-TEST_F(TwoMovingParts, AreOneFixtureAndAPartForEachMovingBody) {
+TEST_F(TwoMovingParts, FormOneFixtureAndOnePartPerMovingBody) {
   ASSERT_EQ(parts_->size(), 3U);
   EXPECT_EQ((*parts_)[kFixture].name, "fixture");
   EXPECT_TRUE((*parts_)[kFixture].fixed);
@@ -54,7 +54,7 @@ TEST_F(TwoMovingParts, AreOneFixtureAndAPartForEachMovingBody) {
 }
 
 // The lowest point of a ball 20 voxels off is in sight of a range of 30 voxels and not of 8.
-TEST_F(TwoMovingParts, ColoursReachAsFarAsTheRange) {
+TEST_F(TwoMovingParts, ColoursEndAtTheRange) {
   const std::vector<ProximityBody> bodies{
       {"plate", true, Box(Vec3(0.2, 0.2, 0.01))},
       {"ball", false, At(Sphere(0.01, 4), Vec3(0, 0, 0.005 + 20 * kSceneVoxel + 0.01))}};
@@ -76,7 +76,7 @@ TEST_F(TwoMovingParts, ColoursReachAsFarAsTheRange) {
   }
 }
 
-TEST_F(TwoMovingParts, TheNearestOfAllIsToldWithItsPointsInW) {
+TEST_F(TwoMovingParts, NearestPairIsReportedWithPointsInTheWorldFrame) {
   SceneProximity scene(parts_);
   const SceneNearness first = scene.Nearest(X_W_);
   EXPECT_EQ(first.part, kBall);
@@ -96,7 +96,7 @@ TEST_F(TwoMovingParts, TheNearestOfAllIsToldWithItsPointsInW) {
   EXPECT_LT((then.p_WOther - Vec3(0.015, 0, 0.1)).norm(), 1e-3);
 }
 
-TEST_F(TwoMovingParts, APairIsSeenFromEitherSide) {
+TEST_F(TwoMovingParts, PairIsReportedFromBothSides) {
   SceneProximity scene(parts_);
   X_W_[1].p = Vec3(0, 0, 0.07);
   X_W_[3].p = Vec3(-0.055, 0, 0);
@@ -113,7 +113,7 @@ TEST_F(TwoMovingParts, APairIsSeenFromEitherSide) {
 }
 
 // The search looks for the smaller body inside the larger, whichever comes first.
-TEST_F(TwoMovingParts, ABallDeepWithinTheBlockOverlapsIt) {
+TEST_F(TwoMovingParts, ContainedBallOverlaps) {
   SceneProximity scene(parts_);
   X_W_[1].p = Vec3(0.09, 0, 0.07);
   EXPECT_TRUE(scene.NearestTo(kBall, X_W_).overlap);
@@ -121,7 +121,7 @@ TEST_F(TwoMovingParts, ABallDeepWithinTheBlockOverlapsIt) {
   EXPECT_EQ(scene.Nearest(X_W_).distance, 0);
 }
 
-TEST_F(TwoMovingParts, DistancesAreFromWhateverIsNearest) {
+TEST_F(TwoMovingParts, DistanceIsToTheNearestBody) {
   const SceneProximity scene(parts_);
   const std::vector<std::array<float, 3>> points{
       {0.0F, 0.0F, 0.02F}, {0.01F, 0.0F, 0.03F}, {0.0F, 0.0F, 0.04F}};
@@ -137,7 +137,7 @@ TEST_F(TwoMovingParts, DistancesAreFromWhateverIsNearest) {
   EXPECT_EQ(distances[2], std::numeric_limits<float>::infinity());
 }
 
-TEST_F(TwoMovingParts, TheShadowLiesOnTheFixtureUnderEachOfThem) {
+TEST_F(TwoMovingParts, ShadowLiesOnTheFixtureUnderEachPart) {
   SceneProximity scene(parts_);
   X_W_[1].p = Vec3(0.01, 0, -0.017);    // 3 mm above the plate, at x = 0.01
   X_W_[3].p = Vec3(-0.15, 0, -0.0765);  // 3.5 mm above it, at x = -0.06
@@ -160,7 +160,7 @@ TEST_F(TwoMovingParts, TheShadowLiesOnTheFixtureUnderEachOfThem) {
   EXPECT_EQ(capped.written, 100U);
 }
 
-TEST_F(TwoMovingParts, NoCallAllocates) {
+TEST_F(TwoMovingParts, QueriesAllocateNothing) {
   SceneProximity scene(parts_);
   std::vector<Vec3> centres(100);
   const std::vector<std::array<float, 3>> points(10, {0.0F, 0.0F, 0.02F});
@@ -174,7 +174,7 @@ TEST_F(TwoMovingParts, NoCallAllocates) {
   EXPECT_GT(count.found, 0U);
 }
 
-TEST(SceneProximity, ABodyMergedWithAnotherIsPartOfItAndMovesWithIt) {
+TEST(SceneProximity, MergedBodyMovesWithItsWhole) {
   // a knob that stands 2 cm out of a block towards the plate; it is listed before the block
   Result<std::vector<ProximityPart>> parts =
       MakeProximityParts({{"knob", false, At(Box(Vec3(0.01, 0.01, 0.03)), Vec3(0, 0, 0.065)), 1},
@@ -192,7 +192,7 @@ TEST(SceneProximity, ABodyMergedWithAnotherIsPartOfItAndMovesWithIt) {
   EXPECT_NEAR(scene.Nearest(X_W).distance, 0.03, 1e-9);
 }
 
-TEST(SceneProximity, OfOneBodyAloneHasNothingToBeNearTo) {
+TEST(SceneProximity, SingleBodyHasNoDistance) {
   Result<std::vector<ProximityPart>> parts =
       MakeProximityParts({{"ball", false, Sphere(0.01, 2)}}, kSceneVoxel, kDefaultRange, GoOn);
   ASSERT_TRUE(parts.has_value());
@@ -203,7 +203,7 @@ TEST(SceneProximity, OfOneBodyAloneHasNothingToBeNearTo) {
   EXPECT_EQ(scene.Shadow(X_W, 1, {}).found, 0U);
 }
 
-TEST(SceneProximity, SaysWhichPartCannotBeVoxelizedAndGivesUpWhenAsked) {
+TEST(SceneProximity, ReportsUnvoxelizablePartsAndCanBeCancelled) {
   const std::vector<ProximityBody> bodies{{"plate", true, Box(Vec3(0.1, 0.1, 0.1))},
                                           {"nothing", false, {}}};
   const auto bad = MakeProximityParts(bodies, kSceneVoxel, kDefaultRange, GoOn);

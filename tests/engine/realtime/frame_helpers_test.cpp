@@ -28,7 +28,7 @@ struct Marks {
   mutable std::atomic<int> wrong{0};
 };
 
-TEST(FrameHelpers, DoEveryPlaceOnceWhateverTheCountAndThePiece) {
+TEST(FrameHelpers, EveryItemIsProcessedOnce) {
   FrameHelpers helpers(kFour);
   for (const std::size_t count : {0U, 1U, 7U, 128U, 129U, 1000U, 4096U}) {
     for (const std::size_t piece : {1U, 3U, 128U, 5000U}) {
@@ -43,7 +43,7 @@ TEST(FrameHelpers, DoEveryPlaceOnceWhateverTheCountAndThePiece) {
   }
 }
 
-TEST(FrameHelpers, OneThreadDoesAllItself) {
+TEST(FrameHelpers, SingleThreadProcessesEverything) {
   FrameHelpers helpers({.threads = 1, .priority = 0});
   EXPECT_EQ(helpers.threads(), 1);
   EXPECT_EQ(helpers.CpuNs(), 0);
@@ -80,7 +80,7 @@ TEST(FrameHelpers, LoseNothingInAHundredThousandPosts) {
 }
 
 // The caller leaves the last pieces to the helpers, which take their time.
-TEST(FrameHelpers, AreWaitedForWhenTheyAreSlow) {
+TEST(FrameHelpers, SlowHelpersAreAwaited) {
   FrameHelpers helpers(kFour);
   if (helpers.threads() == 1) GTEST_SKIP() << "one processor";
   for (int frame = 0; frame < 20; ++frame) {
@@ -118,7 +118,7 @@ TEST(FrameHelpers, StartAndStopWithAndWithoutWork) {
   }
 }
 
-TEST(FrameHelpers, NobodyIsNeededWhoDoesNotCome) {
+TEST(FrameHelpers, MissingHelpersAreNotNeeded) {
   // not summoned: the caller does all that it shares
   FrameHelpers helpers(kFour);
   Marks marks(500);
@@ -128,7 +128,7 @@ TEST(FrameHelpers, NobodyIsNeededWhoDoesNotCome) {
   EXPECT_EQ(marks.wrong.load(), 0);
 }
 
-TEST(FrameHelpers, AFrameOfTheCallerAllocatesNothing) {
+TEST(FrameHelpers, CallersFrameAllocatesNothing) {
   FrameHelpers helpers(kFour);
   std::vector<int> out(1000, 0);
   const testing::AllocationCounter allocations;

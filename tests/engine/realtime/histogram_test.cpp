@@ -24,7 +24,7 @@ std::int64_t ExactQuantile(const std::vector<std::int64_t>& sorted, double q) {
   return sorted[static_cast<std::size_t>(std::max(rank, 1.0)) - 1];
 }
 
-TEST(Histogram, QuantilesAreWithinTwoPercentOfASort) {
+TEST(Histogram, QuantilesMatchASortWithinTwoPercent) {
   std::mt19937_64 random(1);
   std::lognormal_distribution<double> microseconds(std::log(40e3), 2.0);
   std::uniform_int_distribution<std::int64_t> anything(0, std::numeric_limits<std::int64_t>::max());

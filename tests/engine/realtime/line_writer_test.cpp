@@ -56,7 +56,7 @@ TEST(LineWriter, WritesLinesInOrder) {
   EXPECT_EQ(writer.dropped(), 0U);
 }
 
-TEST(LineWriter, APipeThatNobodyReadsHoldsUpNobodyAndWhatFindsNoRoomIsCounted) {
+TEST(LineWriter, BlockedPipeDelaysNoCallerAndDropsAreCounted) {
   const Pipe pipe;
   const int room = fcntl(pipe.writer(), F_SETPIPE_SZ, 4096);
   ASSERT_GE(room, 4096);
@@ -80,7 +80,7 @@ TEST(LineWriter, APipeThatNobodyReadsHoldsUpNobodyAndWhatFindsNoRoomIsCounted) {
   }
 }
 
-TEST(LineWriter, AReaderThatHasGoneIsNoFault) {
+TEST(LineWriter, ClosedReaderIsNoError) {
   Pipe pipe;
   LineWriter& writer = WriterOf(pipe.writer());
   pipe.CloseReader();

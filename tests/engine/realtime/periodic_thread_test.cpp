@@ -49,7 +49,7 @@ struct Loop {
   }
 };
 
-TEST(RunPeriodically, TellsAfterEachFrameWhatItTook) {
+TEST(RunPeriodically, ReportsEachFramesTime) {
   Loop loop;
   std::vector<std::int64_t> told;
   RunPeriodically(
@@ -87,7 +87,7 @@ TEST(RunPeriodically, StartsEachFrameAtItsDeadline) {
   EXPECT_EQ(loop.stats.lateness().max(), 0);
 }
 
-TEST(RunPeriodically, SkipsWhatALongFrameMissedAndKeepsToItsGrid) {
+TEST(RunPeriodically, SkipsMissedDeadlinesAndKeepsItsGrid) {
   Loop loop;
   std::vector<std::int64_t> starts;
   loop.Run([&](std::int64_t frame, std::int64_t now_ns) {
@@ -102,7 +102,7 @@ TEST(RunPeriodically, SkipsWhatALongFrameMissedAndKeepsToItsGrid) {
   EXPECT_EQ(loop.stats.missed(), 3U);
 }
 
-TEST(RunPeriodically, ALateWakingIsLatenessAndCostsNoDeadlineWhileTheFrameStillEndsInTime) {
+TEST(RunPeriodically, LateWakeUpMissesNoDeadlineIfTheFrameEndsInTime) {
   Loop loop;
   loop.clock.set_wake_late(400'000);
   std::vector<std::int64_t> starts;
@@ -116,7 +116,7 @@ TEST(RunPeriodically, ALateWakingIsLatenessAndCostsNoDeadlineWhileTheFrameStillE
   EXPECT_EQ(loop.stats.lateness().max(), 400'000);
 }
 
-TEST(RunPeriodically, AWakingLaterThanAPeriodRunsOneFrameOnly) {
+TEST(RunPeriodically, WakeUpLaterThanAPeriodRunsOneFrame) {
   Loop loop;
   std::vector<std::int64_t> starts;
   loop.clock.set_wake_late(2'500'000);
@@ -131,7 +131,7 @@ TEST(RunPeriodically, AWakingLaterThanAPeriodRunsOneFrameOnly) {
   EXPECT_EQ(loop.stats.lateness().max(), 2'500'000);
 }
 
-TEST(RunPeriodically, FramesAndMissedTogetherAreTheDeadlinesThatPassed) {
+TEST(RunPeriodically, FramesPlusMissedEqualElapsedDeadlines) {
   Loop loop;
   std::int64_t end = 0;
   loop.Run([&](std::int64_t frame, std::int64_t) {
@@ -145,7 +145,7 @@ TEST(RunPeriodically, FramesAndMissedTogetherAreTheDeadlinesThatPassed) {
             static_cast<std::uint64_t>((end - loop.start) / kPeriod));
 }
 
-TEST(RunPeriodically, TheFlagEndsItBeforeTheNextFrame) {
+TEST(RunPeriodically, StopFlagEndsItBeforeTheNextFrame) {
   Loop loop;
   loop.Run([&](std::int64_t frame, std::int64_t) {
     if (frame == 4) loop.stop = true;
@@ -154,7 +154,7 @@ TEST(RunPeriodically, TheFlagEndsItBeforeTheNextFrame) {
   EXPECT_EQ(loop.stats.frames(), 5U);
 }
 
-TEST(RunPeriodically, AThousandFramesAllocateNothing) {
+TEST(RunPeriodically, FramesAllocateNothing) {
   Loop loop;
   std::int64_t sum = 0;
   const PeriodicFrame frame = [&](std::int64_t number, std::int64_t) {
@@ -168,7 +168,7 @@ TEST(RunPeriodically, AThousandFramesAllocateNothing) {
   EXPECT_EQ(sum, 999 * 1000 / 2);
 }
 
-TEST(RunPeriodically, KeepsItsDistanceFromAnOriginLongAgoOrStillToCome) {
+TEST(RunPeriodically, KeepsItsPhaseForAnyOrigin) {
   for (const std::int64_t offset : {-7 * kPeriod + 250'000, std::int64_t{250'000}}) {
     Loop loop;
     loop.origin = loop.start + offset;
@@ -184,7 +184,7 @@ TEST(RunPeriodically, KeepsItsDistanceFromAnOriginLongAgoOrStillToCome) {
   }
 }
 
-TEST(PeriodicThread, RunsFramesInOrderOnTheMonotonicClockUntilAFrameSaysEnough) {
+TEST(PeriodicThread, RunsFramesInOrderUntilAFrameStops) {
   std::vector<std::int64_t> numbers;
   std::vector<std::int64_t> starts;
   const std::int64_t before = MonotonicNowNs();
@@ -219,7 +219,7 @@ TEST(PeriodicThread, StopEndsAnEndlessLoop) {
   EXPECT_GE(thread.stats().frames(), 3U);
 }
 
-TEST(PeriodicThread, AFrameOnTheMachinesClockAllocatesNothing) {
+TEST(PeriodicThread, FrameOnTheMachinesClockAllocatesNothing) {
   long allocated = -1;
   std::optional<testing::AllocationCounter> allocations;
   PeriodicThread thread({.period_ns = 20'000, .priority = 0},

@@ -77,11 +77,11 @@ bool Expect(bool holds, const char* claim) {
   std::_Exit(as_expected ? 0 : 1);
 }
 
-TEST(EnterRealtime, TellsWhatTheKernelGranted) {
+TEST(EnterRealtime, ReportsWhatTheKernelGranted) {
   EXPECT_EXIT(EnterAndCompareWithTheKernel(), ExitedWithCode(0), "");
 }
 
-TEST(EnterRealtime, WithoutRightsSaysSoAndLeavesMemoryUsable) {
+TEST(EnterRealtime, MissingRightsAreReportedAndMemoryStaysUsable) {
   EXPECT_EXIT(EnterWithoutRights(), ExitedWithCode(0), "");
 }
 
@@ -95,7 +95,7 @@ TEST(RealtimeWarning, IsEmptyWhenAllWasGranted) {
   EXPECT_EQ(RealtimeWarning(all, 30, "ann"), "");
 }
 
-TEST(RealtimeWarning, NamesWhatIsLackingAndTheLinesThatMendIt) {
+TEST(RealtimeWarning, NamesMissingRightsAndTheirRemedy) {
   RealtimeStatus status{.fifo = false,
                         .priority = 0,
                         .timer_slack = true,

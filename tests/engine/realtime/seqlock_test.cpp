@@ -17,7 +17,7 @@ struct Numbers {
   std::array<std::uint64_t, 13> n{};
 };
 
-TEST(Seqlock, GivesNothingBeforeTheFirstWriteAndTheNewestAfter) {
+TEST(Seqlock, IsEmptyBeforeTheFirstWriteThenNewest) {
   Seqlock<Numbers> shared;
   Numbers read;
   read.n[0] = 77;
@@ -32,7 +32,7 @@ TEST(Seqlock, GivesNothingBeforeTheFirstWriteAndTheNewestAfter) {
   EXPECT_EQ(read.n[12], 4U);
 }
 
-TEST(Seqlock, NoReaderSeesHalfAValue) {
+TEST(Seqlock, ReadersNeverSeeATornValue) {
   Seqlock<Numbers> shared;
   std::atomic<bool> end{false};
   std::thread writer([&] {
@@ -61,7 +61,7 @@ TEST(Seqlock, NoReaderSeesHalfAValue) {
 }
 
 // A writer that dies within a write leaves the counter odd.
-TEST(Seqlock, AReaderOfADeadWriterGoesWithout) {
+TEST(Seqlock, ReaderOfADeadWriterGetsNothing) {
   Seqlock<Numbers> shared;
   Numbers written;
   written.n.fill(1);
@@ -77,7 +77,9 @@ TEST(Bell, EndsAWaitByRingingOrByTime) {
   Bell bell;
   const std::uint32_t seen = bell.rings();
   EXPECT_FALSE(bell.WaitBeyond(seen, MonotonicNowNs() + 2'000'000, 100'000));
-  std::thread ringer([&] { bell.Ring(); });
+  std::thread ringer([&] {
+    bell.Ring();
+  });
   EXPECT_TRUE(bell.WaitBeyond(seen, MonotonicNowNs() + 10'000'000'000, 0));
   ringer.join();
   EXPECT_TRUE(bell.WaitBeyond(seen, 0, 0));

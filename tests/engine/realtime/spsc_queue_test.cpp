@@ -41,7 +41,7 @@ TEST(SpscQueue, HoldsItsCapacityAndNoMore) {
   }
 }
 
-TEST(SpscQueue, ShowsTheOldestWithoutTakingIt) {
+TEST(SpscQueue, PeeksAtTheOldest) {
   SpscQueue<int> queue(2);
   EXPECT_EQ(queue.Front(), nullptr);
   queue.TryPush(1);

@@ -13,7 +13,7 @@ struct Snapshot {
   std::array<std::uint64_t, 8> copies{};  // all equal unless torn
 };
 
-TEST(TripleBuffer, ReadsTheNewestAndThenTheSameAgain) {
+TEST(TripleBuffer, KeepsTheNewestValue) {
   TripleBuffer<int> buffer;
   EXPECT_EQ(buffer.Read(), 0);
   for (const int value : {1, 2, 3}) {
@@ -28,7 +28,7 @@ TEST(TripleBuffer, ReadsTheNewestAndThenTheSameAgain) {
   EXPECT_EQ(buffer.Read(), 4);
 }
 
-TEST(TripleBuffer, IsNeverTornAndNeverGoesBackBetweenTwoThreads) {
+TEST(TripleBuffer, IsNeverTornAndMonotonicBetweenTwoThreads) {
   constexpr std::uint64_t kCount = 300'000;
   TripleBuffer<Snapshot> buffer;
   std::thread writer([&buffer] {

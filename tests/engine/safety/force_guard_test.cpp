@@ -23,7 +23,7 @@ ForceGuard Warm(const DeviceLimits& limits = {}) {
   return guard;
 }
 
-TEST(ForceGuard, LetsOrdinaryForcesThroughAsTheyAre) {
+TEST(ForceGuard, OrdinaryForcesPassUnchanged) {
   ForceGuard guard = Warm();
   for (int i = 0; i < 1000; ++i) {
     const Wrench wanted{Vec3(0.2 * std::sin(0.01 * i), 0, 0.1), Vec3(0, 8 * std::sin(0.01 * i), 1)};
@@ -39,7 +39,7 @@ TEST(ForceGuard, LetsOrdinaryForcesThroughAsTheyAre) {
   EXPECT_EQ(guard.frames(), 1000U + ForceGuard::kRampFrames);
 }
 
-TEST(ForceGuard, RisesFromNothingAfterEachBeginning) {
+TEST(ForceGuard, RampsFromZeroAfterEachStart) {
   ForceGuard guard = Warm();
   for (int i = 0; i < 20; ++i) guard.Pass(WrenchOf(5, 0.2));
   guard.Begin();
@@ -53,7 +53,7 @@ TEST(ForceGuard, RisesFromNothingAfterEachBeginning) {
   EXPECT_NEAR(guard.Pass(WrenchOf(5)).f.x(), 5, 1e-12);
 }
 
-TEST(ForceGuard, KeepsTheDirectionOfWhatItLimits) {
+TEST(ForceGuard, LimitingKeepsTheDirection) {
   ForceGuard guard = Warm();
   Wrench given;
   for (int i = 0; i < 50; ++i) given = guard.Pass({Vec3(3, 0, 4), Vec3(-300, 400, 0)});
@@ -62,14 +62,14 @@ TEST(ForceGuard, KeepsTheDirectionOfWhatItLimits) {
   EXPECT_EQ(guard.guarded(), 50U);
 }
 
-TEST(ForceGuard, HoldsADevicesOwnLimits) {
+TEST(ForceGuard, EnforcesTheDevicesLimits) {
   ForceGuard guard = Warm({.force = 3, .moment = 0.1});
   for (int i = 0; i < 50; ++i) guard.Pass(WrenchOf(100, 100));
   EXPECT_NEAR(guard.Pass(WrenchOf(100, 100)).f.norm(), 3, 1e-9);
   EXPECT_NEAR(guard.Pass(WrenchOf(100, 100)).tau.norm(), 0.1, 1e-9);
 }
 
-TEST(ForceGuard, WhatIsNoNumberIsNothingUntilTheNextBeginning) {
+TEST(ForceGuard, NonFiniteForceIsZeroUntilTheNextStart) {
   for (const double bad : {kNan, kInf, -kInf}) {
     for (const Wrench& wrong : {WrenchOf(bad), WrenchOf(1, bad)}) {
       ForceGuard guard = Warm();
@@ -88,7 +88,7 @@ TEST(ForceGuard, WhatIsNoNumberIsNothingUntilTheNextBeginning) {
 
 // Nobody expects the force to come back. It takes a second, and no grab meanwhile makes that
 // shorter.
-TEST(ForceGuard, RisesForASecondAfterAStopAndAfterAFault) {
+TEST(ForceGuard, RampsForASecondAfterAStopOrFault) {
   for (const bool fault : {false, true}) {
     for (const bool grab : {false, true}) {
       ForceGuard guard = Warm();
@@ -111,7 +111,7 @@ TEST(ForceGuard, RisesForASecondAfterAStopAndAfterAFault) {
 }
 
 // Whatever is asked for, in whatever order: nothing passes the limits or the slew.
-TEST(ForceGuard, NothingPasses) {
+TEST(ForceGuard, NoInputExceedsTheLimits) {
   std::mt19937 random(3);
   const auto draw = [&] {
     switch (random() % 12) {

@@ -43,7 +43,7 @@ TEST(MeanLimit, TheMeanOfAnyTenSecondsStaysWithinTheContinuousForce) {
   }
 }
 
-TEST(MeanLimit, FadesAndDoesNotDrop) {
+TEST(MeanLimit, LimitsGradually) {
   MeanLimit limit(2, 10);
   double last = limit.Allowed();
   EXPECT_EQ(last, 10);
@@ -54,13 +54,13 @@ TEST(MeanLimit, FadesAndDoesNotDrop) {
   }
 }
 
-TEST(MeanLimit, AMotorThatBearsItsPeakForEverIsNotHeldBack) {
+TEST(MeanLimit, ContinuousPeakForceIsNotLimited) {
   MeanLimit limit(5, 5);
   for (int i = 0; i < 30'000; ++i) limit.Gave(5, kMilli);
   EXPECT_EQ(limit.Allowed(), 5);
 }
 
-TEST(MeanLimit, WithoutAContinuousForceThereIsNone) {
+TEST(MeanLimit, WithoutAContinuousForceItIsZero) {
   EXPECT_EQ(MeanLimit(0, 5).Allowed(), 0);
 }
 

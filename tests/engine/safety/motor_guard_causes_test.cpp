@@ -43,7 +43,7 @@ void Bring(Rig& rig, SafetyState state) {
 
 // A cause that needs a person is not forgotten because a lesser one was there before, or comes
 // after.
-TEST(MotorGuard, OfTwoCausesTheGraverOneHolds) {
+TEST(MotorGuard, GraverOfTwoCausesHolds) {
   const auto rank = [](SafetyState state) {
     switch (state) {
       case SafetyState::kOff:
@@ -91,7 +91,7 @@ TEST(MotorGuard, OfTwoCausesTheGraverOneHolds) {
 }
 
 // A cable is pulled: the read hangs, and a tick later the driver says that it failed.
-TEST(MotorGuard, ADriverThatFailsAfterItHungNeedsAPerson) {
+TEST(MotorGuard, FailureAfterAHangNeedsAPerson) {
   Rig rig;
   rig.Begin();
   rig.Tick(true, 60 * kTick);
@@ -105,7 +105,7 @@ TEST(MotorGuard, ADriverThatFailsAfterItHungNeedsAPerson) {
   EXPECT_TRUE(rig.Nothing());
 }
 
-TEST(MotorGuard, WhatIsNoNumberEndsTheForceUntilAPersonResumes) {
+TEST(MotorGuard, NonFiniteValueEndsTheForceUntilResumed) {
   for (int what = 0; what < 5; ++what) {
     Rig rig;
     rig.Begin();
@@ -134,7 +134,7 @@ TEST(MotorGuard, WhatIsNoNumberEndsTheForceUntilAPersonResumes) {
   }
 }
 
-TEST(MotorGuard, ARampInIsNotGivenWhileTheCauseLasts) {
+TEST(MotorGuard, RampWaitsForTheCauseToEnd) {
   Rig rig;
   rig.Begin();
   rig.input.failed = true;
@@ -145,7 +145,7 @@ TEST(MotorGuard, ARampInIsNotGivenWhileTheCauseLasts) {
   EXPECT_TRUE(rig.Nothing());
 }
 
-TEST(MotorGuard, AHandFasterThanHandsAreGetsNothingUntilItIsSlowAgain) {
+TEST(MotorGuard, ImplausiblyFastHandGetsNoForceUntilSlow) {
   Rig rig;
   rig.Begin();
   rig.input.V_WD.v = Vec3(0, 0, 1.2);
@@ -164,7 +164,7 @@ TEST(MotorGuard, AHandFasterThanHandsAreGetsNothingUntilItIsSlowAgain) {
 }
 
 // The hand's orders cease while it is fast, and it is let in at 0.9 m/s.
-TEST(MotorGuard, AFastHandMustBeSlowAgainWhateverEndsItsForceMeanwhile) {
+TEST(MotorGuard, FastHandMustSlowDownBeforeForceReturns) {
   Rig rig;
   rig.Begin();
   rig.input.V_WD.v = Vec3(0, 0, 1.2);
@@ -181,7 +181,7 @@ TEST(MotorGuard, AFastHandMustBeSlowAgainWhateverEndsItsForceMeanwhile) {
 }
 
 // The driver says that the handle rests, while it goes at 1.5 m/s.
-TEST(MotorGuard, ADriversOwnSpeedIsNotTrusted) {
+TEST(MotorGuard, DriversSpeedIsNotTrusted) {
   Rig rig;
   rig.Begin();
   for (int i = 0; i < 30; ++i) {
@@ -192,7 +192,7 @@ TEST(MotorGuard, ADriversOwnSpeedIsNotTrusted) {
   EXPECT_TRUE(rig.Nothing());
 }
 
-TEST(MotorGuard, AnEmergencyStopHoldsUntilSomebodyResumes) {
+TEST(MotorGuard, EmergencyStopHoldsUntilResumed) {
   for (int way = 0; way < 2; ++way) {
     Rig rig;
     rig.Begin();
@@ -218,7 +218,7 @@ TEST(MotorGuard, AnEmergencyStopHoldsUntilSomebodyResumes) {
   }
 }
 
-TEST(MotorGuard, NobodyResumesWhileTheButtonIsDownOrTheProcessEnds) {
+TEST(MotorGuard, CannotResumeDuringAStopOrShutdown) {
   Rig rig;
   rig.Begin();
   rig.input.stop_button = true;
@@ -237,7 +237,7 @@ TEST(MotorGuard, NobodyResumesWhileTheButtonIsDownOrTheProcessEnds) {
   ending.ExpectWithinLimits();
 }
 
-TEST(MotorGuard, ALoopThatStoodStillGivesNothingUntilARampIn) {
+TEST(MotorGuard, StalledLoopNeedsARamp) {
   Rig rig;
   rig.Begin();
   rig.Tick(true, 21 * kTick);
@@ -250,7 +250,7 @@ TEST(MotorGuard, ALoopThatStoodStillGivesNothingUntilARampIn) {
   EXPECT_EQ(rig.guard.state(), SafetyState::kOn);
 }
 
-TEST(MotorGuard, AMachineThatSleptGivesNothingUntilARampIn) {
+TEST(MotorGuard, SuspendedMachineNeedsARamp) {
   Rig rig;
   rig.Begin();
   rig.input.slept = true;

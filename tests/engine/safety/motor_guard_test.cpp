@@ -18,7 +18,7 @@ using testing::kNoNumber;
 using testing::kTick;
 using testing::Rig;
 
-TEST(MotorGuard, GivesNothingUntilARampInIsAskedFor) {
+TEST(MotorGuard, GivesNoForceBeforeARamp) {
   Rig rig;
   for (int i = 0; i < 100; ++i) {
     rig.Tick();
@@ -35,7 +35,7 @@ TEST(MotorGuard, GivesNothingUntilARampInIsAskedFor) {
   EXPECT_NEAR(rig.given.f.x(), 5, 1e-9);
 }
 
-TEST(MotorGuard, ClampsToTheDevicesLimitsAndToWhatAHandMayHave) {
+TEST(MotorGuard, ClampsToDeviceAndSafetyLimits) {
   Rig small({.limits = {3, 0.1}, .continuous = {3, 0.1}});
   small.Begin();
   small.order.F_D_W = {Vec3(0, 9, 0), Vec3(0, 300, 400)};
@@ -54,7 +54,7 @@ TEST(MotorGuard, ClampsToTheDevicesLimitsAndToWhatAHandMayHave) {
   boaster.ExpectWithinLimits(30, 1);
 }
 
-TEST(MotorGuard, ALimitThatIsNoneIsZero) {
+TEST(MotorGuard, InvalidLimitIsZero) {
   for (const double claimed : {0.0, -3.0, kNoNumber, std::numeric_limits<double>::infinity()}) {
     Rig rig({.limits = {claimed, claimed}, .continuous = {5, 0.5}});
     ++rig.order.ramps;
@@ -64,7 +64,7 @@ TEST(MotorGuard, ALimitThatIsNoneIsZero) {
   }
 }
 
-TEST(MotorGuard, NothingFreshForFiveMillisecondsLeavesDampingAndForTwentyNothing) {
+TEST(MotorGuard, StaleOrdersMeanDampingAfter5MillisecondsAndNoForceAfter20) {
   Rig rig;
   rig.Begin();
   rig.input.V_WD.v = Vec3(0, 0.2, 0);
@@ -98,7 +98,7 @@ TEST(MotorGuard, NothingFreshForFiveMillisecondsLeavesDampingAndForTwentyNothing
 }
 
 // Thirty newtons are gone within 20 ms without a jump, the most that can be there.
-TEST(MotorGuard, TheLargestForceIsGoneInTimeByItsSlewAlone) {
+TEST(MotorGuard, SlewLimitEndsTheLargestForceInTime) {
   Rig rig({.limits = {30, 1}, .continuous = {30, 1}});
   rig.order.F_D_W = {Vec3(0, 1, 0), Vec3(30, 0, 0)};
   rig.Begin();
@@ -107,7 +107,7 @@ TEST(MotorGuard, TheLargestForceIsGoneInTimeByItsSlewAlone) {
   rig.ExpectWithinLimits(30, 1);
 }
 
-TEST(MotorGuard, AFewLateOrdersEndInAShortRamp) {
+TEST(MotorGuard, FewLateOrdersCauseAShortRamp) {
   Rig rig;
   rig.Begin();
   rig.Ticks(8, false);
@@ -122,7 +122,7 @@ TEST(MotorGuard, AFewLateOrdersEndInAShortRamp) {
 }
 
 // An order that is late once, early in the ramp-in of a second, must not make it one of a tenth.
-TEST(MotorGuard, ALateOrderDoesNotShortenTheRampInThatIsUnderWay) {
+TEST(MotorGuard, LateOrderDoesNotShortenTheCurrentRamp) {
   for (const int late_at : {10, 500, 950}) {
     Rig rig;
     ++rig.order.ramps;
@@ -143,7 +143,7 @@ TEST(MotorGuard, ALateOrderDoesNotShortenTheRampInThatIsUnderWay) {
 }
 
 // Late again and again: the ramp-in goes on only while orders come.
-TEST(MotorGuard, ManyLateOrdersDoNotShortenTheRampInEither) {
+TEST(MotorGuard, ManyLateOrdersDoNotShortenTheCurrentRamp) {
   Rig rig;
   ++rig.order.ramps;
   rig.Ticks(10);
@@ -162,7 +162,7 @@ TEST(MotorGuard, BeforeTheFirstOrderItIsOffAndNotLate) {
 }
 
 // A late order must not have all of the damping in a tenth of a second's ramp-in.
-TEST(MotorGuard, DampingOfALateOrderGrowsAsTheRampInDoes) {
+TEST(MotorGuard, LateOrdersDampingFollowsTheRamp) {
   Rig rig;
   rig.order.F_D_W = {};
   rig.input.V_WD.v = Vec3(0, 0.2, 0);
@@ -192,7 +192,7 @@ TEST(MotorGuard, TheMeanOfTenSecondsStaysWithinTheContinuousForce) {
 }
 
 // The hand is pushed on in the way it goes: energy out of nothing.
-TEST(MotorGuard, TheControllerPaysAnActivePortsDebtBack) {
+TEST(MotorGuard, ControllerRepaysAnActivePortsEnergy) {
   for (const bool control : {false, true}) {
     Rig rig({.limits = {12, 0.5}, .continuous = {12, 0.5}, .passivity_control = control});
     rig.Begin();
@@ -209,7 +209,7 @@ TEST(MotorGuard, TheControllerPaysAnActivePortsDebtBack) {
 }
 
 // Whatever is asked for, in whatever order, at whatever time: nothing passes.
-TEST(MotorGuard, NothingPasses) {
+TEST(MotorGuard, NoInputExceedsTheLimits) {
   std::mt19937 random(11);
   const auto draw = [&] {
     switch (random() % 40) {

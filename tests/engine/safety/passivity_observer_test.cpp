@@ -23,7 +23,7 @@ double BalanceOfSpring(int late, int steps, PassivityObserver& observer) {
   return observer.balance_J();
 }
 
-TEST(PassivityObserver, ASpringWithoutDelayGivesBackNoMoreThanItTook) {
+TEST(PassivityObserver, UndelayedSpringIsPassive) {
   PassivityObserver observer;
   BalanceOfSpring(0, 10'000, observer);
   EXPECT_FALSE(observer.active());
@@ -31,7 +31,7 @@ TEST(PassivityObserver, ASpringWithoutDelayGivesBackNoMoreThanItTook) {
 
 // over a cycle a spring that is late by T gives pi k A^2 sin(w T): 1.57 mJ at 20 ms, so 30 cycles
 // give 0.9 J
-TEST(PassivityObserver, ALateSpringIsActive) {
+TEST(PassivityObserver, DelayedSpringIsActive) {
   PassivityObserver observer;
   BalanceOfSpring(20, 9425, observer);
   const double cycles = 9.425 * 20 / (2 * M_PI);
@@ -39,7 +39,7 @@ TEST(PassivityObserver, ALateSpringIsActive) {
   EXPECT_TRUE(observer.active());
 }
 
-TEST(PassivityObserver, LongCalmDoesNotPayForLaterShaking) {
+TEST(PassivityObserver, LongRestDoesNotCreditLaterShaking) {
   PassivityObserver observer;
   Wrench drag;
   drag.f.x() = -10;
@@ -49,7 +49,7 @@ TEST(PassivityObserver, LongCalmDoesNotPayForLaterShaking) {
   EXPECT_EQ(observer.balance_J(), PassivityObserver::kMostCredit);
 }
 
-TEST(PassivityObserver, ThePaymentEndsTheDebtWithinAStepOrIsHeld) {
+TEST(PassivityObserver, DissipationEndsTheDebtWithinAStepOrIsLimited) {
   PassivityObserver observer;
   Wrench push;
   push.f.x() = 10;

@@ -35,7 +35,7 @@ struct Asking {
   double step = 0, most = 0;
 };
 
-TEST(VendorMailbox, GivesWhatIsPutToWhoeverAsks) {
+TEST(VendorMailbox, DeliversTheLatestForce) {
   for (const int asks : {1, 4}) {
     Asking rig(asks);
     rig.Run(5, false);
@@ -48,7 +48,7 @@ TEST(VendorMailbox, GivesWhatIsPutToWhoeverAsks) {
   }
 }
 
-TEST(VendorMailbox, WhatAStalledLoopPutFallsAfterFiveMillisecondsAndIsGoneAfterTwenty) {
+TEST(VendorMailbox, StaleForceFadesAfter5MillisecondsAndEndsAfter20) {
   for (const double force : {5.0, 12.0}) {
     Asking rig;
     rig.wanted.f.x() = force;
@@ -70,7 +70,7 @@ TEST(VendorMailbox, WhatAStalledLoopPutFallsAfterFiveMillisecondsAndIsGoneAfterT
   }
 }
 
-TEST(VendorMailbox, AShortStallEndsInAShortRampThatNoOtherRampGetsShorterBy) {
+TEST(VendorMailbox, ShortStallCausesOneShortRamp) {
   Asking rig;
   rig.Run(1100, true);
   rig.Run(9, false);
@@ -85,7 +85,7 @@ TEST(VendorMailbox, AShortStallEndsInAShortRampThatNoOtherRampGetsShorterBy) {
   EXPECT_LE(young.given.f.x(), 5 * 0.31);
 }
 
-TEST(VendorMailbox, ACutHoldsUntilSomethingIsPutAgain) {
+TEST(VendorMailbox, CutHoldsUntilTheNextForce) {
   Asking rig;
   rig.Run(1100, true);
   rig.mailbox.Cut();
@@ -95,7 +95,7 @@ TEST(VendorMailbox, ACutHoldsUntilSomethingIsPutAgain) {
   EXPECT_NEAR(rig.given.f.x(), 0.5, 0.02);
 }
 
-TEST(VendorMailbox, AnAskingThreadThatStoodStillGetsNothingAtFirst) {
+TEST(VendorMailbox, StalledReaderGetsNoForceAtFirst) {
   Asking rig;
   rig.Run(1100, true);
   rig.now_ns += 30 * kMs;
@@ -103,7 +103,7 @@ TEST(VendorMailbox, AnAskingThreadThatStoodStillGetsNothingAtFirst) {
   EXPECT_TRUE(rig.mailbox.Take(rig.now_ns + kMs / 10).f.isZero());
 }
 
-TEST(VendorMailbox, NothingThatIsNoNumberOrTooMuchComesOut) {
+TEST(VendorMailbox, NeverDeliversNonFiniteOrExcessiveForces) {
   Asking rig;
   rig.Run(1100, true);
   rig.wanted.f.x() = 100;

@@ -15,7 +15,7 @@ ForceParameters Refined(double voxel_size) {
           .stiffness = LeastContactStiffness(voxel_size)};
 }
 
-TEST(ForceParameters, GoFromOneSceneToAnother) {
+TEST(ForceParameters, AreCopiedBetweenScenes) {
   Scene from;
   from.voxel_size = 0.002;
   from.contact = ContactModel::kPlain;
@@ -28,7 +28,7 @@ TEST(ForceParameters, GoFromOneSceneToAnother) {
             "voxels of 2 mm, plain contact, force layer 3, friction 0.25");
 }
 
-TEST(ForceParameters, HashSeesEachOfThem) {
+TEST(ForceParameters, HashCoversEachParameter) {
   const ForceParameters plain = Refined(0.001);
   ForceParameters other = plain;
   EXPECT_EQ(HashOf(other), HashOf(plain));
@@ -44,7 +44,7 @@ TEST(ForceParameters, HashSeesEachOfThem) {
 // 0.45 voxels: from 0.45 mm on with 1 mm, from 0.9 mm with 2 mm. At 0.45 mm of depth one point of a
 // 0.1 kg body gives K (d - s/20 + 8 d (d/s)^3) with K = max(50/2 mm, 0.1/4 / (1 ms)^2) = 25 kN/m:
 // 25e3 * (0.35e-3 + 0.45e-3 * 8 * 0.225^3) = 9.775 N.
-TEST(ForceParameters, WhoHasTheSmallerVoxelsPushesHarder) {
+TEST(ForceParameters, SmallerVoxelsPushHarder) {
   const auto push = ComparePush(Refined(0.001), Refined(0.002), 0.1);
   ASSERT_TRUE(push.has_value());
   EXPECT_TRUE(push->first_harder);
@@ -56,7 +56,7 @@ TEST(ForceParameters, WhoHasTheSmallerVoxelsPushesHarder) {
   EXPECT_EQ(swapped->alone_force, push->alone_force);
 }
 
-TEST(ForceParameters, OfOneVoxelSizeThePlainContactStandsOffAndIsPushed) {
+TEST(ForceParameters, AtEqualVoxelSizePlainContactStartsEarlierAndYields) {
   ForceParameters plain = Refined(0.001);
   plain.contact = ContactModel::kPlain;
   plain.force_layer = 2;
@@ -66,7 +66,7 @@ TEST(ForceParameters, OfOneVoxelSizeThePlainContactStandsOffAndIsPushed) {
   EXPECT_NEAR(push->head_start, 2e-3 - 0.45e-3, 1e-12);
 }
 
-TEST(ForceParameters, WhereContactBeginsAtOneGapTheSofterPushesHarder) {
+TEST(ForceParameters, AtEqualOnsetTheSofterContactPushesHarder) {
   ForceParameters stiff = Refined(0.001);
   stiff.stiffness *= 3;
   const auto push = ComparePush(stiff, Refined(0.001), 0.01);
@@ -78,7 +78,7 @@ TEST(ForceParameters, WhereContactBeginsAtOneGapTheSofterPushesHarder) {
   EXPECT_FALSE(ComparePush(stiff, Refined(0.001), 10).has_value());
 }
 
-TEST(ForceParameters, OtherFrictionAlonePushesAlike) {
+TEST(ForceParameters, FrictionAloneDoesNotChangeThePush) {
   ForceParameters rough = Refined(0.001);
   rough.friction = 0.5;
   EXPECT_FALSE(ComparePush(rough, Refined(0.001), 0.1).has_value());

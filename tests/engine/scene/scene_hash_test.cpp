@@ -82,7 +82,7 @@ TEST_F(SceneHashOfGltf, CoversTheFilesThatHoldItsNumbers) {
 }
 
 // The mesh library knows it by its content, and takes a key for what it says.
-TEST_F(SceneHashOfGltf, CoversThemWhateverItIsCalledAndHoweverItIsWritten) {
+TEST_F(SceneHashOfGltf, CoversThemForAnyNameAndLayout) {
   const auto differs = [&](const std::string& content, const std::string& name) {
     scratch_.Write("part.bin", Numbers(1));
     const Result<SceneHash> one = HashOf(content, name);
@@ -105,7 +105,7 @@ TEST_F(SceneHashOfGltf, CoversThemWhateverItIsCalledAndHoweverItIsWritten) {
   EXPECT_TRUE(differs(glb, "part.glb"));
 }
 
-TEST_F(SceneHashOfGltf, RefusesBuffersThatAreNoFilesOfItsFolder) {
+TEST_F(SceneHashOfGltf, RefusesBuffersOutsideItsFolder) {
   ExpectRefused(Gltf("none.bin"), "none.bin: there is no such file");
   ExpectRefused(Gltf("../part.bin"), "its buffer \"../part.bin\" is no file in its folder");
   ExpectRefused(Gltf("/etc/hostname"), "its buffer \"/etc/hostname\" is no file in its folder");
@@ -118,7 +118,7 @@ TEST_F(SceneHashOfGltf, RefusesBuffersThatAreNoFilesOfItsFolder) {
   ExpectRefused(Gltf(many), "has more than 256 values");
 }
 
-TEST_F(SceneHashOfGltf, OfOneFileIsThatOfItsBytes) {
+TEST_F(SceneHashOfGltf, SingleFileHashIsThatOfItsBytes) {
   const Result<SceneHash> inside = HashOf(Gltf("data:application/octet-stream;base64,AAAA"));
   ASSERT_TRUE(inside) << inside.error().what;
   // recordings of such scenes have this hash
@@ -129,7 +129,7 @@ TEST_F(SceneHashOfGltf, OfOneFileIsThatOfItsBytes) {
   EXPECT_EQ(inside->bodies[0].mesh, hash.value());
 }
 
-TEST_F(SceneFile, APartOfAMeshFileIsOtherContentThanTheWhole) {
+TEST_F(SceneFile, PartOfAMeshFileHasItsOwnHash) {
   const std::string part = WithKeys("\"part\": \"Object_2\"");
   const Result<Scene> scene = LoadScene(File(part));
   ASSERT_TRUE(scene) << scene.error().what;
@@ -154,7 +154,7 @@ TEST_F(SceneFile, HashFollowsThePointSpacingUnlessItIsAVoxel) {
   EXPECT_EQ(all.bodies[0], hash.bodies[0]);  // fixed: it has no points
 }
 
-TEST_F(SceneFile, HashFollowsWhatTheBodiesAre) {
+TEST_F(SceneFile, HashCoversBodyContent) {
   const std::uint64_t hash = Hash(kScene);
   for (const auto& [from, to] : std::vector<std::pair<std::string, std::string>>{
            {"0.3, \"sharing\"", "0.31, \"sharing\""},
@@ -179,7 +179,7 @@ TEST_F(SceneFile, HashFollowsWhatTheBodiesAre) {
 }
 
 // Without a scale a 3MF file's own unit counts, with one it does not: these are other bodies.
-TEST_F(SceneFile, HashTellsAFilesOwnUnitFromAScaleOfOne) {
+TEST_F(SceneFile, HashDistinguishesAFilesUnitFromAScaleOfOne) {
   folder_.Write("peg.3mf", "peg");
   folder_.Write("peg.stl", "peg");
   const auto hash_of = [this](const std::string& mesh, const std::string& scale) {
@@ -225,7 +225,7 @@ TEST_F(SceneFile, EveryBodyHasHashesOfItsValuesAndItsMesh) {
   EXPECT_EQ(other.bodies[1], hash.bodies[1]);
 }
 
-TEST_F(SceneFile, HashLeavesOutWhatDoesNot) {
+TEST_F(SceneFile, HashIgnoresIrrelevantContent) {
   const std::uint64_t hash = Hash(kScene);
   EXPECT_EQ(Hash(Changed("#ff8000", "#000000")), hash);
   EXPECT_EQ(Hash(Changed("\"body\": \"peg\"", "\"body\": \"ring\"")), hash);

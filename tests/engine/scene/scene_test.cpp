@@ -53,7 +53,7 @@ TEST_F(SceneFile, IsReadInFull) {
   EXPECT_EQ(scene.BodyNamed("nut"), -1);
 }
 
-TEST_F(SceneFile, WhatMovesIsNotGreyUnlessItSaysSo) {
+TEST_F(SceneFile, MovingBodiesAreNotGreyByDefault) {
   const Result<Scene> scene = LoadScene(File(Changed(", \"colour\": \"#ff8000\"", "")));
   ASSERT_TRUE(scene);
   const auto& block = scene->bodies[0].colour;
@@ -63,19 +63,19 @@ TEST_F(SceneFile, WhatMovesIsNotGreyUnlessItSaysSo) {
   EXPECT_NE(scene->bodies[1].colour, scene->bodies[2].colour);
 }
 
-TEST_F(SceneFile, AHandsScriptInItsPlaceIsToldFromAScene) {
+TEST_F(SceneFile, HandFileIsNotTakenForAScene) {
   EXPECT_EQ(ErrorOf("\"colour\": \"#000000\"", "\"waypoints\": [],"),
             "this is a hand's script, not a scene: --hand takes it");
 }
 
-TEST_F(SceneFile, FindsItsFilesBesideItself) {
+TEST_F(SceneFile, ResolvesPathsRelativeToItself) {
   const Result<Scene> scene = LoadScene(File(kScene));
   ASSERT_TRUE(scene);
   EXPECT_EQ(scene->bodies[0].mesh, folder_.path() / "block.stl");
   EXPECT_EQ(scene->hands[0].file, folder_.path() / "left.json");
 }
 
-TEST_F(SceneFile, PointSpacingIsTheScenesOrABodysOwn) {
+TEST_F(SceneFile, PointSpacingIsPerSceneOrBody) {
   const auto spacings = [&](const std::string& of_ring, const std::string& of_scene) {
     const Result<Scene> scene = LoadScene(File(WithKeys(of_ring, of_scene)));
     EXPECT_TRUE(scene) << scene.error().what;
@@ -99,14 +99,14 @@ TEST_F(SceneFile, PointSpacingIsTheScenesOrABodysOwn) {
             "bodies[2].point_spacing_voxels: give it to the body that this one is merged with");
 }
 
-TEST_F(SceneFile, PlainContactMayHaveAnyLayer) {
+TEST_F(SceneFile, PlainContactAcceptsAnyLayer) {
   EXPECT_EQ(LoadScene(File(Changed("\"force_layer\": 1", "\"contact\": \"plain\"")))->force_layer,
             2);
   const std::string at_surface = "\"contact\": \"plain\", \"force_layer\": 0";
   EXPECT_EQ(LoadScene(File(Changed("\"force_layer\": 1", at_surface)))->force_layer, 0);
 }
 
-TEST_F(SceneFile, ErrorsNameThePlaceAndWhatWasExpected) {
+TEST_F(SceneFile, ErrorsNameThePositionAndTheExpectation) {
   EXPECT_EQ(ErrorAfter("\"mass_kg\": 0.3", "\"mass_kg\": \"heavy\""),
             "bodies[1].mass_kg: expected a number above 0, got \"heavy\"");
   EXPECT_EQ(ErrorAfter("\"mass_kg\": 0.3", "\"mass_kg\": -1"),
@@ -143,7 +143,7 @@ TEST_F(SceneFile, ErrorsNameThePlaceAndWhatWasExpected) {
             "hold it at once), got \"both\"");
 }
 
-TEST_F(SceneFile, ErrorsTellWhatDoesNotFitTogether) {
+TEST_F(SceneFile, ErrorsExplainInconsistentValues) {
   EXPECT_EQ(ErrorAfter("\"mass_kg\": 0.3, ", ""),
             "bodies[1]: expected \"fixed\": true, or a mass_kg or a density_kg_m3");
   EXPECT_EQ(ErrorAfter("\"fixed\": true", "\"fixed\": true, \"mass_kg\": 1"),
@@ -160,7 +160,7 @@ TEST_F(SceneFile, ErrorsTellWhatDoesNotFitTogether) {
               HasSubstr("hands[0].file: no such file: "));
 }
 
-TEST_F(SceneFile, ReadsWhatTheWorldDoesWithItsBodies) {
+TEST_F(SceneFile, ReadsGravityFrictionAndPairs) {
   const Result<Scene> loaded = LoadScene(File(
       WithKeys(R"("free": true, "constraint": {"plane": {"normal_W": [0, 0, 2], "turn": "free"}})",
                R"("friction": 0.4, "gravity_m_s2": [0, 0, -9.81],
@@ -203,7 +203,7 @@ TEST_F(SceneFile, ReadsEveryKindOfConstraint) {
   }
 }
 
-TEST_F(SceneFile, ErrorsNameWhatIsWrongWithAConstraint) {
+TEST_F(SceneFile, ErrorsExplainInvalidConstraints) {
   EXPECT_EQ(ErrorOf(R"("constraint": {})"),
             "bodies[2].constraint: expected one of hinge, slide, cylinder, plane, ball; got 0 of "
             "them");
@@ -235,7 +235,7 @@ TEST_F(SceneFile, ErrorsNameWhatIsWrongWithAConstraint) {
   EXPECT_EQ(ErrorOf("\"free\": 1"), "bodies[2].free: expected true or false, got 1");
 }
 
-TEST_F(SceneFile, ErrorsNameWhatIsWrongWithGravityFrictionOrAPair) {
+TEST_F(SceneFile, ErrorsExplainInvalidGravityFrictionAndPairs) {
   const auto error = [&](const std::string& keys) {
     return ErrorOf("\"free\": true", keys + ",");
   };
@@ -254,7 +254,7 @@ TEST_F(SceneFile, ErrorsNameWhatIsWrongWithGravityFrictionOrAPair) {
             "pairs[1]: this pair is given already");
 }
 
-TEST_F(SceneFile, MergedPartsFollowTheirWhole) {
+TEST_F(SceneFile, MergedPartsFollowTheirBody) {
   const std::string merged = Changed("\"density_kg_m3\": 2700", "\"merge_with\": \"peg\"");
   const Result<Scene> scene = LoadScene(File(merged));
   ASSERT_TRUE(scene) << scene.error().what;
@@ -280,7 +280,7 @@ TEST_F(SceneFile, MergedPartsFollowTheirWhole) {
   EXPECT_THAT(held.error().what, EndsWith("hands[0].body: \"ring\" is merged; name \"peg\""));
 }
 
-TEST_F(SceneFile, MisspeltKeysAreToldWithTheNearestKnownOne) {
+TEST_F(SceneFile, MisspeltKeysSuggestTheNearestKnownOne) {
   EXPECT_EQ(ErrorAfter("\"mass_kg\"", "\"mas_kg\""),
             "bodies[1].mas_kg: unknown key; did you mean mass_kg?");
   EXPECT_EQ(ErrorAfter("\"mass_kg\"", "\"mass\""),
@@ -293,14 +293,14 @@ TEST_F(SceneFile, MisspeltKeysAreToldWithTheNearestKnownOne) {
             "point_spacing_voxels gravity_m_s2 bodies pairs hands");
 }
 
-TEST_F(SceneFile, SyntaxErrorsTellLineAndColumn) {
+TEST_F(SceneFile, SyntaxErrorsNameLineAndColumn) {
   // line 3 loses its comma, so the key of line 4 comes as a surprise
   EXPECT_THAT(ErrorAfter("0.0005,", "0.0005"), HasSubstr("line 4, column "));
   EXPECT_THAT(ErrorAfter("\"name\": \"peg\",", "\"name\": \"peg\", \"name\": \"pin\","),
               EndsWith("the key \"name\" is given twice"));
 }
 
-TEST_F(SceneFile, IsNotFoundInOneLine) {
+TEST_F(SceneFile, MissingFileIsReportedInOneLine) {
   const Result<Scene> scene = LoadScene(folder_.path() / "none.json");
   ASSERT_FALSE(scene);
   EXPECT_EQ(scene.error().what,
@@ -308,7 +308,7 @@ TEST_F(SceneFile, IsNotFoundInOneLine) {
   EXPECT_FALSE(LoadScene(folder_.path()));
 }
 
-TEST_F(SceneFile, AnyShortenedFileIsAnErrorAndNeverACrash) {
+TEST_F(SceneFile, TruncatedFileIsAnErrorAndNeverACrash) {
   const std::size_t end = kScene.rfind('}');
   for (std::size_t length = 0; length <= end; ++length) {
     EXPECT_FALSE(LoadScene(File(kScene.substr(0, length)))) << length;
@@ -316,7 +316,7 @@ TEST_F(SceneFile, AnyShortenedFileIsAnErrorAndNeverACrash) {
 }
 
 // A shift of a hundred thousand voxels must not end the program when its contact is set up.
-TEST_F(SceneFile, NumbersThatNoPartHasAreRefused) {
+TEST_F(SceneFile, ImplausibleNumbersAreRefused) {
   for (const char* shift : {"-1e5", "17", "-1e300"}) {
     EXPECT_THAT(ErrorAfter("\"inward_shift_voxels\": 0.5",
                            std::string("\"inward_shift_voxels\": ") + shift),
@@ -324,13 +324,13 @@ TEST_F(SceneFile, NumbersThatNoPartHasAreRefused) {
   }
 }
 
-TEST_F(SceneFile, GravityIsThatOfAPlanetAtMost) {
+TEST_F(SceneFile, GravityIsBounded) {
   EXPECT_THAT(
       ErrorAfter("\"name\": \"peg\",", "\"name\": \"peg\", \"gravity_m_s2\": [0, 0, -1e300],"),
       HasSubstr("gravity_m_s2: expected three numbers from -1000 to 1000"));
 }
 
-TEST_F(SceneFile, IsNoListOfMoreThanPeopleMake) {
+TEST_F(SceneFile, ListLengthsAreBounded) {
   const auto many = [&](const std::string& list, int count) {
     std::string items = "{}";
     for (int i = 1; i < count; ++i) items += ",{}";
@@ -343,7 +343,7 @@ TEST_F(SceneFile, IsNoListOfMoreThanPeopleMake) {
   EXPECT_THAT(many("hands", 65), EndsWith("hands: more than 64"));
 }
 
-TEST_F(SceneFile, IsNotReadFromAPipe) {
+TEST_F(SceneFile, PipeIsRefused) {
   const auto pipe = folder_.path() / "pipe.json";
   ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
   const Result<Scene> scene = LoadScene(pipe);

@@ -171,7 +171,7 @@ INSTANTIATE_TEST_SUITE_P(Cases, AppliedContactOffCentre,
                                             ::testing::Values(0.0, 0.3)));
 
 // At rest the plate bears what the hand presses with and the weight, in each frame.
-TEST(World, TellsOfAPartAtRestTheForceThatItPressesWith) {
+TEST(World, ReportsThePressingForceOfARestingPart) {
   kHapticThread.Enter();
   Blow blow(ContactModel::kRefined, 0.3, false);
   const Quat level = Quat::Identity();
@@ -187,7 +187,7 @@ TEST(World, TellsOfAPartAtRestTheForceThatItPressesWith) {
 }
 
 // The body gets what the hand gives: with nothing else acting, force times time is momentum.
-TEST(World, ReportsExactlyTheHandsForceThatTheBodyReceived) {
+TEST(World, ReportsTheAppliedHandForceExactly) {
   kHapticThread.Enter();
   const auto model = MakeWorldModel({{At(Box(Vec3(0.02, 0.02, 0.02)), Vec3(0, 0, 0))}}, kVoxel);
   World world(model);

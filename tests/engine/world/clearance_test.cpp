@@ -78,7 +78,7 @@ double RisenBy(Pressed& pressed, int layer, double displacement_voxels) {
 }
 
 // A displacement moves the surface itself: a box on a plate stands higher by just as much.
-TEST(Clearance, DisplacementMovesWhereRefinedContactBegins) {
+TEST(Clearance, DisplacementMovesTheOnsetOfRefinedContact) {
   kHapticThread.Enter();
   std::mt19937_64 random(2);
   for (const Quat& turn : {Quat::Identity(), RandomRotation(random)}) {
@@ -93,7 +93,7 @@ TEST(Clearance, DisplacementMovesWhereRefinedContactBegins) {
 }
 
 // Places by voxels are right to a voxel.
-TEST(Clearance, AForceLayerMovesWherePlainContactBegins) {
+TEST(Clearance, ForceLayerMovesTheOnsetOfPlainContact) {
   kHapticThread.Enter();
   Pressed pressed(ContactModel::kPlain);
   pressed.Run(1000);
@@ -103,7 +103,7 @@ TEST(Clearance, AForceLayerMovesWherePlainContactBegins) {
 }
 
 // Spring and damper feel a body that is moved at the pace of the change, and no more.
-TEST(Clearance, DoesNotJerkTheHandAsItChanges) {
+TEST(Clearance, ChangeDoesNotJerkTheHand) {
   kHapticThread.Enter();
   std::mt19937_64 random(3);
   for (int trial = 0; trial < 4; ++trial) {
@@ -163,7 +163,7 @@ TEST(Clearance, PlainForcesGrowWithoutAStepFromLayerToLayer) {
   }
 }
 
-TEST(Clearance, IsOfTheHandsBodyAloneAndGoesBackWhenItLetsGo) {
+TEST(Clearance, AppliesToTheHeldBodyUntilRelease) {
   kHapticThread.Enter();
   Pressed pressed(ContactModel::kRefined);
   pressed.inputs.clearance = {2, -0.5 * kVoxel};
@@ -181,7 +181,7 @@ TEST(Clearance, IsOfTheHandsBodyAloneAndGoesBackWhenItLetsGo) {
   }
 }
 
-TEST(Clearance, StaysWithinWhatTheFieldsCanTell) {
+TEST(Clearance, StaysWithinTheFieldsRange) {
   kHapticThread.Enter();
   const double nan = std::numeric_limits<double>::quiet_NaN();
   Pressed plain(ContactModel::kPlain);
@@ -198,7 +198,7 @@ TEST(Clearance, StaysWithinWhatTheFieldsCanTell) {
   EXPECT_EQ(refined.world.pair(0).clearance(), (Clearance{1, -1.05 * kVoxel}));
 }
 
-TEST(Clearance, NoPointInContactIsMissedWhileItChangesNorIsMemoryAskedFor) {
+TEST(Clearance, ChangeMissesNoContactAndAllocatesNothing) {
   kHapticThread.Enter();
   std::mt19937_64 random(5);
   for (const ContactModel contact : {ContactModel::kPlain, ContactModel::kRefined}) {

@@ -75,7 +75,7 @@ TriangleMesh Slab(double height, bool above) {
 
 // The hand leans the part on the floor of a corridor, and moves it along. The part is eight voxels
 // high and stands at first eight voxels above the floor.
-TEST(Clearance, KeepsAPartFromTheWallsOfACorridorAsFarAsItIsEnlarged) {
+TEST(Clearance, KeepsTheSetDistanceFromCorridorWalls) {
   kHapticThread.Enter();
   Held held({Slab(-12, false), Slab(12, true)}, Box(kVoxel * Vec3(8, 8, 8)));
   for (const double reach : {kRefinedClearance, 1.0, 2.5, 5.0}) {
@@ -94,7 +94,7 @@ TEST(Clearance, KeepsAPartFromTheWallsOfACorridorAsFarAsItIsEnlarged) {
 }
 
 // Where both walls are nearer than force may begin, they leave the part between them.
-TEST(Clearance, LeavesAPartInTheMiddleOfACorridorThatIsNarrowerThanIt) {
+TEST(Clearance, CentresAPartInANarrowerCorridor) {
   kHapticThread.Enter();
   Held held({Slab(-6, false), Slab(6, true)}, Box(kVoxel * Vec3(8, 8, 8)));
   held.BeginAt(5.0);
@@ -109,7 +109,7 @@ TEST(Clearance, LeavesAPartInTheMiddleOfACorridorThatIsNarrowerThanIt) {
 
 // A part of eight voxels goes down between walls that leave it a play of 0.7, 1.6 and 3.1 voxels
 // to either side. The greatest clearance at which nothing touches is that play.
-TEST(Clearance, ShrinksUntilAPartPassesAndSoTellsHowTightAFitIs) {
+TEST(Clearance, ShrinkingUntilAPartPassesMeasuresTheFit) {
   kHapticThread.Enter();
   for (const double play : {0.7, 1.6, 3.1}) {
     const auto wall = [&](double side) {
@@ -135,7 +135,7 @@ TEST(Clearance, ShrinksUntilAPartPassesAndSoTellsHowTightAFitIs) {
 }
 
 // The hand feels a surface that comes at the pace of the change, and no more.
-TEST(Clearance, DoesNotJerkTheHandAsItGoesThroughItsWholeRange) {
+TEST(Clearance, FullRangeSweepDoesNotJerkTheHand) {
   kHapticThread.Enter();
   std::mt19937_64 random(6);
   for (int trial = 0; trial < 3; ++trial) {
@@ -152,7 +152,7 @@ TEST(Clearance, DoesNotJerkTheHandAsItGoesThroughItsWholeRange) {
 }
 
 // No feature point within reach is left out, wherever the part stands and whatever it is told.
-TEST(Clearance, NoPointIsMissedAnywhereInItsWholeRangeNorIsMemoryAskedFor) {
+TEST(Clearance, FullRangeMissesNoContactAndAllocatesNothing) {
   kHapticThread.Enter();
   std::mt19937_64 random(7);
   Held held({Slab(-9, false), Slab(9, true),

@@ -60,7 +60,7 @@ Rest Hold(const WorldModel& model, World& world, const Pose& X_WG) {
 const Vec3 kAxis = Vec3(1, 0.3, 0.2).normalized();
 
 // Edges of the ball lie along those of the hollow.
-TEST(CloseFit, ABallThatIsHeldStillComesToRest) {
+TEST(CloseFit, HeldBallComesToRest) {
   for (const double spare : {0.05, 0.1, 0.15, 0.25, 0.35, 0.55, 1.0}) {
     const auto model = BallInHollow(spare);
     for (const double turn : {0.0, 0.05, 0.1, 0.2, 0.3, 0.45, 0.6, 0.9, 1.2}) {

@@ -43,7 +43,7 @@ std::shared_ptr<const WorldModel> WithGravity(const std::vector<TestBody>& bodie
 
 // Frame by frame v = n h g and z = h (v_1 + ... + v_n), until the free travel bound of 32 m/s,
 // which is where the body then stays.
-TEST(FreeBody, FallsAsGalileoSaysUpToTheTravelBound) {
+TEST(FreeBody, FallsQuadraticallyUpToTheTravelBound) {
   kHapticThread.Enter();
   const auto model = WithGravity({{Box(Vec3(0.02, 0.02, 0.02))}}, Vec3(0, 0, -20.0));
   World world(model);
@@ -179,7 +179,7 @@ TEST(FreeBody, BallsThatCollideNeverGainEnergy) {
 
 // In free space kinetic energy and that of the hand's spring together fall from frame to frame,
 // and no point goes farther than half a hyperchunk.
-TEST(ThrownGoal, HalfAMetreAwayAddsNoEnergyAfterTheThrow) {
+TEST(ThrownGoal, DistantGoalAddsNoEnergyAfterTheThrow) {
   kHapticThread.Enter();
   std::mt19937_64 random(21);
   for (const double mass : {0.03, 0.3, 3.0}) {
@@ -213,7 +213,7 @@ TEST(ThrownGoal, HalfAMetreAwayAddsNoEnergyAfterTheThrow) {
 // The body is thrown at a plate that stands in the way. No surface point ever goes faster than the
 // bound, which is half a voxel a frame as soon as a point may meet something. The peaks of energy
 // of the seconds that follow fall.
-TEST(ThrownGoal, BehindAPlateTheBodyKeepsTheBoundAndComesToRest) {
+TEST(ThrownGoal, BodyStopsAtThePlateWithinTheBound) {
   kHapticThread.Enter();
   std::mt19937_64 random(22);
   const TriangleMesh plate = At(Box(Vec3(0.5, 0.5, 0.01)), Vec3(0, 0, -0.005));
@@ -296,7 +296,7 @@ TEST(ConstrainedBody, ADoorTurnsOnItsHingeAndStopsAtABlock) {
 
 // A part may only slide on a plane, with gravity across it and a hand that lifts. It stays in the
 // plane, turns about its normal alone, and stops at a wall.
-TEST(ConstrainedBody, APartInItsPlaneNeverLeavesIt) {
+TEST(ConstrainedBody, PlanarPartStaysInItsPlane) {
   kHapticThread.Enter();
   const TriangleMesh wall = At(Box(Vec3(0.01, 0.2, 0.04)), Vec3(0.045, 0, 0));
   const Vec3 normal = Vec3(1, 0, 4).normalized();
@@ -323,7 +323,7 @@ TEST(ConstrainedBody, APartInItsPlaneNeverLeavesIt) {
   EXPECT_LT(world.state(0).V_WB.v.norm(), 1e-3);
 }
 
-TEST(ConstrainedBody, AMirrorStaysWithinTheConstraintWhateverPoseComes) {
+TEST(ConstrainedBody, MirrorObeysTheConstraintForAnyReceivedPose) {
   kHapticThread.Enter();
   const auto model = Constrained({{Box(Vec3(0.02, 0.03, 0.01))}}, [](const Pose& X_WB0) {
     return SlideConstraint(X_WB0, Vec3::UnitX());
@@ -338,7 +338,7 @@ TEST(ConstrainedBody, AMirrorStaysWithinTheConstraintWhateverPoseComes) {
   EXPECT_NEAR(RotationVector(X_WB.q).norm(), 0.0, 1e-12);
 }
 
-TEST(ConstrainedBody, SaysWhenItsTravelWasLimited) {
+TEST(ConstrainedBody, ReportsLimitedTravel) {
   kHapticThread.Enter();
   const auto model =
       Constrained({{At(Box(Vec3(0.06, 0.01, 0.01)), Vec3(0.03, 0, 0))}}, [](const Pose& X_WB0) {
@@ -359,7 +359,7 @@ TEST(ConstrainedBody, SaysWhenItsTravelWasLimited) {
 
 // The body of fewer points is the pointshell unless the scene says otherwise; either way the two
 // push each other apart.
-TEST(Pairs, TheScenesChoiceOfPointshellIsTaken) {
+TEST(Pairs, SceneChoosesThePointshell) {
   kHapticThread.Enter();
   const std::vector<testing::TestBody> bodies{{Box(Vec3(0.04, 0.04, 0.01))},
                                               {At(Sphere(0.006, 3), Vec3(0, 0, 0.02))}};

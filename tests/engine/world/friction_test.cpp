@@ -70,7 +70,7 @@ class Slope {
   StepInputs inputs_;
 };
 
-TEST(Friction, BelowTheFrictionAngleABlockOnlyCreeps) {
+TEST(Friction, BlockBelowTheFrictionAngleOnlyCreeps) {
   for (const bool tilted : {false, true}) {
     for (const double tangent : {0.1, 0.3, 0.45}) {
       Slope slope(tangent, 0.5, tilted);
@@ -86,7 +86,7 @@ TEST(Friction, BelowTheFrictionAngleABlockOnlyCreeps) {
   }
 }
 
-TEST(Friction, AboveTheFrictionAngleABlockSlidesWithTheAccelerationLeft) {
+TEST(Friction, BlockAboveTheFrictionAngleHasTheAnalyticAcceleration) {
   for (const bool tilted : {false, true}) {
     for (const auto& [tangent, friction] :
          {std::pair(0.8, 0.5), std::pair(0.3, 0.2), std::pair(0.3, 0.0)}) {
@@ -118,7 +118,7 @@ TEST(Friction, HoldsInThePlainModelToo) {
 
 // A hand has thrown a block along a plate. From frame to frame the block has less energy, stops
 // after v^2 / (2 mu g), and then lies still.
-TEST(Friction, AThrownBlockLosesEnergyInEveryFrameAndStopsWhereItMust) {
+TEST(Friction, ThrownBlockLosesEnergyAndStopsAtTheAnalyticDistance) {
   kHapticThread.Enter();
   constexpr double kMu = 0.3;
   const auto model = WithFriction({{At(Box(Vec3(0.5, 0.06, 0.006)), Vec3(0.2, 0, -0.003)), true},

@@ -62,7 +62,7 @@ struct CubeAndBlock {
   int contacts = 0;  // contact points of all frames
 };
 
-TEST(Instances, AnUnsharedBodyHasOneAndASharedBodyHasTwo) {
+TEST(Instances, SharedBodyHasTwoInstancesAndOthersHaveOne) {
   auto model = std::make_shared<WorldModel>(
       *MakeWorldModel({{CubeAt(0)}, {CubeAt(0.05)}, {CubeAt(0.1)}, {CubeAt(0.15)}}, kVoxel));
   model->scene.bodies[1].shared = true;
@@ -77,14 +77,14 @@ TEST(Instances, AnUnsharedBodyHasOneAndASharedBodyHasTwo) {
   }
 }
 
-TEST(Instances, ASharedBodyThatMovesAloneHasOne) {
+TEST(Instances, SoleSharedBodyHasOneInstance) {
   auto model = std::make_shared<WorldModel>(*MakeWorldModel({{CubeAt(0)}}, kVoxel));
   model->scene.bodies[0].shared = true;
   EXPECT_EQ(InstanceShapes(*model), std::vector<std::size_t>{0});
   EXPECT_EQ(World(model).instance_count(), 1U);
 }
 
-TEST(Instances, AreParkedAtFirstAndInactiveAsSecondOnesInParkedInputs) {
+TEST(Instances, ParkedInputsParkFirstAndDeactivateSecondInstances) {
   const StepInputs inputs = ParkedInputs(*CubeAndBlock::MakeModel(true));
   ASSERT_EQ(inputs.instances.size(), 3U);
   EXPECT_EQ(inputs.instances[0].drive, BodyDrive::kParked);
@@ -94,7 +94,7 @@ TEST(Instances, AreParkedAtFirstAndInactiveAsSecondOnesInParkedInputs) {
 }
 
 // The hand goes through the place of the block as if the block were not there.
-TEST(Instances, AnInactiveOneNeitherPushesNorIsPushed) {
+TEST(Instances, InactiveInstanceHasNoContact) {
   kHapticThread.Enter();
   CubeAndBlock inactive(false);
   inactive.inputs.instances[kBlock].drive = BodyDrive::kInactive;
@@ -115,7 +115,7 @@ TEST(Instances, AnInactiveOneNeitherPushesNorIsPushed) {
 
 // The block is mirrored far beside the cube's way. Its second instance stays with it and stops
 // nobody until the inputs put it on that way.
-TEST(Instances, AnInactiveSecondOneStaysWithTheFirstUntilItIsActive) {
+TEST(Instances, InactiveSecondInstanceFollowsTheFirst) {
   kHapticThread.Enter();
   CubeAndBlock both(true);
   StepInputs::InstanceInput& first = both.inputs.instances[kBlock];

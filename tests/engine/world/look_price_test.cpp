@@ -69,7 +69,7 @@ Ride Turn(const std::shared_ptr<const WorldModel>& model, double capacity, doubl
 // The cost of looks does not depend on the travel: a ball that fills its hollow costs a frame
 // nearly as much where it is held to the floor. So looks do not slow it down, however little room
 // there is for them.
-TEST(LookPrice, SlowsNoHeavyContactForWhatSlowingDoesNotSave) {
+TEST(LookPrice, SlowsHeavyContactOnlyIfThatSavesQueries) {
   const auto model = BallInHollow();
   constexpr double kPrice = 400;
   const Ride free = Turn(model, 1e9, kPrice);
@@ -93,7 +93,7 @@ TEST(LookPrice, SlowsNoHeavyContactForWhatSlowingDoesNotSave) {
   }
 }
 
-TEST(LookPrice, IsNothingToABlockThatSlidesOnAPlate) {
+TEST(LookPrice, DoesNotSlowABlockSlidingOnAPlate) {
   const auto model = MakeWorldModel({{At(Box(Vec3(0.2, 0.08, 0.01)), Vec3(0, 0, -0.005)), true},
                                      {At(Box(Vec3(0.03, 0.02, 0.01)), Vec3(-0.05, 0, 0.0055))}},
                                     kVoxel);

@@ -19,7 +19,7 @@ using testing::Sphere;
 
 // The other peer's part re-appears behind ours after an outage: its mirror must walk there, not
 // jump.
-TEST(World, AMirrorThatJumpsDoesNotTunnel) {
+TEST(World, JumpingMirrorDoesNotTunnel) {
   kHapticThread.Enter();
   const TriangleMesh mine = At(Box(Vec3(0.04, 0.04, 0.003)), Vec3(0, 0, 0));
   const TriangleMesh theirs = At(Sphere(0.008, 3), Vec3(0, 0, 0.03));
@@ -47,7 +47,7 @@ TEST(World, AMirrorThatJumpsDoesNotTunnel) {
 }
 
 // A mirror may come 60 mm in a frame. The peer that takes it then takes no 60 m/s with it.
-TEST(World, WhatWasMirroredBeginsAtRest) {
+TEST(World, FormerMirrorStartsAtRest) {
   kHapticThread.Enter();
   const auto model = MakeWorldModel({{Box(Vec3(0.02, 0.02, 0.02))}}, 0.002);
   World world(model);
@@ -70,7 +70,7 @@ TEST(World, WhatWasMirroredBeginsAtRest) {
 }
 
 // The speed of a body that somebody throws is told, and the peer that takes it over lets it fly on.
-TEST(World, WhatWasMirroredBeginsAsItsInputsSay) {
+TEST(World, FormerMirrorStartsAtItsInputTwist) {
   kHapticThread.Enter();
   const auto model = MakeWorldModel({{Box(Vec3(0.02, 0.02, 0.02))}}, 0.002);
   World world(model);
@@ -90,7 +90,7 @@ TEST(World, WhatWasMirroredBeginsAsItsInputsSay) {
 }
 
 // A mirror that can meet nothing here follows its pose at once, as its own peer moves it.
-TEST(World, AMirrorAloneFollowsItsPoseAtFreeSpeed) {
+TEST(World, FreeMirrorFollowsItsPoseAtFullSpeed) {
   kHapticThread.Enter();
   const auto model = MakeWorldModel(
       {{At(Box(Vec3(0.2, 0.2, 0.01)), Vec3(0, 0, -0.2)), true}, {Sphere(0.01, 3)}}, kVoxel);

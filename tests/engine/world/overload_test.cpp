@@ -45,7 +45,7 @@ class Overload : public ::testing::TestWithParam<ContactModel> {};
 
 // A bar is pressed askew into the bottom of a blind slot 1.5 mm wider than itself: faces, edges
 // and corners touch on several sides at once.
-TEST_P(Overload, ABarJammedInASlotComesOut) {
+TEST_P(Overload, JammedBarComesOut) {
   std::mt19937_64 random(41);
   std::vector<testing::TestBody> bodies{
       {At(Box(Vec3(0.05, 0.05, 0.006)), Vec3(0, 0, -0.033)), true}};
@@ -63,7 +63,7 @@ TEST_P(Overload, ABarJammedInASlotComesOut) {
 }
 
 // Any body comes off a plate, however it is pressed onto it.
-TEST_P(Overload, AnyBodyPressedOntoAPlateComesOff) {
+TEST_P(Overload, BodyPressedOntoAPlateSeparates) {
   std::mt19937_64 random(42);
   const TriangleMesh plate = At(Box(Vec3(0.08, 0.08, 0.01)), Vec3(0, 0, -0.005));
   for (int trial = 0; trial < 4; ++trial) {
@@ -76,7 +76,7 @@ TEST_P(Overload, AnyBodyPressedOntoAPlateComesOff) {
   }
 }
 
-TEST_P(Overload, ABodyComesOffAnotherThatMoves) {
+TEST_P(Overload, BodySeparatesFromAMovingBody) {
   const auto model = MakeWorldModel({{Box(Vec3(0.04, 0.04, 0.01)), false, 1.0},
                                      {At(Box(Vec3(0.02, 0.02, 0.02)), Vec3(0, 0, 0.02))},
                                      {At(Box(Vec3(0.08, 0.08, 0.01)), Vec3(0, 0, -0.015)), true}},
@@ -86,7 +86,7 @@ TEST_P(Overload, ABodyComesOffAnotherThatMoves) {
 
 // Looks at what is in contact take all that a frame has room for, but for the last fifth of what
 // tests have.
-TEST_P(Overload, ABodyComesOffWhenLooksFillItsFrames) {
+TEST_P(Overload, BodySeparatesWhenQueriesFillItsFrames) {
   const double room = GetParam() == ContactModel::kPlain ? 1000 : 100;
   const auto model = MakeWorldModel({{At(Box(Vec3(0.08, 0.08, 0.01)), Vec3(0, 0, -0.005)), true},
                                      {At(Box(Vec3(0.03, 0.02, 0.01)), Vec3(0, 0, 0.025))}},

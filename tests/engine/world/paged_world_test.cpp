@@ -40,7 +40,7 @@ bool SamePose(const World& a, const World& b) {
          std::memcmp(&a.state(0).V_WB, &b.state(0).V_WB, sizeof(Twist)) == 0;
 }
 
-TEST(PagedWorld, MovesByTheSameBitsAsOneInMemoryButForFramesThatWait) {
+TEST(PagedWorld, MatchesAnUnpagedWorldExceptWaitingFrames) {
   const auto model = Washboard();
   World whole(model);
   Paged paged(*model);
@@ -69,7 +69,7 @@ TEST(PagedWorld, MovesByTheSameBitsAsOneInMemoryButForFramesThatWait) {
   EXPECT_GT(paged.world->resident_voxels()->counts().pages_given_up, 0U);
 }
 
-TEST(PagedWorld, WaitsForNothingWherePagesComeWithinTenFrames) {
+TEST(PagedWorld, DoesNotWaitForPagesWithinTenFrames) {
   const auto model = Washboard();
   Paged paged(*model);
   StepInputs inputs = FreeInputs(*model);
@@ -87,7 +87,7 @@ TEST(PagedWorld, WaitsForNothingWherePagesComeWithinTenFrames) {
   EXPECT_GT(paged.pages->order().size(), 5U);
 }
 
-TEST(PagedWorld, StandsWithoutForceForAsLongAsVoxelsDoNotCome) {
+TEST(PagedWorld, StandsWithoutForceWhileVoxelsAreMissing) {
   const auto model = Washboard();
   Paged paged(*model);
   paged.pages->Close();
@@ -119,7 +119,7 @@ TEST(PagedWorld, StandsWithoutForceForAsLongAsVoxelsDoNotCome) {
   EXPECT_NE(std::memcmp(&stands, &paged.world->state(0).X_WB, sizeof stands), 0);
 }
 
-TEST(PagedWorld, SaysWhatTheDiskSaid) {
+TEST(PagedWorld, ReportsDiskErrors) {
   const auto model = Washboard();
   Paged paged(*model);
   paged.pages->Break();

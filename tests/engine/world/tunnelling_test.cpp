@@ -35,7 +35,7 @@ class NoTunnelling : public ::testing::TestWithParam<double> {};
 // The goal is thrown through the plate in one frame, so that the hand pulls with all it has. The
 // plate is one and three voxels thick. The body stays on its side and its exact surface out,
 // whatever the direction.
-TEST_P(NoTunnelling, ABodyThrownAtAThinPlateStaysOnItsSide) {
+TEST_P(NoTunnelling, ThrownBodyDoesNotTunnelThroughAThinPlate) {
   kHapticThread.Enter();
   const double thickness = GetParam() * kVoxel;
   std::mt19937_64 random(7);
@@ -76,7 +76,7 @@ INSTANTIATE_TEST_SUITE_P(Voxels, NoTunnelling, ::testing::Values(1.0, 3.0));
 // A hand's goal goes through a thin plate, or a sheet without thickness, at 5 m/s and waits beyond
 // it; the body, turned at random, stays on its side. More tries:
 // `tandem bench fidelity --only sheets`.
-TEST(Sheets, AGoalAtFiveMetresASecondTakesNoBodyThroughASheet) {
+TEST(Sheets, FastGoalDoesNotPullABodyThroughASheet) {
   kHapticThread.Enter();
   constexpr double kThin = 0.3 * kVoxel;
   constexpr double kSpeed = 5;  // m/s
@@ -110,7 +110,7 @@ class ExactSurfaces : public ::testing::TestWithParam<ContactModel> {};
 // layer 2, the least that the paper says it of (§3.2). Then refined contact holds it to half a
 // voxel; plain contact pushes a corner along the corner's own normal, and lets two of twelve go a
 // voxel in.
-TEST_P(ExactSurfaces, ArePushedBeforeTheyMeetAtTheModelsOwnLayer) {
+TEST_P(ExactSurfaces, ArePushedApartBeforeTheyMeetAtTheDefaultLayer) {
   kHapticThread.Enter();
   std::mt19937_64 random(8);
   const TriangleMesh plate = At(Box(Vec3(0.06, 0.06, 0.008)), Vec3(0, 0, -0.004));
@@ -147,7 +147,7 @@ INSTANTIATE_TEST_SUITE_P(Models, ExactSurfaces,
 
 // Others hold a shared body in two places, and both instances are drawn into the wall as yielding
 // mirrors are: neither gets into it.
-TEST(World, BothInstancesOfAPartedBodyStopAtTheFixture) {
+TEST(World, BothInstancesOfASeparatedBodyStopAtTheFixture) {
   kHapticThread.Enter();
   const TriangleMesh wall = At(Box(Vec3(0.01, 0.12, 0.06)), Vec3(-0.005, 0, 0));
   const TriangleMesh cube = At(Box(Vec3(0.02, 0.02, 0.02)), Vec3(0.02, 0, 0));

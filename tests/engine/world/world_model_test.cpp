@@ -35,7 +35,7 @@ class LoadedWorld : public ::testing::Test {
 
 // Three cubes side by side are one slab in mass, centre, inertia and surface. Each keeps its own
 // mesh and colour. The whole stands turned, and its parts are named before and after it.
-TEST_F(LoadedWorld, MergedPartsAreOneBodyThatKeepsTheirMeshes) {
+TEST_F(LoadedWorld, MergedPartsFormOneBodyWithAllMeshes) {
   const auto pose = [](double x) {
     return "\"pose\": {\"p_W\": [" + std::to_string(x) + ", 0, 0], \"q_xyzw\": [0, 0, 1, 0]}";
   };
@@ -68,7 +68,7 @@ TEST_F(LoadedWorld, MergedPartsAreOneBodyThatKeepsTheirMeshes) {
 }
 
 // Neither points nor voxels are kept where contact reads none of them; benches make both.
-TEST_F(LoadedWorld, HasWhatItsContactReadsAndNoMore) {
+TEST_F(LoadedWorld, BuildsOnlyWhatItsContactModelReads) {
   const std::string bodies =
       R"({"name": "a", "mesh": "cube.obj", "mass_kg": 1},
          {"name": "b", "mesh": "cube.obj", "mass_kg": 1, "pose": {"p_W": [0.05, 0, 0]}},
@@ -99,7 +99,7 @@ TEST_F(LoadedWorld, HasWhatItsContactReadsAndNoMore) {
 }
 
 // Outwards a cube's faces and edges part; inwards they come together.
-TEST_F(LoadedWorld, SaysWhereDisplacedPointsPartByMoreThanAVoxel) {
+TEST_F(LoadedWorld, ReportsDisplacedPointsWithGapsOverAVoxel) {
   const auto remarks = [this](const std::string& shift) {
     return Load(R"({"name": "c", "mesh": "cube.obj", "mass_kg": 1, "inward_shift_voxels": )" +
                     shift + "}",
@@ -114,7 +114,7 @@ TEST_F(LoadedWorld, SaysWhereDisplacedPointsPartByMoreThanAVoxel) {
 }
 
 // A cube's faces part by as much as they are displaced; a hundredth of a voxel is nothing to tell.
-TEST_F(LoadedWorld, DoesNotWarnOfAGapThatIsAVoxelAsWritten) {
+TEST_F(LoadedWorld, DoesNotWarnOfAGapOfOneVoxel) {
   const auto world = Load(R"({"name": "c", "mesh": "cube.obj", "mass_kg": 1})", "plain");
   const BodyModel& cube = world->bodies[0];
   const double voxel = world->scene.voxel_size;
@@ -125,7 +125,7 @@ TEST_F(LoadedWorld, DoesNotWarnOfAGapThatIsAVoxelAsWritten) {
 }
 
 // A bracket of 47 mm in a file of millimetres, read as metres.
-TEST_F(LoadedWorld, AForgottenScaleIsAskedForInPlaceOfLargerVoxels) {
+TEST_F(LoadedWorld, MissingScaleIsSuggestedInsteadOfLargerVoxels) {
   folder_.Write("mm.obj", ObjText(Box(Vec3(47, 131, 6))));
   for (const char* kind : {R"("fixed": true)", R"("mass_kg": 1)"}) {
     const Result<Scene> scene =
@@ -144,7 +144,7 @@ TEST_F(LoadedWorld, AForgottenScaleIsAskedForInPlaceOfLargerVoxels) {
 }
 
 // A user who gives the scale of a plate of 3 m, be it 1, is not asked for it.
-TEST_F(LoadedWorld, AScaleThatIsGivenIsNotAskedFor) {
+TEST_F(LoadedWorld, GivenScaleIsNotSuggested) {
   folder_.Write("plate.obj", ObjText(Box(Vec3(0.01, 3, 0.01))));
   const auto remarks = [this](const std::string& scale) {
     return Load(R"({"name": "c", "mesh": "plate.obj", "mass_kg": 1)" + scale + "}")->remarks;
@@ -184,7 +184,7 @@ TEST_F(LoadedWorld, RefusesALayerThatMissesContacts) {
   EXPECT_TRUE(LoadWorld(scene));
 }
 
-TEST_F(LoadedWorld, ABodysConstraintHoldsItWhereItStands) {
+TEST_F(LoadedWorld, ConstraintHoldsABodyInPlace) {
   const auto world = Load(
       R"({"name": "lid", "mesh": "slab.obj", "mass_kg": 0.2, "pose": {"p_W": [0.03, 0, 0]},
           "constraint": {"hinge": {"p_W": [0, 0, 0], "axis_W": [0, 2, 0]}}},

@@ -24,7 +24,7 @@ using testing::Sphere;
 using testing::Uniform;
 using testing::UntestedPoints;
 
-TEST(World, NothingMovesWhereNothingPulls) {
+TEST(World, NothingMovesWithoutForce) {
   kHapticThread.Enter();
   const auto model = MakeWorldModel({{At(Sphere(0.01, 2), Vec3(0, 0, 0.05))}}, kVoxel);
   World world(model);
@@ -143,7 +143,7 @@ TEST(World, TestsEveryPointInContactWhileTheVoxmapsBodyTurns) {
   }
 }
 
-TEST(World, ParkedBodiesStandAndPushBack) {
+TEST(World, ParkedBodiesAreRigid) {
   kHapticThread.Enter();
   const auto model = MakeWorldModel({{At(Box(Vec3(0.02, 0.02, 0.02)), Vec3(0, 0, 0.04))},
                                      {At(Box(Vec3(0.03, 0.03, 0.02)), Vec3(0, 0, 0))}},
@@ -157,7 +157,7 @@ TEST(World, ParkedBodiesStandAndPushBack) {
   EXPECT_GT(world.state(0).X_WB.p.z(), 0.020);  // centres nearer than that would overlap
 }
 
-TEST(World, SameInputsGiveTheSameBits) {
+TEST(World, IsDeterministic) {
   kHapticThread.Enter();
   const TriangleMesh plate = At(Box(Vec3(0.06, 0.06, 0.008)), Vec3(0, 0, -0.004));
   const auto model =
@@ -175,7 +175,7 @@ TEST(World, SameInputsGiveTheSameBits) {
   }
 }
 
-TEST(World, AThousandFramesAllocateNothing) {
+TEST(World, FramesAllocateNothing) {
   kHapticThread.Enter();
   const TriangleMesh plate = At(Box(Vec3(0.06, 0.06, 0.008)), Vec3(0, 0, -0.004));
   const auto model = MakeWorldModel({{plate, true},

@@ -129,7 +129,7 @@ long NetworkLinesOf(const std::filesystem::path& file) {
   return lines;
 }
 
-TEST(Fuzz, ARunningSessionOutlivesBadPacketsAtEveryPort) {
+TEST(Fuzz, SessionSurvivesInvalidPacketsAtEveryPort) {
   constexpr double kLongEnough = 3600;  // s: they are ended
   const TemporaryFolder folder;
   const std::filesystem::path said = folder.path() / "said";

@@ -34,7 +34,7 @@ int PriorityOf(Program& program, const std::string& thread) {
   return parameters.sched_priority;
 }
 
-TEST_F(HostileFloods, StatesOfInventedBodiesTakeNoMemoryAreCountedAndTold) {
+TEST_F(HostileFloods, StatesOfForgedBodiesTakeNoMemoryAndAreReported) {
   Program anna = Peer();
   ASSERT_TRUE(anna.Says("is in session"));
   ExpectLittle(GrowthUnder("keys", anna));
@@ -48,7 +48,7 @@ TEST_F(HostileFloods, StatesOfInventedBodiesTakeNoMemoryAreCountedAndTold) {
 
 // Cyclone's thread "gc" frees what readers did not keep. Where it waits for a core that long,
 // nothing is freed.
-TEST_F(HostileFloods, InventedBodiesTakeNoMemoryWhileNothingIsFreed) {
+TEST_F(HostileFloods, ForgedBodiesTakeNoMemoryWhileGarbageCollectionIsStopped) {
   Program anna = Peer();
   ASSERT_TRUE(anna.Says("is in session"));
   stopped_thread_ = "gc";
@@ -59,7 +59,7 @@ TEST_F(HostileFloods, InventedBodiesTakeNoMemoryWhileNothingIsFreed) {
   EXPECT_GT(Report().at("drops").at("many_keys").get<long>(), 1000);
 }
 
-TEST_F(HostileFloods, AMembersInventedBodiesTakeNoMoreThanAStrangers) {
+TEST_F(HostileFloods, MembersForgedBodiesAreBoundedAsAStrangers) {
   Program anna = SecuredPeer("ben", Role::kActive);
   ASSERT_TRUE(anna.Says("is in session"));
   ExpectLittle(GrowthUnder("keys", anna, "ben", In("keys-ben").string()));
@@ -70,7 +70,7 @@ TEST_F(HostileFloods, AMembersInventedBodiesTakeNoMoreThanAStrangers) {
   EXPECT_GT(drops.at("flood").get<long>() + drops.at("many_keys").get<long>(), 1000);
 }
 
-TEST_F(HostileFloods, InventedViewersOfAViewersKeysTakeNoMemory) {
+TEST_F(HostileFloods, ForgedViewersWithAViewersKeysTakeNoMemory) {
   Program anna = SecuredPeer("vic", Role::kViewer);
   ASSERT_TRUE(anna.Says("is in session"));
   ExpectLittle(GrowthUnder("lookers", anna, "", In("keys-vic").string()));
@@ -83,7 +83,7 @@ TEST_F(HostileFloods, InventedViewersOfAViewersKeysTakeNoMemory) {
 }
 
 // Where there is one core for all of a peer's threads, those that receive stand below the hand's.
-TEST_F(HostileFloods, StatesOfAStrangerLeaveAHandOnOneCoreItsFrames) {
+TEST_F(HostileFloods, StrangersStatesDoNotStarveTheHapticThread) {
   cpu_set_t all;
   ASSERT_EQ(sched_getaffinity(0, sizeof all, &all), 0);
   int last = 0;
@@ -113,7 +113,7 @@ TEST_F(HostileFloods, StatesOfAStrangerLeaveAHandOnOneCoreItsFrames) {
             0.05 * report.at("judged_frames").get<double>());
 }
 
-TEST_F(HostileFloods, InventedNamesTakeNoMemoryAndFewLines) {
+TEST_F(HostileFloods, ForgedNamesTakeNoMemoryAndFewLines) {
   Program anna = Peer();
   ASSERT_TRUE(anna.Says("is in session"));
   ExpectLittle(GrowthUnder("names", anna));
@@ -124,7 +124,7 @@ TEST_F(HostileFloods, InventedNamesTakeNoMemoryAndFewLines) {
   EXPECT_GT(Report().at("drops").at("flood").get<long>(), 1000);
 }
 
-TEST_F(HostileFloods, AMembersInventedNamesTakeNoMemoryAndAreNotShown) {
+TEST_F(HostileFloods, MembersForgedNamesTakeNoMemoryAndAreNotShown) {
   Program anna = SecuredPeer("ben", Role::kActive);
   ASSERT_TRUE(anna.Says("is in session"));
   ExpectLittle(GrowthUnder("names", anna, "ben", In("keys-ben").string()));
@@ -134,7 +134,7 @@ TEST_F(HostileFloods, AMembersInventedNamesTakeNoMemoryAndAreNotShown) {
   EXPECT_EQ(anna.Wait(), 0);
 }
 
-TEST_F(HostileFloods, PiecesOfASampleThatIsNeverWholeTakeNoMemory) {
+TEST_F(HostileFloods, IncompleteSamplesTakeNoMemory) {
   Program anna = Peer();
   ASSERT_TRUE(anna.Says("is in session"));
   ExpectLittle(GrowthUnder("pieces", anna));
@@ -143,7 +143,7 @@ TEST_F(HostileFloods, PiecesOfASampleThatIsNeverWholeTakeNoMemory) {
   EXPECT_EQ(anna.Wait(), 0);
 }
 
-TEST_F(HostileFloods, InventedHostsFillNoController) {
+TEST_F(HostileFloods, ForgedHostsDoNotFillAController) {
   Program anna = Peer({"--control", session_});
   ASSERT_TRUE(anna.Says("is in session"));
   ExpectLittle(GrowthUnder("hosts", anna, ""));
@@ -153,7 +153,7 @@ TEST_F(HostileFloods, InventedHostsFillNoController) {
   EXPECT_EQ(anna.Wait(), 0);
 }
 
-TEST_F(HostileFloods, InventedHostsFillNoControllerWhileNothingIsFreed) {
+TEST_F(HostileFloods, ForgedHostsDoNotFillAControllerWhileGarbageCollectionIsStopped) {
   Program anna = Peer({"--control", session_});
   ASSERT_TRUE(anna.Says("is in session"));
   stopped_thread_ = "gc";
@@ -164,7 +164,7 @@ TEST_F(HostileFloods, InventedHostsFillNoControllerWhileNothingIsFreed) {
   EXPECT_GT(Report().at("drops").at("many_keys").get<long>(), 1000);
 }
 
-TEST_F(HostileFloods, AHostAttachesWhileInventedOnesCome) {
+TEST_F(HostileFloods, HostAttachesDuringAFloodOfForgedHosts) {
   Program anna = Peer({"--control", session_});
   ASSERT_TRUE(anna.Says("is in session"));
   Program attacker = Attack("hosts");
@@ -182,7 +182,7 @@ TEST_F(HostileFloods, AHostAttachesWhileInventedOnesCome) {
   EXPECT_EQ(anna.Wait(), 0);
 }
 
-TEST_F(HostileFloods, AnnouncementsOfInventedProgramsAreDroppedBeforeDdsAndToldOnce) {
+TEST_F(HostileFloods, ForgedAnnouncementsAreDroppedBeforeDdsAndReportedOnce) {
   Program anna = Peer();
   ASSERT_TRUE(anna.Says("is in session"));
   ExpectLittle(GrowthUnder("packets", anna, ""));
@@ -197,7 +197,7 @@ TEST_F(HostileFloods, AnnouncementsOfInventedProgramsAreDroppedBeforeDdsAndToldO
   EXPECT_EQ(told, 1) << anna.said();
 }
 
-TEST_F(HostileFloods, AStrangersAnnouncementsTakeNoMemoryOfASecuredSession) {
+TEST_F(HostileFloods, StrangersAnnouncementsTakeNoMemoryInASecuredSession) {
   const std::filesystem::path keys = In("keys");
   ASSERT_TRUE(MakeSessionKeys(keys));
   ASSERT_TRUE(MakeMemberKeys(keys, "anna", Role::kActive, In("keys-anna")));
@@ -209,7 +209,7 @@ TEST_F(HostileFloods, AStrangersAnnouncementsTakeNoMemoryOfASecuredSession) {
   EXPECT_GT(Report().at("packets_refused").at("new_sender").get<long>(), 1000);
 }
 
-TEST_F(HostileFloods, EndsOfInventedInstancesTakeNoMemoryAndHoldUpNobody) {
+TEST_F(HostileFloods, ForgedDisposalsTakeNoMemoryAndDelayNoPeer) {
   Program anna = Peer();
   ASSERT_TRUE(anna.Says("is in session"));
   ExpectLittle(GrowthUnder("ends", anna));
@@ -224,7 +224,7 @@ TEST_F(HostileFloods, EndsOfInventedInstancesTakeNoMemoryAndHoldUpNobody) {
   EXPECT_EQ(anna.Wait(), 0);
 }
 
-TEST_F(HostileFloods, WhoComesAndGoesIsToldOfOnceASecond) {
+TEST_F(HostileFloods, RepeatedJoinsAreReportedOnceASecond) {
   Program anna = Peer();
   ASSERT_TRUE(anna.Says("is in session"));
   GrowthUnder("flap", anna);
@@ -234,7 +234,7 @@ TEST_F(HostileFloods, WhoComesAndGoesIsToldOfOnceASecond) {
   EXPECT_EQ(anna.Wait(), 0);
 }
 
-TEST_F(HostileFloods, ANameThatIsNoTextLeavesReportAndLogReadable) {
+TEST_F(HostileFloods, InvalidNameLeavesReportAndLogReadable) {
   Program anna = Peer();
   ASSERT_TRUE(anna.Says("is in session"));
   Program attacker = Attack("name", "-", 0);
@@ -248,7 +248,7 @@ TEST_F(HostileFloods, ANameThatIsNoTextLeavesReportAndLogReadable) {
   EXPECT_THAT(anna.said(), Not(HasSubstr("\xff")));
 }
 
-TEST_F(HostileFloods, ManifestsOfInventedAuthorsFillNoRelay) {
+TEST_F(HostileFloods, ForgedManifestsDoNotFillARelay) {
   Program relay = Program(
       {TANDEM_PROGRAM, "relay", "--session", session_, "--interface", "lo", "--domain", kDomain},
       In("relay"));
@@ -259,7 +259,7 @@ TEST_F(HostileFloods, ManifestsOfInventedAuthorsFillNoRelay) {
   EXPECT_EQ(relay.Wait(), 0);
 }
 
-TEST_F(HostileFloods, PicturesOfInventedBodiesFillNoViewer) {
+TEST_F(HostileFloods, ForgedBodiesDoNotFillAViewer) {
   Program watch = Program(
       {TANDEM_PROGRAM, "watch", "--session", session_, "--interface", "lo", "--domain", kDomain},
       In("watch"));

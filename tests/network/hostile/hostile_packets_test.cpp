@@ -188,7 +188,7 @@ std::map<std::string, Octets> WhatStandsInFront(std::uint64_t sender) {
           {"the last one there is", of(0xFF, eight)}};
 }
 
-TEST(HostilePackets, NothingInFrontHidesAForgedAnnouncementFromARunningPeer) {
+TEST(HostilePackets, PrecedingSubmessagesDoNotHideAForgedAnnouncement) {
   const TemporaryFolder folder;
   const std::filesystem::path said = folder.path() / "said";
   RealPeers peers({.count = 1, .seconds = 3600, .said = said.string()});

@@ -22,7 +22,7 @@ using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-TEST_F(HostileRights, OutsidersOfAPlainSessionTakeNothingAndKeepNobodyOutByOffers) {
+TEST_F(HostileRights, OutsidersCannotTakeBodiesOrBlockJoining) {
   BeginPlain();
   {
     ChildPeer tells_badly = Attacker("say_badly_slowly", "-", kMallory + 1);
@@ -66,14 +66,14 @@ TEST_F(HostileRights, OutsidersOfAPlainSessionTakeNothingAndKeepNobodyOutByOffer
   EXPECT_EQ(eve->QuitAndWait(), 0) << eve->said();
 }
 
-TEST_F(HostileRights, AViewerTakesNothingOutOfAHand) {
+TEST_F(HostileRights, ViewerCannotTakeAHeldBody) {
   BeginSecured();
   AttackByAllMeans("vic");
   // the plug-ins let nothing through of what its permissions do not name
   EXPECT_EQ(Told("anna", "vic"), 0) << programs_.at("anna")->said();
 }
 
-TEST_F(HostileRights, AMemberTakesNothingOutOfAHandAndIsToldOfOnce) {
+TEST_F(HostileRights, MemberCannotTakeAHeldBodyAndIsReportedOnce) {
   const std::time_t began = std::time(nullptr);
   BeginSecured();
   // keys that end meanwhile, of one that goes on to attack and of one that does not; where all
@@ -119,7 +119,7 @@ TEST_F(HostileRights, AMemberTakesNothingOutOfAHandAndIsToldOfOnce) {
   }
 }
 
-TEST_F(HostileRights, ANewcomerJoinsTheSceneThatMostGoByWhateverAMemberOffers) {
+TEST_F(HostileRights, NewcomerJoinsTheMajoritysScene) {
   BeginSecured();
   ChildPeer carl = Attacker("offer_fine_slowly", "carl");
   ASSERT_TRUE(carl.Says("attacking"));
@@ -132,7 +132,7 @@ TEST_F(HostileRights, ANewcomerJoinsTheSceneThatMostGoByWhateverAMemberOffers) {
   EXPECT_TRUE(programs_.at("anna")->Says("carl is lost")) << programs_.at("anna")->said();
 }
 
-TEST_F(HostileRights, WhoComesWithAnothersKeysGoesAndTheFirstKeepsItsPart) {
+TEST_F(HostileRights, SecondUserOfTheSameKeysLeavesAndTheFirstStays) {
   BeginSecured();
   Program second({TANDEM_PROGRAM, "peer", "--session", session_, "--interface", "lo", "--scene",
                   TANDEM_SCENES "/ball_and_socket.json", "--brief", "--hold", "ball", "--secure",

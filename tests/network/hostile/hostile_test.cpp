@@ -110,7 +110,7 @@ class HostileWriters {
   std::uint32_t seq_ = 0;
 };
 
-TEST(Hostile, SamplesThatNoSoundPeerSendsAreDroppedAndCountedByReason) {
+TEST(Hostile, InvalidSamplesAreDroppedAndCountedByReason) {
   RealPeers peers({.count = 1, .seconds = 120});
   {
     OwnPeer known(peers.session(), kHostile, OwnPeer::Stepped{});

@@ -146,7 +146,7 @@ TEST_P(Scenes, CornersStayApartInSinglePrecision) {
   }
 }
 
-TEST_P(Scenes, AreMadeOfTheSameBytesEachTime) {
+TEST_P(Scenes, AreReproducibleByteForByte) {
   const ScratchFolder first;
   const ScratchFolder second;
   ASSERT_FALSE(WriteScene(GetParam().make(), first.path()));
@@ -173,7 +173,7 @@ TEST_P(WayOut, StartsFiveMillimetresClear) {
   EXPECT_GT(LeastClearance(PartOnItsWay(loaded.moving, 1.5), solid, Waypoint{}), 5.0);
 }
 
-TEST_P(WayOut, HandsMeanToGoThroughSolidAndEndOutside) {
+TEST_P(WayOut, IntendedPathCrossesSolidAndEndsOutside) {
   const LoadedScene loaded(GetParam().make());
   const SolidProbe solid(loaded.fixed, 10);
   const PartOnItsWay part(loaded.moving, 4.0);
@@ -202,7 +202,7 @@ TEST_P(WayOut, HandsMeanToGoThroughSolidAndEndOutside) {
   }
 }
 
-TEST_P(WayOut, SecondHandMeansTheSameButLagsBehind) {
+TEST_P(WayOut, SecondHandFollowsTheFirstWithALag) {
   const LoadedScene loaded(GetParam().make());
   const HandScript first = loaded.HandAt(0);
   const HandScript second = loaded.HandAt(1);
@@ -239,7 +239,7 @@ Waypoint OnTheThread(double turns) {
   return {0, Vec3(0, 0, kPitch * turns), RotationBy(Vec3(0, 0, 2 * M_PI * turns))};
 }
 
-TEST(NutAndBoltScene, TheNutHasPlayAllAlongItsThreadAndNoneBesideIt) {
+TEST(NutAndBoltScene, NutMovesAlongItsThreadOnly) {
   constexpr double kPlay = 0.15;  // mm, along the axis; less where flanks are of other facets
   const LoadedScene loaded(NutAndBolt());
   const SolidProbe solid(loaded.fixed, 1);
@@ -258,7 +258,7 @@ TEST(NutAndBoltScene, TheNutHasPlayAllAlongItsThreadAndNoneBesideIt) {
   }
 }
 
-TEST(NutAndBoltScene, HandsScrewTheNutOnByATurnAndThenOff) {
+TEST(NutAndBoltScene, HandsScrewTheNutOnAndOff) {
   const LoadedScene loaded(NutAndBolt());
   const HandScript script = loaded.HandAt(0);
   double turned = 0;
@@ -317,7 +317,7 @@ TEST_F(BracketActuatorScene, StraightWayOutCrossesAWebOfMoreThanEightMillimetres
   EXPECT_GE(longest, 8.0);
 }
 
-TEST_F(BracketActuatorScene, ATurnAndASlideIsAFreeWay) {
+TEST_F(BracketActuatorScene, TurnAndSlideIsCollisionFree) {
   const PartOnItsWay part(loaded_->moving, 3.0);
   for (int degrees = 0; degrees <= 90; degrees += 10) {
     Waypoint turn;

@@ -39,7 +39,7 @@ TEST(Shapes, AreClosedAndTurnedOutward) {
   }
 }
 
-TEST(Shapes, HaveTheVolumesOfTheirFormulas) {
+TEST(Shapes, HaveTheirAnalyticVolumes) {
   EXPECT_NEAR(Volume(Box({-1, -2, -3}, {1, 2, 3})), 48, 1e-9);
   EXPECT_NEAR(Volume(Revolved({{5, 0}, {5, 10}}, 24)), 10 * PolygonArea(5, 24), 1e-9);
   EXPECT_NEAR(Volume(RevolvedRing({{5, 0}, {7, 0}, {7, 3}, {5, 3}}, 24)),
@@ -52,7 +52,7 @@ TEST(Shapes, HaveTheVolumesOfTheirFormulas) {
               8 * M_PI * 25 * 0.002);
 }
 
-TEST(Shapes, OutlineReachesAsFarAsItsHull) {
+TEST(Shapes, OutlineMatchesItsHull) {
   const Outline slot = {{{-3, 0}, 2}, {{3, 0}, 2}};
   EXPECT_NEAR(Reach(slot, 0), 5, 1e-4);
   EXPECT_NEAR(Reach(slot, M_PI), 5, 1e-4);
@@ -60,14 +60,14 @@ TEST(Shapes, OutlineReachesAsFarAsItsHull) {
   EXPECT_NEAR(Reach(slot, M_PI / 4), 2 * std::sqrt(2.0), 1e-4);  // on the straight side
 }
 
-TEST(Shapes, OctahedralSphereHasFourTimesTheTrianglesALevelAndItsCornersOnTheSphere) {
+TEST(Shapes, OctahedralSphereQuadruplesPerLevelAndLiesOnTheSphere) {
   const TriangleMesh sphere = OctahedralSphere(3, 3, false);
   EXPECT_EQ(sphere.triangles.size(), 8U * 4 * 4 * 4);
   for (const Vec3& vertex : sphere.vertices) EXPECT_NEAR(vertex.norm(), 3, 1e-12);
   EXPECT_NEAR(Volume(sphere), 4.0 / 3 * M_PI * 27, 0.03 * 4.0 / 3 * M_PI * 27);
 }
 
-TEST(SolidProbe, KnowsInsideAndDistanceOfABox) {
+TEST(SolidProbe, ReportsContainmentAndDistanceOfABox) {
   const SolidProbe probe(Box({0, 0, 0}, {10, 20, 30}), 6);
   EXPECT_TRUE(probe.Inside({5, 5, 5}));
   EXPECT_FALSE(probe.Inside({5, 5, 31}));

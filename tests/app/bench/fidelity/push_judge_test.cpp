@@ -30,7 +30,7 @@ Vec3 Turned(double degrees, const Vec3& way) {
   return RotationBy(degrees * M_PI / 180 * Vec3::UnitX()) * way;
 }
 
-TEST(PushJudge, TellsHowFarAFaceIsFromAPlaceOnEitherBody) {
+TEST(PushJudge, MeasuresFaceDistanceOnEitherBody) {
   const PushJudge judge(kSlab, kCube, kVoxel);
   for (const double voxels : {0.01, 0.3, 0.9}) {
     const Pose X_WB = CubeAt(voxels);
@@ -46,7 +46,7 @@ TEST(PushJudge, TellsHowFarAFaceIsFromAPlaceOnEitherBody) {
 
 // The slab's upper face is two triangles. Beside their common edge, a diagonal, the triangle that
 // is a little farther gives no direction of its own.
-TEST(PushJudge, TakesNoWayOffAnEdgeAlongWhichTheSurfaceGoesOnNearer) {
+TEST(PushJudge, RejectsEdgeDirectionsWhenAFaceIsNearer) {
   const PushJudge judge(kSlab, kCube, kVoxel);
   for (const double diagonal : {-1.0, 1.0}) {
     for (const double beside : {-0.05, 0.05}) {
@@ -63,7 +63,7 @@ TEST(PushJudge, TakesNoWayOffAnEdgeAlongWhichTheSurfaceGoesOnNearer) {
 }
 
 // The way leads out of the solid, however deep a place is in it.
-TEST(PushJudge, TellsTheWayOutOfASolid) {
+TEST(PushJudge, FindsTheWayOutOfASolid) {
   const PushJudge judge(kSlab, kCube, kVoxel);
   const Pose X_WB = CubeAt(-0.4);
   const JudgedPush up = judge.Judge(X_WB * Vec3(0.001, 0.002, -0.005), kUp, X_WB);
@@ -73,7 +73,7 @@ TEST(PushJudge, TellsTheWayOutOfASolid) {
 
 // The place is as far out beside an edge as up, so the way off is the diagonal and no face's
 // normal.
-TEST(PushJudge, TakesTheWayOffAnEdgeWhereThatIsNearest) {
+TEST(PushJudge, AcceptsEdgeDirectionsWhenTheEdgeIsNearest) {
   const PushJudge judge(kSlab, kCube, kVoxel);
   const Vec3 p_W(0.05 + 0.2 * kVoxel, 0.003, 0.2 * kVoxel);
   // the cube's lower corner stands there
@@ -85,7 +85,7 @@ TEST(PushJudge, TakesTheWayOffAnEdgeWhereThatIsNearest) {
 }
 
 // In the corner of a slab and a wall upon it both push, and so does any direction between theirs.
-TEST(PushJudge, TakesAnyWayBetweenThoseOfFacesThatAreAsNear) {
+TEST(PushJudge, AcceptsDirectionsBetweenEquallyNearFaces) {
   TriangleMesh notch = kSlab;
   Append(notch, At(Box(Vec3(0.01, 0.1, 0.02)), Vec3(-0.005, 0, 0.0099)));  // its face: x = 0
   const PushJudge judge(notch, kCube, kVoxel);
@@ -103,7 +103,7 @@ TEST(PushJudge, TakesAnyWayBetweenThoseOfFacesThatAreAsNear) {
 }
 
 // The angles are of spherical trigonometry: from a side of a square cone, and from its corner.
-TEST(AngleFromCone, IsThatFromItsNearestSideOrEdge) {
+TEST(AngleFromCone, IsMeasuredFromTheNearestSideOrEdge) {
   const std::vector<Vec3> quadrant{Vec3::UnitX(), Vec3::UnitY(), kUp};
   EXPECT_NEAR(AngleFromCone(Vec3(1, 2, 3).normalized(), quadrant), 0, 1e-6);
   EXPECT_NEAR(AngleFromCone(Turned(30, kUp), quadrant), 30, 1e-6);
@@ -125,7 +125,7 @@ TEST(FalsePushes, CountsEachFaultAndWhatForceItHas) {
 
 // A slope of 50 N over a 64th part of the way that is halved 20 times leaves less than a millionth
 // of a newton.
-TEST(LargestForceStep, FindsAJumpAndNoSlope) {
+TEST(LargestForceStep, DetectsJumpsAndIgnoresSlopes) {
   for (const double jump : {0.0, 3.0}) {
     const auto force_at = [jump](double share) {
       return Vec3(50 * share, share > 0.3137 ? jump : 0.0, 0);

@@ -20,7 +20,7 @@ TEST(PairedRatios, BaseIsTheMeanOfTheRunsBeforeAndAfter) {
 }
 
 // The machine grows slower by half while it measures. Each round is compared with itself.
-TEST(PairedRatios, DriftOfTheMachineIsNoRatio) {
+TEST(PairedRatios, MachineDriftIsNotCounted) {
   std::vector<double> before;
   std::vector<double> watched;
   std::vector<double> after;

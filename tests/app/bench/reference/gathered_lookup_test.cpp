@@ -16,7 +16,7 @@ using testing::Uniform;
 
 using GatheredLookup = testing::EveryTarget;
 
-TEST_F(GatheredLookup, ScatteredPlacesReadWhatTheMapSaysOnEveryInstructionSet) {
+TEST_F(GatheredLookup, ScatteredLookupsMatchTheMapOnEveryInstructionSet) {
   std::mt19937_64 random(12);
   for (const int bits : {2, 4, 8}) {
     const Voxmap voxmap = RandomMap(bits, bits == 2 ? 1 : 8, random());

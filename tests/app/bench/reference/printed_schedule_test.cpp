@@ -18,7 +18,7 @@ using testing::Rods;
 using testing::Swim;
 
 // The same pushes go to the same bodies, each held to the travel that its own schedule allows.
-TEST(PrintedSchedule, IsLateWhereOursIsNot) {
+TEST(PrintedSchedule, MissesContactsThatOurScheduleFinds) {
   const Bodies bodies = Rods();
   const auto points = static_cast<double>(bodies.shell.size());
   const int trials = 8;

@@ -38,7 +38,7 @@ class EventSourceList : public ::testing::Test {
   std::array<TandemDeviceFound, 4> found_{};
 };
 
-TEST_F(EventSourceList, NamesEachOfSeveralByItsOption) {
+TEST_F(EventSourceList, NamesSeveralDevicesByTheirOptions) {
   Put("event1", "mouse");
   Put("event2", "");
   Put("event3", "mouse");
@@ -50,7 +50,7 @@ TEST_F(EventSourceList, NamesEachOfSeveralByItsOption) {
   EXPECT_EQ(found_[1].options, Path("event3"));
 }
 
-TEST_F(EventSourceList, NeedsNoOptionForTheOnlyOne) {
+TEST_F(EventSourceList, SingleDeviceNeedsNoOption) {
   Put("event1", "");
   Put("event2", "mouse");
   ASSERT_EQ(List(), 1);
@@ -58,14 +58,14 @@ TEST_F(EventSourceList, NeedsNoOptionForTheOnlyOne) {
   EXPECT_STREQ(found_[0].options, "");
 }
 
-TEST_F(EventSourceList, SaysInOneEntryThatThereIsNone) {
+TEST_F(EventSourceList, ReportsMissingDevicesInOneEntry) {
   Put("event1", "");
   ASSERT_EQ(List(), 1);
   EXPECT_EQ(found_[0].present, 0U);
   EXPECT_EQ(found_[0].missing, "there is no mouse at " + folder_.path().string());
 }
 
-TEST_F(EventSourceList, FillsNoMoreThanTheRoom) {
+TEST_F(EventSourceList, NeverExceedsItsCapacity) {
   for (const char* name : {"event1", "event2", "event3"}) Put(name, "mouse");
   ASSERT_EQ(List(2), 2);
   EXPECT_EQ(found_[0].options, Path("event1"));

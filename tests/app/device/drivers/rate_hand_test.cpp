@@ -23,7 +23,7 @@ TandemDeviceForce ForceAlongX(double force_N) {
   return force;
 }
 
-TEST(RateHandTest, GoesAtTheRateAndTurnsAboutTheAxis) {
+TEST(RateHandTest, MovesAtTheRateAndRotatesAboutTheAxis) {
   RateHand hand;
   for (int i = 0; i <= 1000; ++i) hand.Move(Vec3(0.1, 0, 0), Vec3(0, M_PI / 2, 0), i * kMs);
   EXPECT_NEAR(PlaceOf(hand).x(), 0.1, 1e-12);
@@ -34,7 +34,7 @@ TEST(RateHandTest, GoesAtTheRateAndTurnsAboutTheAxis) {
   EXPECT_EQ(state.velocity[0], 0.1);
 }
 
-TEST(RateHandTest, WhatALoopThatStoodStillMissedIsLeftOut) {
+TEST(RateHandTest, TimeOfAStalledLoopIsSkipped) {
   RateHand hand;
   hand.Move(Vec3(0.5, 0, 0), Vec3::Zero(), 0);
   hand.Move(Vec3(0.5, 0, 0), Vec3::Zero(), 3000 * kMs);
@@ -43,7 +43,7 @@ TEST(RateHandTest, WhatALoopThatStoodStillMissedIsLeftOut) {
   EXPECT_NEAR(PlaceOf(hand).x(), 0.5 * RateHand::kLongestStep, 1e-12);
 }
 
-TEST(RateHandTest, ForcesThatAreNoNumbersAndSpeedsBeyondBoundsMoveNothing) {
+TEST(RateHandTest, InvalidForcesAndSpeedsMoveNothing) {
   RateHand hand;
   hand.Feel(ForceAlongX(std::numeric_limits<double>::quiet_NaN()));
   for (int i = 0; i <= 100; ++i) hand.Move(Vec3(99, 0, 0), Vec3::Zero(), i * kMs);
@@ -86,7 +86,7 @@ class HeldPart {
   std::int64_t now_ns_ = 0;
 };
 
-TEST(RateHandTest, TheHandleComesToRestAtAPartThatContactHolds) {
+TEST(RateHandTest, HandleRestsAtABlockedPart) {
   for (const double stiffness : {200.0, 800.0, 2000.0, 3000.0}) {
     for (const double damping : {0.0, 2.0, 8.0, 16.0, 30.0}) {
       for (const double rate : {0.02, 0.1, 0.5}) {
@@ -101,7 +101,7 @@ TEST(RateHandTest, TheHandleComesToRestAtAPartThatContactHolds) {
   }
 }
 
-TEST(RateHandTest, TheHandleLeavesAtOnceWhenTheUserTurnsBack) {
+TEST(RateHandTest, HandleReversesAtOnce) {
   HeldPart part(800, 8);
   part.Go(0.1, 4000);
   ASSERT_GT(part.lead(), 0.001);
@@ -111,7 +111,7 @@ TEST(RateHandTest, TheHandleLeavesAtOnceWhenTheUserTurnsBack) {
   EXPECT_LT(part.lead(), 0);
 }
 
-TEST(RateHandTest, AlongAWallTheHandGoesAsTheUserMeans) {
+TEST(RateHandTest, HandSlidesAlongAWallAsCommanded) {
   RateHand hand;
   hand.Feel(ForceAlongX(-2.5));
   for (int i = 0; i <= 1000; ++i) hand.Move(Vec3(0.1, 0.1, 0), Vec3::Zero(), i * kMs);
@@ -122,7 +122,7 @@ TEST(RateHandTest, AlongAWallTheHandGoesAsTheUserMeans) {
   EXPECT_NEAR(state.velocity[0], -1.5 * RateHand::kYield, 1e-6);
 }
 
-TEST(RateHandTest, AWayIsGoneSoonAndWhole) {
+TEST(RateHandTest, DistanceIsCoveredSoonAndCompletely) {
   RateHand hand;
   hand.Move(Vec3::Zero(), Vec3::Zero(), 0);
   hand.Add(Vec3(0.005, 0, 0), Vec3(0, 0.2, 0));

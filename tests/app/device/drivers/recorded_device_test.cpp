@@ -58,7 +58,7 @@ TEST(RecordedDevice, PlaysEachFrameOnceTheUserBeginsAndRestsAtTheEnd) {
   }
 }
 
-TEST(RecordedDevice, SaysWhatIsNoRecording) {
+TEST(RecordedDevice, ReportsInvalidRecordings) {
   const TemporaryFolder folder;
   const std::filesystem::path file = folder.path() / "text";
   std::ofstream(file) << "no recording";

@@ -11,7 +11,7 @@ using ::testing::IsEmpty;
 constexpr std::int64_t kMilliNs = 1'000'000;
 constexpr std::int64_t kTickNs = 20 * kMilliNs;
 
-TEST(NewsLimiter, AQuietSessionsNewsComeAtOnce) {
+TEST(NewsLimiter, QuietSessionsNewsAreImmediate) {
   NewsLimiter news;
   news.Add("anna", "anna joined");
   news.Add("", "your hand begins");
@@ -19,7 +19,7 @@ TEST(NewsLimiter, AQuietSessionsNewsComeAtOnce) {
   EXPECT_THAT(news.Due(2 * kTickNs), IsEmpty());
 }
 
-TEST(NewsLimiter, OneProgramIsToldOfOnceASecondAndItsNewestNewsStay) {
+TEST(NewsLimiter, EachProgramIsReportedOnceASecondWithItsNewestState) {
   NewsLimiter news;
   std::vector<std::string> said;
   // a peer comes and goes fifty times a second for ten seconds
@@ -34,7 +34,7 @@ TEST(NewsLimiter, OneProgramIsToldOfOnceASecondAndItsNewestNewsStay) {
                                 "(487 more lines left out)"));
 }
 
-TEST(NewsLimiter, ManyProgramsTogetherHaveSoManyLinesInAnySecond) {
+TEST(NewsLimiter, TotalLineRateIsBounded) {
   NewsLimiter news;
   std::vector<std::int64_t> said_ns;
   for (std::int64_t i = 0; i < 500; ++i) {
@@ -54,7 +54,7 @@ TEST(NewsLimiter, ManyProgramsTogetherHaveSoManyLinesInAnySecond) {
   EXPECT_GT(news.left_out(), 24'000U);
 }
 
-TEST(NewsLimiter, AFloodHidesNoLineOfOnesOwn) {
+TEST(NewsLimiter, FloodHidesNoLocalMessage) {
   NewsLimiter news;
   news.Add("", "your hand let go of ball");
   for (int n = 0; n < 1000; ++n) news.Add("vic-" + std::to_string(n), "joined");
@@ -63,7 +63,7 @@ TEST(NewsLimiter, AFloodHidesNoLineOfOnesOwn) {
   EXPECT_EQ(said.front(), "your hand let go of ball");
 }
 
-TEST(NewsLimiter, TheLongestNameThatALineBeginsWithIsWhoItIsAbout) {
+TEST(NewsLimiter, LinesBelongToTheLongestMatchingName) {
   EXPECT_EQ(AboutWhom("anna b joined", {"anna", "anna b", "b"}), "anna b");
   EXPECT_EQ(AboutWhom("annab joined", {"anna"}), "");
   EXPECT_EQ(AboutWhom("you are the authority of ball", {"anna"}), "");

@@ -32,7 +32,7 @@ std::string NameOfPeer(PeerId peer) {
   return peer == 1 ? "anna" : "ben";
 }
 
-TEST(PeerTableText, SaysWhatIsKnownAndDashesForTheRest) {
+TEST(PeerTableText, ShowsDashesForUnknownValues) {
   const std::vector<std::string> lines = AsLines(Table(), NameOfPeer);
   ASSERT_EQ(lines.size(), 3U);
   for (const char* part : {"anna", "25 ms", "321 N/m", "2.50 N", "2.25 N", "10 %", "0.0 mm", "1 ms",
@@ -48,7 +48,7 @@ TEST(PeerTableText, SaysWhatIsKnownAndDashesForTheRest) {
   EXPECT_EQ(lines[0].find("dropped"), lines[2].find("none"));
 }
 
-TEST(PeerTableText, SaysWhatOurOwnFramesGaveUpAndWhatItMeans) {
+TEST(PeerTableText, ExplainsOwnFrameLimits) {
   PeerTable table;
   table.own_limits = {.travel_limited = 0.004, .over_capacity = 0, .contacts_full = 1};
   const std::vector<std::string> lines = AsLines(table, NameOfPeer);
@@ -60,7 +60,7 @@ TEST(PeerTableText, SaysWhatOurOwnFramesGaveUpAndWhatItMeans) {
               HasSubstr("in 100 % of the frames a pair of bodies had more contacts than"));
 }
 
-TEST(PeerTableText, TheReportHasTheSameInMillimetresAndMilliseconds) {
+TEST(PeerTableText, ReportUsesMillimetresAndMilliseconds) {
   const nlohmann::ordered_json rows = AsJson(Table(), NameOfPeer);
   ASSERT_EQ(rows.size(), 2U);
   EXPECT_EQ(rows[0]["name"], "anna");

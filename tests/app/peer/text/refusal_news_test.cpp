@@ -9,7 +9,7 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
-TEST(RefusalNews, FloodsOfPacketsAreToldOnceByTheirKind) {
+TEST(RefusalNews, PacketFloodsAreReportedOncePerKind) {
   RefusalNews news;
   PacketCounts packets{};
   packets[static_cast<std::size_t>(PacketDrop::kNone)] = 1'000'000;

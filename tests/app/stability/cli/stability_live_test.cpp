@@ -32,7 +32,7 @@ double LiveFigure(const json& out, const std::string& name) {
 }
 
 // The bar that an idle machine meets is 10 %; a busy one makes a loop older, not shorter.
-TEST(StabilityLive, RealPeersDoWhatVirtualTimeSays) {
+TEST(StabilityLive, RealPeersMatchVirtualTime) {
   const ScratchFolder scratch;
   const auto file = scratch.Write("case.json", R"({"name": "a move", "hands": ["relaxed"],
       "motion": "move", "delay_s": 0.1, "seconds": 5, "law": {"name": "p+d", "gate": false}})");
@@ -52,7 +52,7 @@ TEST(StabilityLive, RealPeersDoWhatVirtualTimeSays) {
 }
 
 // The same holds where packets are late instead of samples: discovery and answers are late too.
-TEST(StabilityLive, ANetworkOfRealPacketsHeldBackDoesAsTheConditionerDoes) {
+TEST(StabilityLive, RealPacketDelayMatchesTheConditioner) {
   if (const char* lacks = testing::WhyNoTapHub()) GTEST_SKIP() << lacks;
   const ScratchFolder scratch;
   const auto file = scratch.Write("case.json", R"({"hands": ["relaxed"], "motion": "move",
@@ -122,7 +122,7 @@ TEST(StabilityLive, DelaysThatChangeAndARatioOfTheLawReachThePeers) {
   EXPECT_GT(LiveFigure(out, "stiffness at the end"), stiffness(0.32));
 }
 
-TEST(StabilityLive, CasesThatNoPeerCanRunAreRefusedInALine) {
+TEST(StabilityLive, ImpossibleCasesAreRefusedInOneLine) {
   const ScratchFolder scratch;
   const auto file = scratch.Write("case.json", R"({"law": {"exchange_forces": true}})");
   const auto outage =

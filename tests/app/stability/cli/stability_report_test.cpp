@@ -25,7 +25,7 @@ std::string ReportContent(const std::filesystem::path& file) {
   return text.str();
 }
 
-TEST(StabilityReport, OfASweepHasItsMapAndCellsRunAgainToTheSameDigest) {
+TEST(StabilityReport, SweepReportHasItsMapAndReproducibleCells) {
   const ScratchFolder folder;
   const std::string sweep = folder.Write("six.json", kReportedSweep).string();
   const std::filesystem::path out = folder.path() / "report";
@@ -56,7 +56,7 @@ TEST(StabilityReport, OfASweepHasItsMapAndCellsRunAgainToTheSameDigest) {
             ReportContent(out / "six-cells.csv"));
 }
 
-TEST(StabilityReport, SaysWhatIsWrongWithWhatItIsGiven) {
+TEST(StabilityReport, ReportsInvalidInput) {
   const ScratchFolder folder;
   const std::string file = folder.Write("a.json", "[1]").string();
   const std::string out = " --out " + (folder.path() / "out").string();

@@ -22,7 +22,7 @@ Said RunFile(const ScratchFolder& folder, const std::string& text,
   return RunTandem("stability run " + (folder.path() / "case.json").string() + " " + options);
 }
 
-TEST(StabilityRun, TellsAllThatIsMeasuredAndWritesItsCourse) {
+TEST(StabilityRun, ReportsAllMetricsAndWritesTheSeries) {
   const ScratchFolder folder;
   const std::string csv = (folder.path() / "course.csv").string();
   const Said said = RunFile(folder, R"({"name": "knock", "law": {"name": "p+d", "gate": false}})",
@@ -54,7 +54,7 @@ TEST(StabilityRun, TellsAllThatIsMeasuredAndWritesItsCourse) {
 }
 
 // A script that tries a user's own gains can go by the exit code.
-TEST(StabilityRun, EndsWithOneWhereACaseIsUnstable) {
+TEST(StabilityRun, UnstableCaseExitsWithOne) {
   const ScratchFolder folder;
   const Said said =
       RunFile(folder, R"({"hands": ["off"], "law": {"name": "constant", "gate": false}})");
@@ -75,7 +75,7 @@ std::string FencedIn(const std::string& document, int number) {
   return rest.substr(0, rest.find("```"));
 }
 
-TEST(StabilityRun, DoesWhatItsGuideShows) {
+TEST(StabilityRun, GuidesExampleWorks) {
   const std::string guide = TANDEM_SOURCE_DIR "/docs/stability.md";
   const ScratchFolder folder;
   const Said said = RunFile(folder, FencedIn(guide, 1));
@@ -91,7 +91,7 @@ TEST(StabilityRun, DoesWhatItsGuideShows) {
 }
 
 // 120 N/m among three are 60 N/m a link.
-TEST(StabilityRun, TellsTheStiffnessOfALinkFromThatOfAllLinksOfAUser) {
+TEST(StabilityRun, DistinguishesLinkFromUserStiffness) {
   const ScratchFolder folder;
   const Said said = RunFile(folder, R"({"users": 3, "hands": ["heavy"], "delay_s": 0.1,
       "law": {"name": "constant", "gate": false,
@@ -102,7 +102,7 @@ TEST(StabilityRun, TellsTheStiffnessOfALinkFromThatOfAllLinksOfAUser) {
 }
 
 // The case's own length is 12 s, after which it swings by 2.2 mm/s and falls by a third a second.
-TEST(StabilityRun, GoesOnWhereACaseDecaysAndIsNotAtRest) {
+TEST(StabilityRun, ContinuesAnUnsettledDecay) {
   const ScratchFolder folder;
   const std::string text = R"("users": 3, "hands": ["heavy"], "delay_s": 0.2,
       "network": {"jitter_ms": 20, "loss": 0.05},
@@ -120,7 +120,7 @@ TEST(StabilityRun, GoesOnWhereACaseDecaysAndIsNotAtRest) {
   EXPECT_THAT(early.out, HasSubstr("it decays but is not at rest: give the case more seconds"));
 }
 
-TEST(StabilityRun, AFaultyCaseIsOneLine) {
+TEST(StabilityRun, InvalidCaseIsReportedInOneLine) {
   const ScratchFolder folder;
   const Said said = RunFile(folder, R"({"hand": ["off"]})");
   EXPECT_EQ(said.exit_code, kExitFile);
@@ -133,7 +133,7 @@ TEST(StabilityRun, AFaultyCaseIsOneLine) {
 
 // The paper's linear law holds with 40 N/m and 10 N s/m of drag at every delay to 1 s. With 200 N/m
 // and no drag it holds at none.
-TEST(StabilityRun, ThePapersLawHoldsWhereItIsSoftAndIsCaughtWhereItIsNot) {
+TEST(StabilityRun, PapersLawIsStableWhenSoftAndElseDetectedUnstable) {
   const ScratchFolder folder;
   const Said said = RunTandem("stability sweep " TANDEM_SCENES "/stability/paper.json --json");
   ASSERT_EQ(said.exit_code, kExitOk) << said.out << said.err;
@@ -142,7 +142,7 @@ TEST(StabilityRun, ThePapersLawHoldsWhereItIsSoftAndIsCaughtWhereItIsNot) {
   EXPECT_EQ(out["positive_controls_caught"], 2);
 }
 
-TEST(StabilityRun, GainsThatALawDoesNotUseAreRefusedByAPeerToo) {
+TEST(StabilityRun, UnusedGainsAreRefusedByAPeerToo) {
   const Said said = RunTandem(
       "peer --session gains --scene peg_in_slot --lab --law p+d --gain constant_stiffness=80");
   EXPECT_EQ(said.exit_code, kExitUsage);
@@ -152,7 +152,7 @@ TEST(StabilityRun, GainsThatALawDoesNotUseAreRefusedByAPeerToo) {
 
 // 10 ms of jitter in the mean and lost samples age what is applied. So the boundary lies lower than
 // on a clean line, for which theory gives it.
-TEST(StabilityRandom, JudgesDrawnCasesAndPrintsAny) {
+TEST(StabilityRandom, JudgesRandomCasesAndPrintsAnyOfThem) {
   const Said said = RunTandem("stability random --seeds 2 --first 5 --jobs 2 --json");
   ASSERT_EQ(said.exit_code, kExitOk) << said.out << said.err;
   const auto out = nlohmann::json::parse(said.out);
@@ -173,7 +173,7 @@ TEST(StabilityRandom, JudgesDrawnCasesAndPrintsAny) {
   EXPECT_EQ(nlohmann::json::parse(run.out)["name"], "random 5");
 }
 
-TEST(StabilityBoundary, TakesJitterLossAndSeeds) {
+TEST(StabilityBoundary, AcceptsJitterLossAndSeeds) {
   const std::string options = " --hands off --delays 0.1 --seconds 30 --publish-hz 100 --json";
   const Said clean = RunTandem("stability boundary" + options);
   ASSERT_EQ(clean.exit_code, kExitOk) << clean.out << clean.err;

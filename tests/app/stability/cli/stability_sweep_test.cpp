@@ -30,7 +30,7 @@ std::string ContentOf(const std::filesystem::path& file) {
   return text.str();
 }
 
-TEST(StabilitySweep, ComesToTheSameWithAnyJobsAndInShards) {
+TEST(StabilitySweep, ResultIsIndependentOfJobsAndShards) {
   const ScratchFolder folder;
   folder.Write("five.json", kSweep);
   const auto out = [&folder](const char* name) {
@@ -91,7 +91,7 @@ TEST(StabilitySweep, PrintsACaseThatRunsToTheSameDigest) {
   EXPECT_EQ(cell["metrics"], nlohmann::json::parse(alone.out)["metrics"]);
 }
 
-TEST(StabilitySweep, EndsWithOneAndNamesTheCellsWhereARowFails) {
+TEST(StabilitySweep, FailedRowExitsWithOneAndNamesItsCells) {
   const ScratchFolder folder;
   // the control is stable, so it is none
   folder.Write("five.json",
@@ -102,7 +102,7 @@ TEST(StabilitySweep, EndsWithOneAndNamesTheCellsWhereARowFails) {
   EXPECT_NE(said.out.find("cell 0: stable"), std::string::npos) << said.out;
 }
 
-TEST(StabilitySweep, SaysInALineWhatIsWrong) {
+TEST(StabilitySweep, ReportsErrorsInOneLine) {
   const ScratchFolder folder;
   folder.Write("five.json", R"({"name": "s", "blocks": [{"hands": ["off", "hevy"]}]})");
   const Said said = RunSweep(folder, "");

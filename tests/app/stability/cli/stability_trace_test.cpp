@@ -21,7 +21,7 @@ std::string FirstLine(const std::filesystem::path& file) {
   return line;
 }
 
-TEST(StabilityTrace, IsMadeAndIsTheNetworkOfACaseAndOfASweep) {
+TEST(StabilityTrace, ServesAsTheNetworkOfACaseOrSweep) {
   const ScratchFolder folder;
   const std::string path = folder.path().string();
   const Said made = RunTandem("stability trace lte --out " + path + "/lte.csv --seconds 20 --json");
@@ -49,7 +49,7 @@ TEST(StabilityTrace, IsMadeAndIsTheNetworkOfACaseAndOfASweep) {
               HasSubstr("\"delay_s\":0.1,"));
 }
 
-TEST(StabilityTrace, RefusesWhatItCannotMakeOrWrite) {
+TEST(StabilityTrace, RefusesImpossibleModelsAndUnwritableFiles) {
   const Said unknown = RunTandem("stability trace 6g --out /tmp/none.csv");
   EXPECT_EQ(unknown.exit_code, kExitUsage);
   EXPECT_THAT(unknown.err, HasSubstr("there are wifi, lte"));

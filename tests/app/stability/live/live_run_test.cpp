@@ -28,7 +28,7 @@ Result<LiveRun> Record(const std::filesystem::path& folder, std::uint64_t missed
   return run;
 }
 
-TEST(TryLive, KeepsBothTriesWhereTheMachineWasTooBusyInTheFirst) {
+TEST(TryLive, RepeatsAnAttemptOnABusyMachine) {
   const ScratchFolder scratch;
   std::uint64_t missed = 130;
   const Result<LiveTries> tries =
@@ -47,7 +47,7 @@ TEST(TryLive, KeepsBothTriesWhereTheMachineWasTooBusyInTheFirst) {
   }
 }
 
-TEST(TryLive, RunsOnceWhereFewFramesAreMissedAndTwiceAtTheMost) {
+TEST(TryLive, RunsTwiceAtMost) {
   for (const auto& [missed, count] : {std::pair(100U, 1), std::pair(101U, 2)}) {
     const ScratchFolder scratch;
     for (const std::filesystem::path& keep : {std::filesystem::path{}, scratch.path() / "kept"}) {
@@ -61,7 +61,7 @@ TEST(TryLive, RunsOnceWhereFewFramesAreMissedAndTwiceAtTheMost) {
   }
 }
 
-TEST(TryLive, EndsWithTheFaultOfATry) {
+TEST(TryLive, ReportsTheErrorOfAnAttempt) {
   const Result<LiveTries> tries = TryLive({}, [](const std::filesystem::path&) -> Result<LiveRun> {
     return Error{"a peer ended with exit code 3"};
   });
@@ -80,7 +80,7 @@ const ComparedFigure& Judged(const char* name) {
   return ComparedFigures().front();
 }
 
-TEST(LiveComparison, IsAShareOfWhatVirtualTimeGives) {
+TEST(LiveComparison, IsRelativeToVirtualTime) {
   Metrics live;
   Metrics virtual_time;
   live.peak_apart = 0.045;
@@ -90,7 +90,7 @@ TEST(LiveComparison, IsAShareOfWhatVirtualTimeGives) {
 
 // Where virtual time has nothing at all, a tenth of a millimetre and a hundredth of a newton stand
 // for it. So a shaking run is within no bar of up to ten, and a rounding is within each.
-TEST(LiveComparison, AnExplosionBesideRestIsNotWithinAnyBar) {
+TEST(LiveComparison, ExplosionNeverMatchesRest) {
   Metrics live;
   const Metrics rest;
   EXPECT_EQ(Off(Judged("divergence at the most"), live, rest), 0.0);

@@ -54,7 +54,7 @@ TEST(ChosenCells, AreTheWorstOfTheDefaultLawTheControlsAndOneOfEachScene) {
   EXPECT_LE(chosen.size(), 7U);
 }
 
-TEST(ChosenCells, BeginWithWhatIsNotAsHeld) {
+TEST(ChosenCells, BeginWithCellsThatContradictTheClaim) {
   Results results = WithDefaults();
   CellRecord& record = results.records.at(0);
   record.cell.expect = Expectation::kStable;
@@ -65,7 +65,7 @@ TEST(ChosenCells, BeginWithWhatIsNotAsHeld) {
   EXPECT_THAT(chosen[0].why, HasSubstr("expected stable, but unstable"));
 }
 
-TEST(ChosenCells, LeaveOutWhatCouldNotBeRun) {
+TEST(ChosenCells, OmitCellsThatCouldNotRun) {
   Results results = WithDefaults();
   results.records.at(1).outcome.result.fault = Error{"loops did not close"};
   EXPECT_EQ(WhyOf(ChooseCells(results, 12), 1), "not chosen");

@@ -17,7 +17,7 @@ using ::testing::HasSubstr;
 using ::testing::StartsWith;
 using testing::TwentyCells;
 
-TEST(DataFiles, HaveALineForEachCellWithEveryMetricToTheLastDigit) {
+TEST(DataFiles, HaveOneExactRowPerCell) {
   Results results = TwentyCells();
   results.records.at(3).outcome.result.metrics.tail_rms = 0.1;  // no binary fraction
   std::istringstream csv(CsvOf(results));
@@ -35,12 +35,12 @@ TEST(DataFiles, HaveALineForEachCellWithEveryMetricToTheLastDigit) {
   for (const std::string& line : lines) EXPECT_EQ(std::ranges::count(line, ','), commas) << line;
 }
 
-TEST(DataFiles, QuoteTextsThatHaveCommas) {
+TEST(DataFiles, QuoteTextWithCommas) {
   const ReportTable table{"t", "", {"a", "b"}, {{"1, 2", "he said \"no\""}}};
   EXPECT_EQ(CsvOf(table), "a,b\n\"1, 2\",\"he said \"\"no\"\"\"\n");
 }
 
-TEST(DataFiles, GiveAllOfTheReportAsJson) {
+TEST(DataFiles, ContainTheWholeReportAsJson) {
   ReportData data;
   data.command = "tandem stability report x";
   data.version = "0.1";
@@ -58,7 +58,7 @@ TEST(DataFiles, GiveAllOfTheReportAsJson) {
 }
 
 // A case's stiffness is that of all links of a user: among three users a link has half of it.
-TEST(DataFiles, TellTheStiffnessOfALinkAndTheSeed) {
+TEST(DataFiles, ContainLinkStiffnessAndSeed) {
   Results results = TwentyCells();
   testing::ReplaceInCase(results.records.at(7), "\"users\":2", "\"users\":3");
   std::istringstream csv(CsvOf(results));
@@ -69,7 +69,7 @@ TEST(DataFiles, TellTheStiffnessOfALinkAndTheSeed) {
   EXPECT_THAT(line, ::testing::EndsWith(",,7,45"));  // 45 N/m of 90
 }
 
-TEST(DataFiles, NameANetworkAndAHandOfOnesOwnByWhatTheyAre) {
+TEST(DataFiles, DescribeCustomNetworksAndHands) {
   Results results = TwentyCells();
   testing::ReplaceInCase(results.records.at(0), "\"clean\"",
                          R"({"jitter_ms":20,"loss":0.05,"schedule":[{"at_s":2,"delay_s":0.3}]})");

@@ -43,7 +43,7 @@ std::size_t Count(const std::string& text, const std::string& part) {
 }
 
 // no address, no frame, no import, nothing loaded
-TEST(HtmlReport, AsksNothingOfAnyOtherFileOrHost) {
+TEST(HtmlReport, IsSelfContained) {
   const std::string html = HtmlOf(Made());
   for (const char* word : {"http://", "https://", " src=", "url(", "@import", "<link", "<iframe",
                            "fetch(", "XMLHttp", "import("}) {
@@ -51,7 +51,7 @@ TEST(HtmlReport, AsksNothingOfAnyOtherFileOrHost) {
   }
 }
 
-TEST(HtmlReport, OpensAndClosesEachElement) {
+TEST(HtmlReport, ElementsAreBalanced) {
   const std::string html = HtmlOf(Made());
   for (const char* name : {"html", "head", "body", "style", "script", "table", "thead", "tbody",
                            "figure", "svg", "title", "text", "div", "dl", "dt", "dd", "td", "tr"}) {
@@ -63,7 +63,7 @@ TEST(HtmlReport, OpensAndClosesEachElement) {
   }
 }
 
-TEST(HtmlReport, TellsCommandSeedVersionAndDigest) {
+TEST(HtmlReport, ContainsCommandSeedVersionAndDigest) {
   const ReportData data = Made();
   const std::string html = HtmlOf(data);
   for (const std::string& fact : {data.command, std::string("tandem stability sweep made.json"),
@@ -73,14 +73,14 @@ TEST(HtmlReport, TellsCommandSeedVersionAndDigest) {
   }
 }
 
-TEST(HtmlReport, HasALineForEachCellThatThePicturesCanPointAt) {
+TEST(HtmlReport, HasALinkableRowPerCell) {
   const std::string html = HtmlOf(Made());
   EXPECT_EQ(Count(html, "<tr id=\"s0-"), 20U);
   EXPECT_EQ(Count(html, "<svg"), 2U);
   EXPECT_GE(Count(html, "<title>cell 7: "), 2U);  // tile and mark
 }
 
-TEST(HtmlReport, SaysHowManyRowsPassAndMarksThoseThatDoNot) {
+TEST(HtmlReport, CountsPassingRowsAndMarksFailures) {
   ReportData data = Made();
   EXPECT_THAT(HtmlOf(data), HasSubstr("5 of 5 rows pass"));
   EXPECT_THAT(HtmlOf(data), Not(HasSubstr("FAIL")));
@@ -92,14 +92,14 @@ TEST(HtmlReport, SaysHowManyRowsPassAndMarksThoseThatDoNot) {
   EXPECT_THAT(HtmlOf(data), HasSubstr("<td class=\"fail\">stable"));
 }
 
-TEST(HtmlReport, LetsNoTextBecomeMarkup) {
+TEST(HtmlReport, EscapesText) {
   const std::string html = HtmlOf(Made());
   EXPECT_THAT(html, HasSubstr("&lt;i&gt;table&lt;/i&gt;"));
   EXPECT_THAT(html, HasSubstr("1 &lt; 2 &amp; &quot;3&quot;"));
 }
 
 // No bar stands for the boundary of a law: nothing passes, and nothing fails.
-TEST(HtmlReport, OfNoClaimSaysSoInPlaceOfNoneOfNone) {
+TEST(HtmlReport, WithoutClaimsSaysSo) {
   ReportData data;
   data.searches = 3;
   data.tables.push_back({"t", "", {"a"}, {{"1"}}});

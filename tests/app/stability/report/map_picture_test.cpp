@@ -54,7 +54,7 @@ double Luminance(const Rgb& colour) {
   return 0.2126 * linear(colour.r) + 0.7152 * linear(colour.g) + 0.0722 * linear(colour.b);
 }
 
-TEST(GrowthColour, IsWhiteAtNoneBlueBelowAndRedAbove) {
+TEST(GrowthColour, IsWhiteAtZeroBlueBelowAndRedAbove) {
   EXPECT_EQ(GrowthColour(0), kWhite);
   EXPECT_GT(GrowthColour(-1).b, GrowthColour(-1).r + 40);
   EXPECT_GT(GrowthColour(1).r, GrowthColour(1).b + 40);
@@ -65,20 +65,20 @@ TEST(GrowthColour, IsWhiteAtNoneBlueBelowAndRedAbove) {
 }
 
 // WCAG 2.1, 1.4.11: graphics need a contrast of 3 to 1.
-TEST(GrowthColour, IsNeverSoDarkThatABlackMarkIsLost) {
+TEST(GrowthColour, KeepsBlackMarksVisible) {
   for (double growth = -2.5; growth <= 2.5; growth += 0.05) {
     EXPECT_GT((Luminance(GrowthColour(growth)) + 0.05) / 0.05, 5.0) << growth;
   }
 }
 
 // The commonest kinds of colour-blindness leave blue.
-TEST(GrowthColour, TellsStableFromUnstableByBlueAlone) {
+TEST(GrowthColour, SeparatesStableFromUnstableByTheBlueChannel) {
   for (const double growth : {0.5, 1.0, 2.0}) {
     EXPECT_GT(GrowthColour(-growth).b, GrowthColour(growth).b + 30) << growth;
   }
 }
 
-TEST(StabilityMap, HasATileAndAMarkForEveryCellWithItsHint) {
+TEST(StabilityMap, EveryCellHasATileAMarkAndAHint) {
   const StabilityMap map = OfGrid();
   const Picture picture = PictureOf(map);
   std::size_t tiles = 0;
@@ -98,7 +98,7 @@ TEST(StabilityMap, HasATileAndAMarkForEveryCellWithItsHint) {
   EXPECT_EQ(crosses, unstable);
 }
 
-TEST(StabilityMap, PutsEachMarkIntoItsOwnTileAlone) {
+TEST(StabilityMap, EachMarkIsInItsOwnTile) {
   const Picture picture = PictureOf(OfGrid());
   std::vector<RectangleShape> tiles;
   for (const RectangleShape& tile : All<RectangleShape>(picture)) {
@@ -118,7 +118,7 @@ TEST(StabilityMap, PutsEachMarkIntoItsOwnTileAlone) {
   }
 }
 
-TEST(StabilityMap, HasNoTwoTextsInOnePlaceAndNoneOutside) {
+TEST(StabilityMap, TextsNeitherOverlapNorLeaveThePicture) {
   const Picture picture = PictureOf(OfGrid());
   const std::vector<LabelShape> labels = All<LabelShape>(picture);
   ASSERT_GT(labels.size(), 20U);
@@ -134,7 +134,7 @@ TEST(StabilityMap, HasNoTwoTextsInOnePlaceAndNoneOutside) {
   }
 }
 
-TEST(StabilityMap, TellsTheUnitsOfItsAxes) {
+TEST(StabilityMap, AxesHaveUnits) {
   std::string texts;
   for (const LabelShape& label : All<LabelShape>(PictureOf(OfGrid()))) texts += label.text + "\n";
   for (const char* unit : {"delay, ms", "N/m", "growth of the velocities, 1/s"}) {
@@ -144,7 +144,7 @@ TEST(StabilityMap, TellsTheUnitsOfItsAxes) {
 
 // the middle of the map's range is the middle of the plot, on both logarithmic
 // axes
-TEST(StabilityMap, PutsADelayOfAHundredMillisecondsBetweenTenAndAThousand) {
+TEST(StabilityMap, DelayAxisIsLogarithmic) {
   StabilityMap map{"m", "t", "n", {}, {}};
   for (const double delay : {0.01, 0.1, 1.0}) {
     map.cells.push_back({delay, 100 * delay / 0.1, 0, Verdict::kStable, "cell"});
@@ -159,7 +159,7 @@ TEST(StabilityMap, PutsADelayOfAHundredMillisecondsBetweenTenAndAThousand) {
   EXPECT_LT(marks[2].at.y, marks[0].at.y);  // firmer is higher
 }
 
-TEST(StabilityMap, HasMarksOfOneSizeInTheMapAndInItsLegend) {
+TEST(StabilityMap, MarksHaveOneSizeInMapAndLegend) {
   double of_dots[2] = {0, 0};
   double of_crosses[2] = {0, 0};
   for (const MarkerShape& mark : All<MarkerShape>(PictureOf(OfGrid()))) {
@@ -171,7 +171,7 @@ TEST(StabilityMap, HasMarksOfOneSizeInTheMapAndInItsLegend) {
 }
 
 // The map goes from 4 to 2000 N/m and from 10 ms to 1 s.
-TEST(StabilityMap, ExplainsNoLineThatItDoesNotReach) {
+TEST(StabilityMap, LegendOmitsLinesOutsideTheMap) {
   StabilityMap map = OfGrid();
   const double none = std::nan("");
   map.lines = {{MapLineKind::kBoundary, "above", {{0.01, 1e5}, {1, 1e4}}},
@@ -190,7 +190,7 @@ TEST(StabilityMap, ExplainsNoLineThatItDoesNotReach) {
   }
 }
 
-TEST(StabilityMap, HasALongTitleWithinThePicture) {
+TEST(StabilityMap, LongTitleFits) {
   StabilityMap map = OfGrid();
   map.title += ", network delays that change 20 ms 300 ms 50 ms 1000 ms 20 ms, jitter 30 ms";
   map.note += map.note;

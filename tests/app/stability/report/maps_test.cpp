@@ -34,7 +34,7 @@ const MapLine& LineOf(const StabilityMap& map, MapLineKind kind) {
   return none;
 }
 
-TEST(Maps, PutCellsThatDifferInDelayAndStiffnessAloneOnOneMap) {
+TEST(Maps, GroupCellsByAllButDelayAndStiffness) {
   Results results = TwentyCells();
   for (std::size_t i = 0; i < 8; ++i) {
     CellRecord record = MadeCell(20 + i, i < 4 ? 0.1 : 0.3, 20.0 + static_cast<double>(i), 60);
@@ -51,7 +51,7 @@ TEST(Maps, PutCellsThatDifferInDelayAndStiffnessAloneOnOneMap) {
 }
 
 // Maps that differ only in their note would otherwise have one title.
-TEST(Maps, HaveTitlesThatTellThemApart) {
+TEST(Maps, HaveDistinctTitles) {
   Results results;
   std::size_t number = 0;
   const auto add = [&](const char* what, const std::string& with) {
@@ -78,7 +78,7 @@ TEST(Maps, HaveTitlesThatTellThemApart) {
 }
 
 // The paper's law does not know of the grasp.
-TEST(Maps, PutCellsThatDifferInGraspAndStiffnessAloneOnOneMapWithLinesOverTheGrasp) {
+TEST(Maps, GroupCellsByAllButGraspAndStiffness) {
   Results results;
   std::size_t number = 0;
   for (const char* grasp : {"0", "0.05", "0.1"}) {
@@ -110,13 +110,13 @@ TEST(Maps, PutCellsThatDifferInGraspAndStiffnessAloneOnOneMapWithLinesOverTheGra
   for (const PicturePoint& point : exact.points) EXPECT_GT(point.y, 0);
 }
 
-TEST(Maps, NameAnOwnNetworkOfATraceOrAModelByWhatItIsMadeOf) {
+TEST(Maps, DescribeCustomNetworks) {
   CellRecord record = MadeCell(0, 0.1, 20, 60);
   ReplaceInCase(record, "\"clean\"", R"({"model":"leo","stretch":1.5,"mix":true})");
   EXPECT_EQ(FactsOf(record).network, "mix true, model leo, stretch 1.5");
 }
 
-TEST(Maps, AreNotMadeOfOneStiffnessAtEachDelay) {
+TEST(Maps, NeedSeveralStiffnessValuesPerDelay) {
   Results results = TwentyCells();
   std::erase_if(results.records, [](const auto& record) {
     return record.first % 5 != 0;
@@ -126,7 +126,7 @@ TEST(Maps, AreNotMadeOfOneStiffnessAtEachDelay) {
 
 // heavy: 1 kg and 2 N s/m, beside the device's 0.2 kg and 0.3 N s/m, the body's 0.3 kg and the
 // law's 10 N s/m. The applied sample is half a sample and half a frame old beside its delay
-TEST(Maps, HaveTheClosedFormsAsTheirLines) {
+TEST(Maps, DrawTheClosedFormBoundaries) {
   const StabilityMap map = MapsOf(TwentyCells(), Cube).at(0);
   constexpr double kMass = 1.5;
   constexpr double kDamping = 12.3;
@@ -148,7 +148,7 @@ TEST(Maps, HaveTheClosedFormsAsTheirLines) {
   }
 }
 
-TEST(Maps, OfContactTellNoExactBoundary) {
+TEST(Maps, ShowNoExactBoundaryInContact) {
   Results results = TwentyCells();
   for (auto& record : results.records) ReplaceInCase(record.second, "free", "wall");
   const std::vector<StabilityMap> maps = MapsOf(results, Cube);
@@ -160,7 +160,7 @@ TEST(Maps, OfContactTellNoExactBoundary) {
   EXPECT_EQ(maps[0].lines.size(), 4U);
 }
 
-TEST(Maps, WithoutTheSceneHaveCellsAndNoLines) {
+TEST(Maps, HaveNoLinesWithoutTheScene) {
   const std::vector<StabilityMap> maps = MapsOf(TwentyCells(), [](const LabCase&) {
     return std::nullopt;
   });
@@ -169,7 +169,7 @@ TEST(Maps, WithoutTheSceneHaveCellsAndNoLines) {
   EXPECT_TRUE(maps[0].lines.empty());
 }
 
-TEST(Maps, ShowAsFastestGrowthWhatBlewUp) {
+TEST(Maps, ShowExplosionsAsTheFastestGrowth) {
   const StabilityMap map = MapsOf(TwentyCells(), Cube).at(0);
   std::size_t blown = 0;
   for (const MapCell& cell : map.cells) blown += std::isinf(cell.growth) ? 1 : 0;
@@ -178,7 +178,7 @@ TEST(Maps, ShowAsFastestGrowthWhatBlewUp) {
 }
 
 // The slope of a course that ended long ago means nothing: forces saturate, or all is at rest.
-TEST(Maps, ShowWhatIsOutOfBoundsAsGrowthAndWhatIsAtRestAsDecay) {
+TEST(Maps, ShowOutOfBoundsAsGrowthAndRestAsDecay) {
   Results results = TwentyCells();
   Metrics& wild = results.records.at(9).outcome.result.metrics;  // 810 N/m at 100 ms
   wild.blew_up = false;
@@ -200,7 +200,7 @@ TEST(Maps, ShowWhatIsOutOfBoundsAsGrowthAndWhatIsAtRestAsDecay) {
 }
 
 // Otherwise an axis of seeds would put tiles of no height on one another.
-TEST(Maps, ShowACaseWithSeveralSeedsAsOneCellTheWorst) {
+TEST(Maps, ShowTheWorstOfSeveralSeeds) {
   Results results = TwentyCells();
   for (const std::size_t seed : {8U, 9U}) {
     CellRecord record = results.records.at(0);
@@ -221,7 +221,7 @@ TEST(Maps, ShowACaseWithSeveralSeedsAsOneCellTheWorst) {
   EXPECT_EQ(map.cells[1].hint.find("seeds"), std::string::npos);
 }
 
-TEST(Maps, SayWhoseLawTheirLineIs) {
+TEST(Maps, NameTheLawOfTheirLine) {
   EXPECT_EQ(LineOf(MapsOf(TwentyCells(), Cube).at(0), MapLineKind::kLaw).name, "default law: p+dd");
   Results results = TwentyCells();
   for (auto& [number, record] : results.records) {
@@ -241,7 +241,7 @@ TEST(Maps, SayWhoseLawTheirLineIs) {
   }
 }
 
-TEST(Maps, OfTwoNetworksOfOnesOwnHaveTwoTitles) {
+TEST(Maps, TitlesDistinguishCustomNetworks) {
   Results results = TwentyCells();
   const auto add = [&results](std::size_t from, const char* network) {
     for (std::size_t i = 0; i < 20; ++i) {

@@ -36,7 +36,7 @@ bool HasText(const Picture& picture, const std::string& text) {
 
 // Forces saturate: a run that swings at its bounds no longer grows, and is no nearer to stability
 // than a run that parts.
-TEST(MarginPicture, PutsWhatSwingsAtItsBoundsWhereRunsThatBlewUpAre) {
+TEST(MarginPicture, PlacesBoundedOscillationsWithExplosions) {
   Results results = TwentyCells();
   CaseResult& swings = results.records.at(8).outcome.result;  // 270 N/m at 100 ms
   swings.metrics.blew_up = false;
@@ -47,7 +47,7 @@ TEST(MarginPicture, PutsWhatSwingsAtItsBoundsWhereRunsThatBlewUpAre) {
   EXPECT_EQ(HeightOf(picture, "cell 8"), HeightOf(picture, "cell 9"));
 }
 
-TEST(MarginPicture, HasABarFromTheLeastToTheGreatestGrowthOfACasesSeeds) {
+TEST(MarginPicture, HasABarOverTheSeedsGrowthRange) {
   Results results = TwentyCells();
   EXPECT_FALSE(HasText(MarginPictureOf(results, "margin"), "least to greatest of a case's seeds"));
   const double growths[] = {-1.5, 0.5, -0.5};

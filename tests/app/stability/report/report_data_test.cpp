@@ -13,7 +13,7 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using testing::TwentyCells;
 
-TEST(ReportData, TakesAFileOrAFolderOfResults) {
+TEST(ReportData, AcceptsAFileOrAFolderOfResults) {
   const ScratchFolder folder;
   ASSERT_FALSE(WriteResults(folder.path() / "cells.jsonl", TwentyCells()));
   ReportData data;
@@ -29,7 +29,7 @@ TEST(ReportData, TakesAFileOrAFolderOfResults) {
   EXPECT_THAT(data.AllRows().at(0).name, HasSubstr("made: "));
 }
 
-TEST(ReportData, MakesATableOfEachArrayAndClaimsOfRows) {
+TEST(ReportData, TurnsArraysIntoTablesAndRowsIntoClaims) {
   const ScratchFolder folder;
   const auto file = folder.Write("press.json", R"({"publish_hz": 1000, "type1": [
       {"motion": "press", "calm": true, "unrest_mm": 0.01234567},
@@ -49,7 +49,7 @@ TEST(ReportData, MakesATableOfEachArrayAndClaimsOfRows) {
   EXPECT_EQ(data.AllRows()[0].value, 312.5);
 }
 
-TEST(ReportData, TakesRowsOfAnotherKindAsATable) {
+TEST(ReportData, ShowsOtherRowsAsATable) {
   const ScratchFolder folder;
   ReportData data;
   ASSERT_FALSE(AddFile(
@@ -59,7 +59,7 @@ TEST(ReportData, TakesRowsOfAnotherKindAsATable) {
   EXPECT_TRUE(data.AllRows().empty());
 }
 
-TEST(ReportData, SaysWhichFileItCannotUse) {
+TEST(ReportData, NamesUnusableFiles) {
   const ScratchFolder folder;
   ReportData data;
   EXPECT_THAT(AddFile(folder.Write("a.json", "[1, 2"), data)->what,
@@ -69,7 +69,7 @@ TEST(ReportData, SaysWhichFileItCannotUse) {
               HasSubstr("none.json: there is no such file"));
 }
 
-TEST(ReportData, FailsARowIfACellRunAgainByTheSameBuildHasAnotherDigest) {
+TEST(ReportData, DifferentDigestOfTheSameBuildFailsItsRow) {
   ReportData data;
   data.series.resize(3);
   for (ReportSeries& one : data.series) one.same = true;
@@ -80,7 +80,7 @@ TEST(ReportData, FailsARowIfACellRunAgainByTheSameBuildHasAnotherDigest) {
   EXPECT_FALSE(data.AllRows().at(0).pass);
 }
 
-TEST(ReportData, ShowsABoundaryInWordsAndAsAPicture) {
+TEST(ReportData, ShowsABoundaryAsTextAndPicture) {
   const ScratchFolder folder;
   const auto file = folder.Write("b.json", R"({"pass": true, "rows": [], "boundary": [
       {"hand": "off", "delay_s": 0.1, "law": "p+dd", "users": 2, "network": "jitter 20 ms, loss 5 %",
@@ -126,7 +126,7 @@ TEST(ReportData, ShowsABoundaryInWordsAndAsAPicture) {
 }
 
 // A logarithmic axis has no place for a delay of 0.
-TEST(ReportData, TakesABoundaryWithoutDelayAsATableAlone) {
+TEST(ReportData, ShowsABoundaryWithoutDelayAsATableOnly) {
   for (const char* delay : {"0", "-0.1"}) {
     const ScratchFolder folder;
     ReportData data;
@@ -140,7 +140,7 @@ TEST(ReportData, TakesABoundaryWithoutDelayAsATableAlone) {
   }
 }
 
-TEST(ReportData, KeepsTheFirstRowsAndColumnsOfATableThatNobodyReads) {
+TEST(ReportData, TruncatesUnusedTables) {
   std::string rows;
   for (int i = 0; i < 10'002; ++i) {
     rows += (i == 0 ? "" : ", ") + std::string(R"({"a)") + std::to_string(i % 103) + R"(": 1})";

@@ -79,7 +79,7 @@ TEST(ResultsFiles, DocumentTheColumnsOfTheSpreadOverSeedsInTheirOrder) {
 }
 
 // pandas takes other spellings too, R does not.
-TEST(ResultsFiles, HaveTheTruthValuesThatRTakes) {
+TEST(ResultsFiles, UseBooleanValuesReadableByR) {
   const std::string csv = CsvOf(testing::TwentyCells());
   const std::vector<std::string> names = NamesIn(csv);
   const auto gate = std::ranges::find(names, "gate") - names.begin();

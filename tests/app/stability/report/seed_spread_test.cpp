@@ -40,7 +40,7 @@ TEST(SeedSpread, HasARowForEachCaseThatWasRunWithSeveralSeeds) {
                                           "-0.5", "-0.1", "0.3", "3", "1", "2", "3", "2"));
 }
 
-TEST(SeedSpread, IsNothingWhereNoCaseIsRepeated) {
+TEST(SeedSpread, IsEmptyWithoutRepeatedCases) {
   EXPECT_FALSE(SeedSpreadOf(TwentyCells()));
 }
 

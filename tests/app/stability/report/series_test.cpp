@@ -36,7 +36,7 @@ Series TwelveSeconds() {
   return series;
 }
 
-TEST(Series, ReadsWhatARunWrote) {
+TEST(Series, RoundTrips) {
   const ScratchFolder folder;
   const auto file = folder.Write("a.csv", "t_s,apart_mm,v1_mm_s\n0,1.5,\n0.01,2e-3,7\n");
   const auto series = ReadSeries(file);
@@ -47,7 +47,7 @@ TEST(Series, ReadsWhatARunWrote) {
   EXPECT_EQ(series->Column("v2_mm_s"), nullptr);
 }
 
-TEST(Series, TellsTheLineThatIsNoNumberOrTooShort) {
+TEST(Series, ErrorsNameTheInvalidLine) {
   const ScratchFolder folder;
   const auto word = ReadSeries(folder.Write("a.csv", "t_s,x\n0,1\n1,fast\n"));
   ASSERT_FALSE(word);
@@ -57,7 +57,7 @@ TEST(Series, TellsTheLineThatIsNoNumberOrTooShort) {
   EXPECT_THAT(cut.error().what, HasSubstr("line 2: expected 2 values, got 1"));
 }
 
-TEST(Series, KeepsEveryPeakWhenItIsThinned) {
+TEST(Series, ThinningKeepsEveryPeak) {
   std::vector<double> x;
   std::vector<double> y;
   for (int i = 0; i < 40'000; ++i) {
@@ -76,7 +76,7 @@ TEST(Series, KeepsEveryPeakWhenItIsThinned) {
   EXPECT_TRUE(std::ranges::is_sorted(points, {}, &PicturePoint::x));
 }
 
-TEST(SeriesPicture, HasNoTwoTextsInOnePlaceAndAllUnits) {
+TEST(SeriesPicture, TextsDoNotOverlapAndUnitsAreShown) {
   const Picture picture = PictureOf(TwelveSeconds(), "cell-1", "cell 1: free", "worst tail");
   std::vector<LabelShape> labels;
   std::string texts;
@@ -101,7 +101,7 @@ TEST(SeriesPicture, HasNoTwoTextsInOnePlaceAndAllUnits) {
   EXPECT_THAT(texts, HasSubstr("80"));  // the axis of forces reaches to the peak
 }
 
-TEST(SeriesPicture, ALongTitleEndsWithinIt) {
+TEST(SeriesPicture, LongTitleFits) {
   const std::string title =
       "cell 573: free, 2 users, hands relaxed, 100 ms, clean, 1000 Hz, constant 100 N/m + 10 N "
       "s/m, forces exchanged, kick";
@@ -112,7 +112,7 @@ TEST(SeriesPicture, ALongTitleEndsWithinIt) {
   EXPECT_GE(label.size, 10);
 }
 
-TEST(SeriesPicture, IsSmallHoweverLongTheRun) {
+TEST(SeriesPicture, FileSizeIsBoundedForLongRuns) {
   Series series = TwelveSeconds();
   for (std::vector<double>& column : series.values) {
     const std::vector<double> once = column;

@@ -128,7 +128,7 @@ class StudyCommand : public ::testing::Test {
   const fs::path file_ = scratch_.Write("forty.json", kFortyTrials);
 };
 
-TEST_F(StudyCommand, FortyTrialsRunUnattendedAndShowThePlantedEffect) {
+TEST_F(StudyCommand, FortyUnattendedTrialsShowThePlantedEffect) {
   const fs::path folder = scratch_.path() / "results";
   const Said said = Run(folder);
   ASSERT_EQ(said.exit_code, kExitOk) << said.err;
@@ -164,7 +164,7 @@ TEST_F(StudyCommand, FortyTrialsRunUnattendedAndShowThePlantedEffect) {
   }
 }
 
-TEST_F(StudyCommand, KilledWithinAndBetweenTrialsItComesToTheSame) {
+TEST_F(StudyCommand, KillsDoNotChangeTheResult) {
   const fs::path whole = scratch_.path() / "whole";
   const fs::path killed = scratch_.path() / "killed";
   ASSERT_EQ(Run(whole).exit_code, kExitOk);
@@ -185,7 +185,7 @@ TEST_F(StudyCommand, KilledWithinAndBetweenTrialsItComesToTheSame) {
 }
 
 // The log ends there where the program is killed between two of its lines.
-TEST_F(StudyCommand, GoesOnFromAnyLineOfItsLog) {
+TEST_F(StudyCommand, ResumesFromAnyLineOfItsLog) {
   TakeEightTrials();
   const fs::path whole = scratch_.path() / "whole";
   ASSERT_EQ(Run(whole).exit_code, kExitOk);
@@ -205,7 +205,7 @@ TEST_F(StudyCommand, GoesOnFromAnyLineOfItsLog) {
   }
 }
 
-TEST_F(StudyCommand, ATrialsCaseRepeatsIt) {
+TEST_F(StudyCommand, TrialsCaseReproducesIt) {
   TakeEightTrials();
   const fs::path folder = scratch_.path() / "results";
   ASSERT_EQ(Run(folder).exit_code, kExitOk);
@@ -222,7 +222,7 @@ TEST_F(StudyCommand, ATrialsCaseRepeatsIt) {
   FAIL() << "no trial was kept";
 }
 
-TEST_F(StudyCommand, NothingStaysOfWhoeverWithdraws) {
+TEST_F(StudyCommand, WithdrawalErasesTheParticipant) {
   TakeEightTrials();
   const fs::path folder = scratch_.path() / "results";
   ASSERT_EQ(Run(folder).exit_code, kExitOk);
@@ -236,7 +236,7 @@ TEST_F(StudyCommand, NothingStaysOfWhoeverWithdraws) {
   EXPECT_EQ(TextOf(folder / "results.csv").find(who), std::string::npos);
 }
 
-TEST_F(StudyCommand, ReadsInThreeLinesOfPython) {
+TEST_F(StudyCommand, ResultsAreReadableInThreeLinesOfPython) {
   TakeEightTrials();
   const fs::path folder = scratch_.path() / "results";
   ASSERT_EQ(Run(folder).exit_code, kExitOk);
@@ -254,7 +254,7 @@ TEST_F(StudyCommand, ReadsInThreeLinesOfPython) {
   EXPECT_EQ(std::ranges::count(read, ','), 7);  // 8 values in four lists
 }
 
-TEST_F(StudyCommand, RefusesANameAndKeepsNoneOfIt) {
+TEST_F(StudyCommand, RefusesNamesWithoutStoringThem) {
   const fs::path folder = scratch_.path() / "results";
   const Said said = Run(folder, "--dry-run --participant Gwendolyn");
   ExpectRefused(said, kExitUsage,
@@ -264,7 +264,7 @@ TEST_F(StudyCommand, RefusesANameAndKeepsNoneOfIt) {
   EXPECT_NE(std::system(found.c_str()), 0);
 }
 
-TEST_F(StudyCommand, ANoIsKeptNowhere) {
+TEST_F(StudyCommand, RefusedConsentStoresNothing) {
   const fs::path folder = scratch_.path() / "results";
   const std::string out = (scratch_.path() / "out").string();
   const std::string command = "echo no | " TANDEM_PROGRAM " study --device none " + file_.string() +
@@ -274,14 +274,14 @@ TEST_F(StudyCommand, ANoIsKeptNowhere) {
   EXPECT_EQ(LinesOf(folder / "trials.jsonl").size(), 1U);
 }
 
-TEST_F(StudyCommand, RefusesAnotherStudyInTheSameFolder) {
+TEST_F(StudyCommand, RefusesADifferentStudyInTheSameFolder) {
   const fs::path folder = scratch_.path() / "results";
   ASSERT_EQ(Run(folder, "--results").exit_code, kExitOk);
   std::ofstream(file_, std::ios::app) << "\n";
   ExpectRefused(Run(folder, "--results"), kExitFile, "belongs to another study file");
 }
 
-TEST_F(StudyCommand, SaysWhatIsWrongBeforeAnybodyConsents) {
+TEST_F(StudyCommand, ReportsErrorsBeforeConsent) {
   std::string text = kFortyTrials;
   text.replace(text.find("\"moved_mm\": 100"), 15, "\"out\": true");
   const fs::path file = scratch_.Write("out.json", text);
@@ -291,7 +291,7 @@ TEST_F(StudyCommand, SaysWhatIsWrongBeforeAnybodyConsents) {
 }
 
 // The repository's example can be run.
-TEST_F(StudyCommand, TheExampleIsAStudy) {
+TEST_F(StudyCommand, ExampleIsAValidStudy) {
   const fs::path folder = scratch_.path() / "example";
   const Said said = RunTandem("study " TANDEM_SOURCE_DIR
                               "/scenes/studies/peg_removal.json --results "

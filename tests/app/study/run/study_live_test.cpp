@@ -117,7 +117,7 @@ TEST(StudyLive, RealPeersWithModelledHandsRunUnattendedAndAreRecorded) {
 
 // A person without a motor consents, begins, ends the trial by Enter once the hand has the body,
 // and answers. No line names the condition.
-TEST(StudyLive, APersonIsAskedAndToldNothingOfTheCondition) {
+TEST(StudyLive, ParticipantDoesNotLearnTheCondition) {
   const ScratchFolder scratch;
   const fs::path file = scratch.Write("live.json", StudyText("live-asked", R"(["secretly_late"])"));
   const fs::path folder = scratch.path() / "results";
@@ -145,7 +145,7 @@ TEST(StudyLive, APersonIsAskedAndToldNothingOfTheCondition) {
 }
 
 // No Enter ends the trial: the hand is where its goal is from the beginning.
-TEST(StudyLive, ATrialEndsByItselfAtItsGoal) {
+TEST(StudyLive, TrialEndsAtItsGoal) {
   const ScratchFolder scratch;
   std::string text = StudyText("live-goal", R"(["near"])");
   text.replace(text.find("\"moved_mm\": 100"), 15, "\"moved_mm\": 60, \"hold_s\": 0.5");
@@ -161,7 +161,7 @@ TEST(StudyLive, ATrialEndsByItselfAtItsGoal) {
 }
 
 // The participant presses Enter, the partner does nothing. Neither waits for the limit.
-TEST(StudyLive, ATrialOfTwoSitesEndsAtBoth) {
+TEST(StudyLive, TwoSiteTrialEndsAtBothSites) {
   const ScratchFolder scratch;
   std::string text = StudyText("live-both-end", R"(["near"])");
   text.replace(text.find("\"participants\": 1"), 17,

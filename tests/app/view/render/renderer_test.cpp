@@ -62,12 +62,12 @@ TEST_F(Drawn, AMovedPoseMovesThePixels) {
   EXPECT_TRUE(IsGreen(At(image, p_WBall_ + Vec3(0.07, 0, 0.04))));
 }
 
-TEST_F(Drawn, WhatIsBehindIsHidden) {
+TEST_F(Drawn, NearerBodiesHideFartherBodies) {
   list_.solids[kBallBody].X_W.p = Vec3(0, 0.2, 0);  // behind the block
   EXPECT_TRUE(IsGrey(At(Image(), Vec3(0, -0.02, 0))));
 }
 
-TEST_F(Drawn, AGhostLiesBetweenItsColourAndWhatIsBehindIt) {
+TEST_F(Drawn, GhostBlendsWithItsBackground) {
   const Vec3 moved(0, 0, 0.02);
   const Vec3 p_WGhost = p_WBall_ + moved;
   list_.solids[kBallBody].X_W.p = Vec3(0, 0.2, 0);
@@ -85,7 +85,7 @@ TEST_F(Drawn, AGhostLiesBetweenItsColourAndWhatIsBehindIt) {
   EXPECT_NEAR(through.green(), 0.55 * behind.green() + 0.45 * opaque.green(), 2.0);
 }
 
-TEST_F(Drawn, AGhostAtTheSolidInstancesPlaceIsNotSeen) {
+TEST_F(Drawn, GhostAtTheSolidInstanceIsHidden) {
   const QImage alone = Image();
   list_.ghosts = {{kBallBody, {}, {0.0F, 0.2F, 1.0F}, 0.45F}};
   EXPECT_EQ(At(Image(), p_WBall_), At(alone, p_WBall_));
@@ -171,7 +171,7 @@ TEST_F(Drawn, CutTrianglesAreDrawnOnlyWithTheirVerticesColours) {
   EXPECT_GT(red, 100);
 }
 
-TEST_F(Drawn, ColoursOfAnotherScenesMeshAreLeftOut) {
+TEST_F(Drawn, VertexColoursOfAnotherSceneAreIgnored) {
   const QImage before = Image();
   ProximityPicture proximity;
   proximity.bodies = {{kBallBody, {{255, 0, 0, 255}}}, {9, {{255, 0, 0, 255}}}};
@@ -179,7 +179,7 @@ TEST_F(Drawn, ColoursOfAnotherScenesMeshAreLeftOut) {
   EXPECT_EQ(Image(), before);
 }
 
-TEST_F(Drawn, BodiesThatTheSceneHasNotAreLeftOut) {
+TEST_F(Drawn, UnknownBodiesAreIgnored) {
   const QImage before = Image();
   list_.solids.push_back({9, {}, {1, 0, 0}, 1});
   list_.ghosts = {{9, {}, {1, 0, 0}, 0.5F}};

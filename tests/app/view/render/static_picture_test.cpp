@@ -90,7 +90,7 @@ TEST_P(KeptPicture, IsReusedWhileBodiesMoveAndEqualsAFullRedraw) {
   }
 }
 
-TEST_P(KeptPicture, HidesMovingBodiesAsIfAllWereDrawnAtOnce) {
+TEST_P(KeptPicture, HidesMovingBodiesAsAFullRedrawDoes) {
   // smooth balls have no edges, so that the order of drawing changes no pixel; the same scene
   // without a fixed body has no static picture
   Show(TwoBalls());
@@ -105,7 +105,7 @@ TEST_P(KeptPicture, HidesMovingBodiesAsIfAllWereDrawnAtOnce) {
   }
 }
 
-TEST_P(KeptPicture, GhostsAndNearVoxelsLeaveNoTraceInIt) {
+TEST_P(KeptPicture, GhostsAndNearVoxelsAreNotKept) {
   const QImage before = Image();
   proximity_ = std::make_unique<ProximityPicture>();
   proximity_->voxel_size = 0.01F;
@@ -154,7 +154,7 @@ TEST_P(KeptPicture, IsDrawnAgainForAnotherFormatOfDepth) {
   EXPECT_TRUE(DrawsAnew());
 }
 
-TEST_P(KeptPicture, IsKeptForEachNumberOfSamples) {
+TEST_P(KeptPicture, IsKeptPerSampleCount) {
   const int other = GetParam() == 0 ? 4 : 0;
   EXPECT_TRUE(DrawsAnew());
   gl_.SetTarget(kPictureSize, other);
@@ -238,7 +238,7 @@ TEST_P(KeptPicture, RefinesFrameByFrameToTheFullPicture) {
   EXPECT_EQ(renderer_.static_pictures(), 1U);
 }
 
-TEST_P(KeptPicture, RefinesAsLongAsThereIsTime) {
+TEST_P(KeptPicture, RefinesWithinItsTimeBudget) {
   Show(LargeScene());
   int asked = 0;
   const auto twice = [&asked] {
@@ -249,7 +249,7 @@ TEST_P(KeptPicture, RefinesAsLongAsThereIsTime) {
   EXPECT_TRUE(gl_.DrawInPart(renderer_, camera_, list_, {}).second);
 }
 
-TEST_P(KeptPicture, RefinesFromTheBeginningWhenTheEyeMoves) {
+TEST_P(KeptPicture, RestartsRefinementWhenTheEyeMoves) {
   Show(LargeScene());
   for (int i = 0; i < 10; ++i) {
     camera_.Orbit(1, 0);
@@ -258,7 +258,7 @@ TEST_P(KeptPicture, RefinesFromTheBeginningWhenTheEyeMoves) {
   EXPECT_EQ(Image(), FullRedraw());
 }
 
-TEST_P(KeptPicture, IsWholeAtOnceOfASmallScene) {
+TEST_P(KeptPicture, IsCompleteAtOnceForASmallScene) {
   const auto [image, whole] = gl_.DrawInPart(renderer_, camera_, list_, kNoTime);
   EXPECT_TRUE(whole);
   EXPECT_EQ(image, FullRedraw());

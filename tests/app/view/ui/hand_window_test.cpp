@@ -15,7 +15,7 @@
 namespace tandem {
 namespace {
 
-TEST_F(HandWindow, APressTakesThePartAndADragTakesItUnderTheCursor) {
+TEST_F(HandWindow, PressGrabsAndDragMovesThePart) {
   PressOnBall();
   // the grabbed point faces the eye; 4 cm beside and above it
   const Vec3 grabbed = ToPose(hand_.snapshot().hand.X_WG).p;
@@ -28,7 +28,7 @@ TEST_F(HandWindow, APressTakesThePartAndADragTakesItUnderTheCursor) {
   EXPECT_TRUE(BallComesTo(by, 1e-6));
 }
 
-TEST_F(HandWindow, ADragOnAFixedBodyOrBesideAllOrbits) {
+TEST_F(HandWindow, DragOnAFixedBodyOrTheBackgroundOrbits) {
   const Vec3 eye = view().camera().eye_W();
   const QPointF corner = At({0.09, -0.02, 0.09});
   Mouse(QEvent::MouseButtonPress, corner, Qt::LeftButton);
@@ -37,7 +37,7 @@ TEST_F(HandWindow, ADragOnAFixedBodyOrBesideAllOrbits) {
   EXPECT_TRUE(controller_.Asked<GrabRequest>().empty());
 }
 
-TEST_F(HandWindow, TheWheelWithTheButtonHeldIsDepthAndElseZooms) {
+TEST_F(HandWindow, WheelMovesInDepthDuringADragAndElseZooms) {
   PressOnBall();
   const double distance = view().camera().distance();
   const auto wheel = [&](int notches) {
@@ -103,7 +103,7 @@ TEST_F(HandWindow, ATriadsArrowMovesAlongItsAxis) {
   EXPECT_NEAR(BallMoved().x(), 0, 1e-9);
 }
 
-TEST_F(HandWindow, ForceIsSeenAsATetherAndContactAsAColour) {
+TEST_F(HandWindow, ForceIsATetherAndContactAColour) {
   controller_.wall_x = 0.02;
   PressOnBall();
   const Vec3 grabbed = ToPose(hand_.snapshot().hand.X_WG).p;
@@ -123,7 +123,7 @@ TEST_F(HandWindow, ForceIsSeenAsATetherAndContactAsAColour) {
 }
 
 // Buttons that drive a part back, hand it over or name a force would spoil a trial.
-TEST_F(HandWindow, OfTheSceneAloneOnlyTheStopCanBePressedAndNoForceIsTold) {
+TEST_F(HandWindow, WithoutASessionOnlyTheStopIsEnabled) {
   window_.ShowSceneAlone();
   controller_.wall_x = 0.02;
   PressOnBall();
@@ -150,7 +150,7 @@ TEST_F(HandWindow, OfTheSceneAloneOnlyTheStopCanBePressedAndNoForceIsTold) {
   EXPECT_TRUE(Action("hand_resume")->isEnabled());
 }
 
-TEST_F(HandWindow, EachRefusalIsSaidInThePicture) {
+TEST_F(HandWindow, RefusalsAreShownInThePicture) {
   controller_.refuse = "ben holds it: ask for it";
   Mouse(QEvent::MouseButtonPress, At(ball_W_), Qt::LeftButton);
   EXPECT_TRUE(ProcessEventsUntil([&] {
@@ -158,7 +158,7 @@ TEST_F(HandWindow, EachRefusalIsSaidInThePicture) {
   }));
 }
 
-TEST_F(HandWindow, EscapeDrivesBackAndTheMouseHasNoSayMeanwhile) {
+TEST_F(HandWindow, EscapeReturnsThePartAndIgnoresTheMouse) {
   PressOnBall();
   Mouse(QEvent::MouseMove, At(ball_W_) + QPointF(50, 0), Qt::LeftButton);
   QTest::keyClick(&view(), Qt::Key_Escape);
@@ -172,7 +172,7 @@ TEST_F(HandWindow, EscapeDrivesBackAndTheMouseHasNoSayMeanwhile) {
   EXPECT_EQ(controller_.now.hand.goal.p_W, goal.p_W);
 }
 
-TEST_F(HandWindow, TheStopIsAKeyAndAButtonAndNothingIsTakenUntilOneResumes) {
+TEST_F(HandWindow, StopByKeyOrButtonHoldsUntilResumed) {
   PressOnBall();
   QTest::keyClick(&view(), Qt::Key_Space);
   ASSERT_TRUE(ProcessEventsUntil([&] {
@@ -189,7 +189,7 @@ TEST_F(HandWindow, TheStopIsAKeyAndAButtonAndNothingIsTakenUntilOneResumes) {
   }));
 }
 
-TEST_F(HandWindow, WithADeviceTheMouseMovesTheViewAndTheDeviceGoesByIt) {
+TEST_F(HandWindow, DeviceFollowsTheViewThatTheMouseMoves) {
   EXPECT_FALSE(Action("hand_clutch")->isEnabled());
   controller_.now.hand.input = SnapshotHand::Input::kDevice;
   ASSERT_TRUE(ProcessEventsUntil([&] {
@@ -215,7 +215,7 @@ TEST_F(HandWindow, WithADeviceTheMouseMovesTheViewAndTheDeviceGoesByIt) {
   EXPECT_EQ(controller_.Asked<SetParameterRequest>()[0].value, 1);
 }
 
-TEST_F(HandWindow, SaysWhyADeviceHasNoForceAndHowItComesBack) {
+TEST_F(HandWindow, ExplainsMissingDeviceForceAndItsRemedy) {
   controller_.now.hand.input = SnapshotHand::Input::kDevice;
   EXPECT_FALSE(Action("hand_resume")->isEnabled());
   for (const auto state : {SnapshotSafety::State::kFault, SnapshotSafety::State::kStopped}) {
@@ -247,7 +247,7 @@ TEST_F(HandWindow, ActionsThatCannotBeDoneAreGrey) {
   }));
 }
 
-TEST_F(HandWindow, ALostControllerIsSaidAndThePartIsNotMoved) {
+TEST_F(HandWindow, LostControllerIsReportedAndThePartStops) {
   PressOnBall();
   controller_.heard = false;
   EXPECT_TRUE(ProcessEventsUntil([&] {
@@ -257,7 +257,7 @@ TEST_F(HandWindow, ALostControllerIsSaidAndThePartIsNotMoved) {
   EXPECT_FALSE(window_.desk()->mouse()->dragging());
 }
 
-TEST_F(HandWindow, ADroppedSceneIsOpenedWithAControllerOfItsOwn) {
+TEST_F(HandWindow, DroppedSceneOpensWithItsOwnController) {
   QMimeData data;
   data.setUrls({QUrl::fromLocalFile("/tmp/other.json")});
   QDragEnterEvent enter(QPoint(10, 10), Qt::CopyAction, &data, Qt::LeftButton, {});
@@ -270,7 +270,7 @@ TEST_F(HandWindow, ADroppedSceneIsOpenedWithAControllerOfItsOwn) {
   EXPECT_EQ(controller_.processes, 1);
 }
 
-TEST_F(HandWindow, AChosenDeviceTakesTheHandFromTheMouse) {
+TEST_F(HandWindow, ChosenDeviceReplacesTheMouse) {
   const std::size_t launched = controller_.launched.size();
   window_.desk()->UseDevice("spacemouse");
   ASSERT_EQ(controller_.launched.size(), launched + 1);

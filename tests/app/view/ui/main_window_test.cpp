@@ -14,7 +14,7 @@
 namespace tandem {
 namespace {
 
-TEST_F(Window, JoinsAndLeavesByItsButtons) {
+TEST_F(Window, ButtonsJoinAndLeave) {
   EXPECT_TRUE(Child<QPushButton>("join")->isEnabled());
   EXPECT_FALSE(Child<QPushButton>("leave")->isEnabled());
   JoinSession();
@@ -32,7 +32,7 @@ TEST_F(Window, JoinsAndLeavesByItsButtons) {
   JoinSession();
 }
 
-TEST_F(Window, SaysPlainOnlyOfASessionThatSomebodyWasHeardIn) {
+TEST_F(Window, LabelsASessionPlainOnlyAfterHearingAPeer) {
   JoinSession();
   const auto* dock = Child<QLabel>("session_state");
   EXPECT_TRUE(dock->text().contains("no peer answers"));
@@ -78,7 +78,7 @@ TEST_F(Window, FetchesAMissingSceneWhenItsButtonIsPressed) {
   EXPECT_EQ(fetched, 1);
 }
 
-TEST_F(Window, AfterLeavingSaysThatOneHasLeftOneselfAndThatNothingComes) {
+TEST_F(Window, ShowsItsOwnLeave) {
   JoinSession();
   fake_.inbox->OnPeerInfo(FakeSession::Info(5, "Anna", Role::kActive), 0);
   const auto* peers = Child<QTableView>("peers");
@@ -138,7 +138,7 @@ TEST_F(Window, WarnsOfAnotherProtocolAcrossThePicture) {
   }));
 }
 
-TEST_F(Window, OpensASceneThatAPersonChooses) {
+TEST_F(Window, OpensAChosenScene) {
   const ScratchFolder folder;
   const std::filesystem::path file = folder.Write("own.json", "{}");
   window_.SetSceneFolders({folder.path()});
@@ -164,14 +164,14 @@ TEST_F(Window, OpensASceneThatAPersonChooses) {
   ask->close();
 }
 
-TEST_F(Window, TellsHowManyTrianglesTheFilesHave) {
+TEST_F(Window, ShowsTheFilesTriangleCount) {
   OpenScene();
   const auto* size = Child<QLabel>("scene_size");
   const std::size_t read = 12 + 2 * 32 * 15;  // lines of the box and the ball
   EXPECT_EQ(size->text(), QStringLiteral("2 bodies, %1 triangles").arg(read));
 }
 
-TEST_F(Window, SaysWhyItCouldNotJoin) {
+TEST_F(Window, ReportsWhyItCouldNotJoin) {
   fake_.refuse = "no interface called eth7";
   Click("join");
   ASSERT_TRUE(ProcessEventsUntil([&] {
@@ -181,7 +181,7 @@ TEST_F(Window, SaysWhyItCouldNotJoin) {
   EXPECT_TRUE(Child<QPushButton>("join")->isEnabled());
 }
 
-TEST_F(Window, CannotJoinASessionWithoutAName) {
+TEST_F(Window, JoiningNeedsASessionName) {
   Child<QLineEdit>("session")->clear();
   EXPECT_FALSE(Child<QPushButton>("join")->isEnabled());
 }
@@ -213,7 +213,7 @@ TEST_F(Window, ListsPeersWithTheirDelay) {
 }
 
 // The table and the labels in the picture show the same figures, from the first sample on.
-TEST_F(Window, OfTheSceneAloneNothingTellsTheDelay) {
+TEST_F(Window, SceneAloneShowsNoDelay) {
   window_.ShowSceneAlone();
   JoinSession();
   fake_.inbox->OnPeerInfo(FakeSession::Info(5, "Anna", Role::kActive), 0);
@@ -228,7 +228,7 @@ TEST_F(Window, OfTheSceneAloneNothingTellsTheDelay) {
   EXPECT_FALSE(window_.session_dock().isVisible());
 }
 
-TEST_F(Window, SaysWhatIsMissingInPlaceOfThePicture) {
+TEST_F(Window, ExplainsAMissingPicture) {
   ASSERT_NE(window_.page(), nullptr);
   JoinSession();
   EXPECT_TRUE(window_.page()->text().contains("bracket"));
@@ -261,7 +261,7 @@ TEST(WindowWithoutOpenGl, ShowsWhyAndStillJoins) {
 }
 
 // Names and paths are others' words: an image in one would be loaded, a headline would be ours.
-TEST_F(Window, ShowsOthersWordsLetterByLetter) {
+TEST_F(Window, ShowsReceivedTextLiterally) {
   int labels = 0;
   for (const QLabel* label : window_.findChildren<QLabel*>()) {
     if (label->buddy() != nullptr) continue;  // a field's caption
@@ -280,7 +280,7 @@ TEST_F(Window, ShowsOthersWordsLetterByLetter) {
   EXPECT_EQ(name.data(Qt::ToolTipRole).toString(), "<qt>&lt;b&gt;Anna&lt;/b&gt;</qt>");
 }
 
-TEST_F(Window, AsksBeforeItLoadsAFileThatTheSessionNames) {
+TEST_F(Window, AsksBeforeLoadingTheSessionsFile) {
   QTemporaryFile here(QDir::tempPath() + "/XXXXXX.json");
   ASSERT_TRUE(here.open());
   SceneManifest manifest;

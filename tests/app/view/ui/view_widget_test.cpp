@@ -51,7 +51,7 @@ class View : public ::testing::TestWithParam<bool> {
   ViewWidget view_{GlInfo{"", GetParam()}};
 };
 
-TEST_P(View, RefinesALargeSceneAtRestToThePictureThatIsKept) {
+TEST_P(View, RefinesAnUnmovedLargeSceneToTheSavedPicture) {
   DrawnScene scene = BlockAndBall();
   scene.bodies.push_back(
       MakeDrawnBody("large", {true, {0.5F, 0.5F, 0.7F}}, SphereMesh(0.06, 600, 400)));
@@ -63,7 +63,7 @@ TEST_P(View, RefinesALargeSceneAtRestToThePictureThatIsKept) {
   EXPECT_EQ(at_rest, Kept());
 }
 
-TEST_P(View, APictureThatIsKeptIsWholeWhileTheEyeMoves) {
+TEST_P(View, SavedPictureIsCompleteWhileTheEyeMoves) {
   DrawnScene scene = BlockAndBall();
   scene.bodies.push_back(
       MakeDrawnBody("large", {true, {0.5F, 0.5F, 0.7F}}, SphereMesh(0.06, 600, 400)));

@@ -15,7 +15,7 @@
 namespace tandem {
 namespace {
 
-TEST_F(Window, KeepsABodyInThePictureThatComesOut) {
+TEST_F(Window, KeepsARemovedBodyInView) {
   OpenScene();
   JoinSession();
   const auto in_picture = [&](const Vec3& p_W) {
@@ -55,7 +55,7 @@ TEST_F(Window, KeepsABodyInThePictureThatComesOut) {
   EXPECT_EQ(view().camera().distance(), distance);
 }
 
-TEST_F(Window, FiguresInThePictureAndBesideItAreOfOneMoment) {
+TEST_F(Window, FiguresInAndBesideThePictureAgree) {
   OpenScene();
   JoinSession();
   window_.ShowProximity(true);
@@ -146,7 +146,7 @@ TEST_F(Window, OrbitsPansAndZoomsWithTheMouse) {
   EXPECT_LT(view().camera().distance(), distance);
 }
 
-TEST_F(Window, LooksFromTheStandardViewsAndFitsByKeys) {
+TEST_F(Window, KeysSelectStandardViewsAndFit) {
   OpenScene();
   window_.activateWindow();
   ASSERT_TRUE(QTest::qWaitForWindowActive(&window_));

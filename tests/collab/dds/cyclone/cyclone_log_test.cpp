@@ -19,7 +19,7 @@ std::string KeptOf(const std::string& words) {
 }
 
 // Cyclone logs names of others' topics and types as they come.
-TEST(CycloneLog, MessageIsOneLineOfPlainTextWhateverNamesItHas) {
+TEST(CycloneLog, MessageIsOneLineOfPlainText) {
   EXPECT_EQ(KeptOf("writer a/\x1b[2J\xff\ntandem: all is well"),
             "writer a/?[2J? tandem: all is well");
   const std::string in_plain_words = InPlainWords(KeptOf("malformed \x1b]0;title\x07\r\nforged"));
@@ -27,7 +27,7 @@ TEST(CycloneLog, MessageIsOneLineOfPlainTextWhateverNamesItHas) {
   EXPECT_THAT(in_plain_words, ::testing::StartsWith("a damaged or hostile packet was dropped ("));
 }
 
-TEST(CycloneLog, MessageIsOfALengthForAPerson) {
+TEST(CycloneLog, MessageLengthIsBounded) {
   EXPECT_LT(KeptOf("writer " + std::string(10'000, 'x')).size(), 500U);
 }
 

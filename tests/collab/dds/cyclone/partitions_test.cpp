@@ -54,14 +54,14 @@ class WriterOwnersTest : public ::testing::Test {
   std::vector<Entity> writers_;
 };
 
-TEST_F(WriterOwnersTest, KnowsEachOfAHundred) {
+TEST_F(WriterOwnersTest, DistinguishesAHundredPeers) {
   AddWriters(1, 100);
   WriterOwners owners;
   EXPECT_EQ(owners.Refresh(reader_), 0U);
   for (std::size_t i = 0; i < 100; ++i) EXPECT_EQ(owners.Find(HandleOf(i)), i + 1);
 }
 
-TEST_F(WriterOwnersTest, AFloodOfNewcomersMutesNobodyWhoIsKnown) {
+TEST_F(WriterOwnersTest, NewcomerFloodMutesNoKnownPeer) {
   AddWriters(1, 16);
   WriterOwners owners;
   owners.Refresh(reader_);
@@ -75,7 +75,7 @@ TEST_F(WriterOwnersTest, AFloodOfNewcomersMutesNobodyWhoIsKnown) {
   EXPECT_EQ(owners.Find(HandleOf(199)), 1299U);
 }
 
-TEST_F(WriterOwnersTest, OnePeerTakesOnlyItsOwnPlaces) {
+TEST_F(WriterOwnersTest, PeerTakesOnlyItsOwnSlots) {
   for (std::size_t i = 0; i < WriterOwners::kMaxWriters; ++i) AddWriters(7, 1);
   AddWriters(8, 1);
   WriterOwners owners;
@@ -83,7 +83,7 @@ TEST_F(WriterOwnersTest, OnePeerTakesOnlyItsOwnPlaces) {
   EXPECT_EQ(owners.Find(HandleOf(WriterOwners::kMaxWriters)), 8U);
 }
 
-TEST_F(WriterOwnersTest, WhoSaysThatItIsHereTakesThePlaceOfWhoDoesNot) {
+TEST_F(WriterOwnersTest, AnnouncedPeerReplacesAnUnannouncedOne) {
   AddWriters(1000, WriterOwners::kMaxWriters);
   WriterOwners owners;
   EXPECT_EQ(owners.Refresh(reader_), 0U);
@@ -113,10 +113,9 @@ TEST(Partitions, OfMembersHaveTheirNames) {
 }
 
 TEST(Partitions, OthersHaveNoOwner) {
-  for (const char* name :
-       {"", "peer.", "peer.*", "scene", "peer.abc", "peer.00000000000000000abc",
-        "peer.-000000000000abc", "peer.0000000000000abg", "eye.00000000000000ab",
-        "peer.0000000000000abc.", "peer.0000000000000abc-anna", "scene."}) {
+  for (const char* name : {"", "peer.", "peer.*", "scene", "peer.abc", "peer.00000000000000000abc",
+                           "peer.-000000000000abc", "peer.0000000000000abg", "eye.00000000000000ab",
+                           "peer.0000000000000abc.", "peer.0000000000000abc-anna", "scene."}) {
     EXPECT_EQ(OwnerOfPartition(name), PartitionOwner{}) << name;
   }
 }

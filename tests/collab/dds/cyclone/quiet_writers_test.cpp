@@ -29,7 +29,7 @@ class QuietWritersTold : public ::testing::Test {
   const Listener listener_ = quiet_.MakeListener(0);
 };
 
-TEST_F(QuietWritersTold, AWriterIsQuietFromItsSilenceToItsEnd) {
+TEST_F(QuietWritersTold, WriterIsQuietFromSilenceToItsEnd) {
   Comes(kAnna);
   Comes(kBen);
   EXPECT_FALSE(quiet_.Has(kAnna));
@@ -41,7 +41,7 @@ TEST_F(QuietWritersTold, AWriterIsQuietFromItsSilenceToItsEnd) {
 }
 
 // Two threads of Cyclone tell it so to a program that was stopped for longer than the lease.
-TEST_F(QuietWritersTold, AnEndThatIsToldBeforeTheSilencesBeginIsItsEnd) {
+TEST_F(QuietWritersTold, EndReportedBeforeTheStartStillCounts) {
   Comes(kAnna);
   SpeaksAgain(kAnna);
   FallsSilent(kAnna);
@@ -50,7 +50,7 @@ TEST_F(QuietWritersTold, AnEndThatIsToldBeforeTheSilencesBeginIsItsEnd) {
   EXPECT_TRUE(quiet_.Has(kAnna)) << "the next silence counts";
 }
 
-TEST_F(QuietWritersTold, ABeginAndAnEndThatAreToldAsOneChangeNothing) {
+TEST_F(QuietWritersTold, CombinedStartAndEndChangeNothing) {
   Comes(kAnna);
   FallsSilent(kAnna);
   Tell(kAnna, 0, 0);
@@ -62,7 +62,7 @@ TEST_F(QuietWritersTold, ABeginAndAnEndThatAreToldAsOneChangeNothing) {
   EXPECT_FALSE(quiet_.Has(kAnna)) << "the end was told before, and still counts";
 }
 
-TEST_F(QuietWritersTold, AWriterThatHasGoneIsForgotten) {
+TEST_F(QuietWritersTold, DepartedWriterIsForgotten) {
   FallsSilent(kAnna);
   Goes(kAnna);
   EXPECT_FALSE(quiet_.Has(kAnna));

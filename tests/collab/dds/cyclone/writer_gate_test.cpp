@@ -8,19 +8,19 @@ namespace {
 constexpr std::int64_t kGateMsNs = 1'000'000;
 constexpr WriterLimits kLimits{.per_second = 1000, .at_once = 100, .keys = 10, .of_one = 3};
 
-TEST(WriterGate, AWriterThatKeepsToItsRateIsNeverRefused) {
+TEST(WriterGate, WriterWithinItsRateIsNeverRefused) {
   WriterGate gate(kLimits);
   for (std::int64_t i = 0; i < 10'000; ++i) {
     ASSERT_FALSE(gate.Refuses(7, 1, static_cast<std::uint64_t>(1 + i % 10), i * kGateMsNs)) << i;
   }
 }
 
-TEST(WriterGate, WhatANetworkHeldBackMayComeAtOnce) {
+TEST(WriterGate, DelayedSamplesMayArriveInABurst) {
   WriterGate gate(kLimits);
   for (int i = 0; i < 100; ++i) ASSERT_FALSE(gate.Refuses(7, 1, 1, kGateMsNs)) << i;
 }
 
-TEST(WriterGate, AFloodIsCutAndItsWriterNotHeardForAWhile) {
+TEST(WriterGate, FloodMutesItsWriterForAWhile) {
   WriterGate gate(kLimits);
   // ten times the rate, for ten seconds
   int let_through = 0;
@@ -37,7 +37,7 @@ TEST(WriterGate, AFloodIsCutAndItsWriterNotHeardForAWhile) {
   EXPECT_FALSE(gate.Refuses(7, 1, 1, 20'000 * kGateMsNs));
 }
 
-TEST(WriterGate, AFloodOfOneRefusesNobodyElse) {
+TEST(WriterGate, FloodOfOneWriterDoesNotAffectOthers) {
   WriterGate gate(kLimits);
   for (std::int64_t i = 0; i < 10'000; ++i) {
     for (int n = 0; n < 100; ++n) gate.Refuses(7, 1, 1, i * kGateMsNs);
@@ -45,7 +45,7 @@ TEST(WriterGate, AFloodOfOneRefusesNobodyElse) {
   }
 }
 
-TEST(WriterGate, AMillionInventedKeysAreNotKept) {
+TEST(WriterGate, ForgedKeysAreNotKept) {
   WriterGate gate({.per_second = 1'000'000, .at_once = 1'000'000, .keys = 10, .of_one = 3});
   int kept = 0;
   for (std::uint64_t key = 1; key <= 1'000'000; ++key) {
@@ -61,7 +61,7 @@ TEST(WriterGate, AMillionInventedKeysAreNotKept) {
   EXPECT_FALSE(gate.Refuses(7, 1, 5, 2'000'000'000));  // one of the writers that it has
 }
 
-TEST(WriterGate, AllWritersTogetherHaveABoundToo) {
+TEST(WriterGate, TotalRateIsBounded) {
   WriterGate gate({.per_second = 1'000'000, .at_once = 1'000'000, .keys = 1000, .of_one = 3});
   std::size_t kept = 0;
   for (std::uint64_t writer = 1; writer <= 100; ++writer) {
@@ -72,7 +72,7 @@ TEST(WriterGate, AllWritersTogetherHaveABoundToo) {
   EXPECT_EQ(kept, WriterGate::kMaxKeys);
 }
 
-TEST(WriterGate, AProgramHasSoManyWritersAndAllTogetherSoMany) {
+TEST(WriterGate, WritersAreBoundedPerProgramAndInTotal) {
   WriterGate gate(kLimits);
   for (std::uint64_t writer = 1; writer <= 3; ++writer) EXPECT_FALSE(gate.Refuses(writer, 1, 1, 0));
   EXPECT_EQ(gate.Refuses(4, 1, 1, 0), Drop::kManyWriters);
@@ -85,7 +85,7 @@ TEST(WriterGate, AProgramHasSoManyWritersAndAllTogetherSoMany) {
   EXPECT_FALSE(gate.Refuses(1, 1, 1, 0));
 }
 
-TEST(WriterGate, AWriterThatGoesMakesRoomAndTheOthersKeepTheirKeys) {
+TEST(WriterGate, DepartedWriterFreesItsSlot) {
   WriterGate gate(kLimits);
   for (std::uint64_t writer = 1; writer <= 200; ++writer) {
     for (std::uint64_t key = 1; key <= 10; ++key) {

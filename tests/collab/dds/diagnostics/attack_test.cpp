@@ -31,9 +31,9 @@ class Attack : public ::testing::Test {
     }));
   }
   void Begin(const std::string& mode) {
-    mallory_ = std::make_unique<ChildPeer>(std::vector<std::string>{
-        TANDEM_DDS_ATTACKER, session_, "-", "-", mode, std::to_string(kMallory), "-",
-        std::to_string(kBen)});
+    mallory_ = std::make_unique<ChildPeer>(
+        std::vector<std::string>{TANDEM_DDS_ATTACKER, session_, "-", "-", mode,
+                                 std::to_string(kMallory), "-", std::to_string(kBen)});
     ASSERT_TRUE(mallory_->Says("attacking"));
   }
   bool WaitForDrop(PeerId from, Drop reason) {
@@ -64,13 +64,13 @@ class Attack : public ::testing::Test {
   std::unique_ptr<ChildPeer> mallory_;
 };
 
-TEST_F(Attack, WhoDisposesOfAnothersInstanceDoesNotMakeItLeave) {
+TEST_F(Attack, DisposingOfAPeersInstanceDoesNotMakeItLeave) {
   Begin("dispose");
   EXPECT_TRUE(WaitForDrop(kMallory, Drop::kImpostor));
   ExpectBenIsHere();
 }
 
-TEST_F(Attack, WhoTouchesAnothersInstanceDoesNotKeepItAlive) {
+TEST_F(Attack, WritingToALostPeersInstanceDoesNotKeepItAlive) {
   Begin("dispose");
   EXPECT_TRUE(WaitForDrop(kMallory, Drop::kImpostor));
   ben_->Signal(SIGKILL);
@@ -81,7 +81,7 @@ TEST_F(Attack, WhoTouchesAnothersInstanceDoesNotKeepItAlive) {
       milliseconds(2000)));
 }
 
-TEST_F(Attack, AGoodbyeIsHeardAllTheSame) {
+TEST_F(Attack, GoodbyeIsHeardInSpiteOfTheAttack) {
   Begin("dispose");
   EXPECT_TRUE(WaitForDrop(kMallory, Drop::kImpostor));
   ben_->Command("leave");
@@ -90,13 +90,13 @@ TEST_F(Attack, AGoodbyeIsHeardAllTheSame) {
   }));
 }
 
-TEST_F(Attack, WhoComesSecondDoesNotSpeakAsAPeerThatIsHere) {
+TEST_F(Attack, SecondParticipantCannotSpeakAsAPresentPeer) {
   Begin("sit_down");
   EXPECT_TRUE(WaitForDrop(kBen, Drop::kImpostor)) << "told once it has lasted";
   ExpectBenIsHere();
 }
 
-TEST_F(Attack, StatesFromAnotherInAPeersPartitionAreNotThePeers) {
+TEST_F(Attack, StatesForgedInAPeersPartitionAreDropped) {
   Begin("state_as_victim");
   EXPECT_TRUE(WaitForDrop(0, Drop::kNoOwner));
   EXPECT_FALSE(heard_.WaitFor(
@@ -106,7 +106,7 @@ TEST_F(Attack, StatesFromAnotherInAPeersPartitionAreNotThePeers) {
       kAttack));
 }
 
-TEST_F(Attack, WhoLooksOnIsAViewerWithoutClaims) {
+TEST_F(Attack, ViewersClaimsAreIgnored) {
   Begin("look_on");
   ASSERT_TRUE(heard_.WaitFor([](const Recorder::Heard& h) {
     return h.infos.contains(kMallory);
@@ -115,13 +115,13 @@ TEST_F(Attack, WhoLooksOnIsAViewerWithoutClaims) {
   EXPECT_TRUE(heard_.Now().infos.at(kMallory).claims.empty());
 }
 
-TEST_F(Attack, AViewersPresenceIsNotAnothers) {
+TEST_F(Attack, ViewerCannotFakeAnotherPeersPresence) {
   Begin("look_on_as_victim");
   EXPECT_TRUE(WaitForDrop(kMallory, Drop::kImpostor));
   ExpectBenIsHere();
 }
 
-TEST_F(Attack, EventsOfWhoIsNotHereOrInAnothersNameAreNotHeard) {
+TEST_F(Attack, ForgedEventsAreDropped) {
   Begin("grant");
   EXPECT_TRUE(WaitForDrop(kMallory, Drop::kStranger));
   mallory_.reset();
@@ -130,7 +130,7 @@ TEST_F(Attack, EventsOfWhoIsNotHereOrInAnothersNameAreNotHeard) {
   EXPECT_TRUE(heard_.Now().events.empty());
 }
 
-TEST_F(Attack, ManifestsInAnothersNameOrThatCannotBeAreNotHeard) {
+TEST_F(Attack, ForgedOrImpossibleManifestsAreDropped) {
   Begin("offer_as_first");
   EXPECT_TRUE(WaitForDrop(kMallory, Drop::kImpostor));
   mallory_.reset();

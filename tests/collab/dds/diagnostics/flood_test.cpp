@@ -52,7 +52,7 @@ class ListeningPort {
   bool is_bound_;
 };
 
-TEST(Flood, ReachesEachProgramOfTheDomainHoweverManyThereAre) {
+TEST(Flood, ReachesEveryProgramOfTheDomain) {
   std::vector<ListeningPort> ports;
   for (std::uint32_t program = 0; program < 8; ++program) {
     ports.emplace_back(program);

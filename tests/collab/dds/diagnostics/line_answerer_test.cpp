@@ -94,7 +94,7 @@ class LineAnswererTest : public ::testing::Test {
   };
 };
 
-TEST_F(LineAnswererTest, SendsAtARateOnlyAfterItsTokenHasComeBack) {
+TEST_F(LineAnswererTest, SendsOnlyAfterItsTokenReturns) {
   ASSERT_TRUE(Ask(LineWord::kAsk));
   EXPECT_EQ(answerer_.streams(), 0U);
   EXPECT_EQ(Run(1000, true), 0);
@@ -116,7 +116,7 @@ TEST_F(LineAnswererTest, SendsAtARateOnlyAfterItsTokenHasComeBack) {
   EXPECT_GT(Run(1000, true), 900);
 }
 
-TEST_F(LineAnswererTest, AnswersNobodyMoreThanHeSent) {
+TEST_F(LineAnswererTest, NeverSendsMoreThanItReceived) {
   ask_.head.word = LineWord::kAsk;
   Give(LinePacket(ask_, sizeof ask_));  // shorter than it must be
   EXPECT_TRUE(sent_.empty());
@@ -137,7 +137,7 @@ TEST_F(LineAnswererTest, AnswersNobodyMoreThanHeSent) {
   EXPECT_EQ(sent_[0].second.size(), kLineFetchBytes);
 }
 
-TEST_F(LineAnswererTest, EndsForGoodWhenTheAskerFallsSilent) {
+TEST_F(LineAnswererTest, EndsWhenTheAskerFallsSilent) {
   ASSERT_TRUE(Begin());
   EXPECT_GT(Run(1000, true), 900);
   EXPECT_LE(Run(3000, false), 3000);
@@ -148,7 +148,7 @@ TEST_F(LineAnswererTest, EndsForGoodWhenTheAskerFallsSilent) {
 
 // One sample a second keeps a stream from being silent. Four go out for each that comes, and three
 // seconds' worth.
-TEST_F(LineAnswererTest, SendsNoMoreThanFourForEachThatComesAndThreeSecondsAhead) {
+TEST_F(LineAnswererTest, SendsAtMostFourPacketsPerRequestAndThreeSecondsAhead) {
   ask_.terms.samples = 600'000;
   ASSERT_TRUE(Begin());
   int count = 0;
@@ -160,7 +160,7 @@ TEST_F(LineAnswererTest, SendsNoMoreThanFourForEachThatComesAndThreeSecondsAhead
   EXPECT_LE(count, 3000 + 4 * 30);
 }
 
-TEST_F(LineAnswererTest, RefusesWhatIsTooMuchAndWhoComesTooMany) {
+TEST_F(LineAnswererTest, RefusesExcessiveRatesAndTooManyAskers) {
   const auto word = [this] {
     const std::optional<LineAsk> answer = Ask(LineWord::kAsk);
     return answer ? answer->head.word : LineWord::kDone;
@@ -192,7 +192,7 @@ TEST_F(LineAnswererTest, RefusesWhatIsTooMuchAndWhoComesTooMany) {
   EXPECT_EQ(word(), LineWord::kOffer);
 }
 
-TEST_F(LineAnswererTest, TellsWhenSamplesArrivedAndWhichNeverDid) {
+TEST_F(LineAnswererTest, ReportsArrivalTimesAndLosses) {
   ask_.terms.samples = 300;
   ASSERT_TRUE(Begin());
   for (std::uint32_t i = 0; i < 300; ++i) {
@@ -219,7 +219,7 @@ TEST_F(LineAnswererTest, TellsWhenSamplesArrivedAndWhichNeverDid) {
   }
 }
 
-TEST_F(LineAnswererTest, EchoesTheNewestSendingAndHowLongItHasHeldIt) {
+TEST_F(LineAnswererTest, EchoesTheNewestTimestampAndItsHoldTime) {
   ASSERT_TRUE(Begin());
   now_ns_ += 50 * kLineMs;
   answerer_.SendDue(now_ns_, send_);
@@ -235,7 +235,7 @@ TEST_F(LineAnswererTest, EchoesTheNewestSendingAndHowLongItHasHeldIt) {
   EXPECT_EQ(sample->heard, 2U);
 }
 
-TEST_F(LineAnswererTest, LeavesOtherPacketsToOthers) {
+TEST_F(LineAnswererTest, IgnoresOtherPackets) {
   const auto is_line = [this](const LineBytes& packet) {
     return answerer_.Take(
         packet, asker_, now_ns_,

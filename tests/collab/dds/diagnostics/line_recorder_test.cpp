@@ -21,7 +21,7 @@ bool LostBack(std::uint32_t seq) {
   return seq % 7 == 5;
 }
 
-TEST(LineRecorder, LossIsThatOfTheLineToTheSampleAndDelaysAreNoShorterThanIts) {
+TEST(LineRecorder, LossIsExactAndDelaysAreNotTooShort) {
   const testing::Answering answering;
   const testing::Relay relay(
       testing::AddressOf("127.0.0.1", answering.port()),
@@ -65,7 +65,7 @@ TEST(LineRecorder, LossIsThatOfTheLineToTheSampleAndDelaysAreNoShorterThanIts) {
   }
 }
 
-TEST(LineRecorder, SaysWhoDoesNotAnswerAndStopsWhenAsked) {
+TEST(LineRecorder, ReportsSilentHostsAndStopsOnRequest) {
   std::atomic<bool> stop{true};
   EXPECT_FALSE(RecordLine("127.0.0.1", testing::FreePortPair(), {.samples = 10}, stop));
   stop = false;

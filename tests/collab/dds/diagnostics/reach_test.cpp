@@ -33,7 +33,7 @@ TEST(Reach, TheLoopbackIsAmongTheInterfaces) {
   EXPECT_GE(lo->mtu, 1500);
 }
 
-TEST(Reach, WhereNothingButTheLoopbackIsUpItIsUsed) {
+TEST(Reach, LoopbackIsUsedIfNothingElseIsUp) {
   const InterfaceFacts lo{.name = "lo", .address = "127.0.0.1", .loopback = true};
   const InterfaceFacts eth{.name = "eth0", .address = "192.0.2.2", .multicast = true};
   DdsOptions options;
@@ -48,7 +48,7 @@ TEST(Reach, WhereNothingButTheLoopbackIsUpItIsUsed) {
   EXPECT_EQ(InterfaceFor(options, {lo}), "");
 }
 
-TEST(Reach, AnswersTellThePathsSizeAndRoundTrip) {
+TEST(Reach, AnswersReportPathMtuAndRoundTrip) {
   Result<ProbeAnswerer> answerer = ProbeAnswerer::Open(0);
   ASSERT_TRUE(answerer.has_value()) << answerer.error().what;
   std::atomic<bool> stop{false};
@@ -66,7 +66,7 @@ TEST(Reach, AnswersTellThePathsSizeAndRoundTrip) {
   EXPECT_GE(path.route_mtu, 1500);
 }
 
-TEST(Reach, PacketsThatAFullSocketLosesAreCounted) {
+TEST(Reach, SocketOverflowIsCounted) {
   const int deaf = socket(AF_INET, SOCK_DGRAM, 0);
   const int out = socket(AF_INET, SOCK_DGRAM, 0);
   const int size = 4096;
@@ -135,7 +135,7 @@ class OwnSocket {
 // byte for byte what the product sends: a mark of eight letters, then eight bytes of time
 const std::string kForgedProbe = std::string("td-probe") + std::string(56, 'x');
 
-TEST(Reach, AnAnswerIsNoProbeSoThatTwoAnswerersDoNotAnswerOneAnother) {
+TEST(Reach, AnswersAreNotProbes) {
   Result<ProbeAnswerer> answerer = ProbeAnswerer::Open(0);
   ASSERT_TRUE(answerer.has_value()) << answerer.error().what;
   const OwnSocket asking;
@@ -150,7 +150,7 @@ TEST(Reach, AnAnswerIsNoProbeSoThatTwoAnswerersDoNotAnswerOneAnother) {
   EXPECT_TRUE(asking.Received().empty());
 }
 
-TEST(Reach, AnAnswererNeverAnswersItsOwnPort) {
+TEST(Reach, AnswererIgnoresItsOwnPort) {
   Result<ProbeAnswerer> answerer = ProbeAnswerer::Open(0);
   ASSERT_TRUE(answerer.has_value()) << answerer.error().what;
   // a raw socket writes the source's port itself
@@ -171,7 +171,7 @@ TEST(Reach, AnAnswererNeverAnswersItsOwnPort) {
   EXPECT_EQ(answerer->Answer(50), 0);
 }
 
-TEST(Reach, AFloodOfProbesIsAnsweredSoOftenAndEveryCallReturns) {
+TEST(Reach, ProbeFloodIsAnsweredAtABoundedRate) {
   Result<ProbeAnswerer> answerer = ProbeAnswerer::Open(0);
   ASSERT_TRUE(answerer.has_value()) << answerer.error().what;
   const OwnSocket flood;
@@ -196,14 +196,14 @@ TEST(Reach, AFloodOfProbesIsAnsweredSoOftenAndEveryCallReturns) {
   EXPECT_LT(took.count(), 2.0);
 }
 
-TEST(Reach, AMachineWithoutAnAnswererIsToldFromOneThatIsNotThere) {
+TEST(Reach, MissingAnswererDiffersFromAMissingHost) {
   const PathFacts path = ProbePath("127.0.0.1", testing::FreePortPair());
   EXPECT_TRUE(path.refused);
   EXPECT_EQ(path.answered, 0);
   EXPECT_THAT(ProbePath("no-such-host.invalid", 7400).error, HasSubstr("no IPv4 address"));
 }
 
-TEST(Reach, APortInUseIsSeen) {
+TEST(Reach, PortInUseIsDetected) {
   constexpr std::uint32_t kDomain = 97;
   const auto port = static_cast<std::uint16_t>(DiscoveryPort(kDomain, 1));
   const Result<ProbeAnswerer> other = ProbeAnswerer::Open(port);
@@ -212,7 +212,7 @@ TEST(Reach, APortInUseIsSeen) {
   EXPECT_FALSE(ProbeAnswerer::Open(port).has_value());
 }
 
-TEST(Reach, CyclonesWordsComeWithOurs) {
+TEST(Reach, CycloneMessagesAreIncluded) {
   EXPECT_THAT(InPlainWords("Begin handshake reply failed: Certificate not valid: error: x"),
               HasSubstr("somebody with keys of another session was refused"));
   const std::string unknown = InPlainWords("ddsi_frobnicate: 0x17");

@@ -42,7 +42,7 @@ class SmallFiles {
   rlimit before_{};
 };
 
-TEST(KeysFolder, IsThereWholeAndForItsOwnerAlone) {
+TEST(KeysFolder, IsCompleteAndPrivate) {
   const ScratchFolder scratch;
   const fs::path session = scratch.path() / "new" / "keys";
   ASSERT_TRUE(MakeSessionKeys(session));
@@ -55,7 +55,7 @@ TEST(KeysFolder, IsThereWholeAndForItsOwnerAlone) {
 }
 
 // A full disk must not leave keys of no bytes, in a folder that is refused from then on.
-TEST(KeysFolder, LeavesNothingWhereTheDiskIsFull) {
+TEST(KeysFolder, LeavesNothingOnAFullDisk) {
   const ScratchFolder scratch;
   const fs::path session = scratch.path() / "keys";
   for (const rlim_t bytes : {0U, 100U, 300U, 700U}) {
@@ -73,7 +73,7 @@ TEST(KeysFolder, LeavesNothingWhereTheDiskIsFull) {
   EXPECT_TRUE(MakeMemberKeys(session, "anna", Role::kActive, session / "anna"));
 }
 
-TEST(KeysFolder, IsNotPutOverWhatIsThere) {
+TEST(KeysFolder, DoesNotOverwriteFiles) {
   const ScratchFolder scratch;
   fs::create_directories(scratch.path() / "empty");
   EXPECT_TRUE(MakeSessionKeys(scratch.path() / "empty"));
@@ -83,7 +83,7 @@ TEST(KeysFolder, IsNotPutOverWhatIsThere) {
 }
 
 // Somebody who may set a variable of the caller's would choose who signs, and with what.
-TEST(KeysFolder, IsMadeByTheSystemsOpensslWhateverTheEnvironment) {
+TEST(KeysFolder, UsesTheSystemsOpensslInAnyEnvironment) {
   const ScratchFolder scratch;
   const fs::path fake =
       scratch.Write("openssl", "#!/bin/sh\ntouch " + (scratch.path() / "called").string() + "\n");

@@ -15,7 +15,7 @@ namespace {
 namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 
-TEST(Keys, OneAuthorityForBothIsRefused) {
+TEST(Keys, SingleAuthorityForBothRolesIsRefused) {
   const ScratchFolder scratch;
   ASSERT_TRUE(MakeSessionKeys(scratch.path() / "a"));
   const Authority one{scratch.path() / "a" / "identity_ca.pem",
@@ -32,7 +32,7 @@ TEST(Keys, OneAuthorityForBothIsRefused) {
   EXPECT_FALSE(MakeMemberKeys(session, "eve", Role::kActive, scratch.path() / "eve"));
 }
 
-TEST(Keys, AMembersFolderHasNoAuthoritysKeyAndIsReadableByItsOwnerOnly) {
+TEST(Keys, MemberFolderIsPrivateAndHasNoAuthorityKey) {
   const ScratchFolder scratch;
   ASSERT_TRUE(MakeSessionKeys(scratch.path() / "s"));
   const fs::path out = scratch.path() / "anna";
@@ -56,7 +56,7 @@ TEST(Keys, AMembersFolderHasNoAuthoritysKeyAndIsReadableByItsOwnerOnly) {
 
 // Each authority signs what is its alone. An authority that has issued the other could be reached
 // from every member's certificate.
-TEST(Keys, AnAuthorityThatIssuedTheOtherIsRefused) {
+TEST(Keys, AuthorityThatIssuedTheOtherIsRefused) {
   const ScratchFolder scratch;
   const fs::path at = scratch.path();
   ASSERT_TRUE(MakeSessionKeys(at / "root"));
@@ -76,21 +76,21 @@ TEST(Keys, AnAuthorityThatIssuedTheOtherIsRefused) {
   EXPECT_FALSE(MakeSessionKeys(at / "session", root, below).has_value());
 }
 
-TEST_F(MemberFolder, IsTakenAsItWasMade) {
+TEST_F(MemberFolder, IsLoadedAsWritten) {
   EXPECT_EQ(WhyNot(), "");
 }
 
-TEST_F(MemberFolder, WithAPrivateKeyThatOthersReadIsRefused) {
+TEST_F(MemberFolder, WithAReadablePrivateKeyIsRefused) {
   fs::permissions(anna() / "identity.key", fs::perms::group_read, fs::perm_options::add);
   EXPECT_THAT(WhyNot(), HasSubstr("others can read or change this private key"));
 }
 
-TEST_F(MemberFolder, ThatOthersMayWriteToIsRefused) {
+TEST_F(MemberFolder, WritableByOthersIsRefused) {
   fs::permissions(anna(), fs::perms::others_write, fs::perm_options::add);
   EXPECT_THAT(WhyNot(), HasSubstr("others can change what is in this folder"));
 }
 
-TEST_F(MemberFolder, IsValidFromADayBackForClocksDiffer) {
+TEST_F(MemberFolder, IsValidFromTheDayBeforeForClockSkew) {
   const std::time_t now = std::time(nullptr);
   EXPECT_EQ(WhyNot(now - kDay + 60), "");
   EXPECT_THAT(WhyNot(now - kDay - 60), HasSubstr("not valid yet"));
@@ -98,7 +98,7 @@ TEST_F(MemberFolder, IsValidFromADayBackForClocksDiffer) {
   EXPECT_THAT(WhyNot(now + 31 * kDay), HasSubstr("these keys ended on"));
 }
 
-TEST_F(MemberFolder, SaysAWeekAheadThatItEnds) {
+TEST_F(MemberFolder, WarnsAWeekBeforeExpiry) {
   const std::time_t now = std::time(nullptr);
   const Result<MemberKeys> keys = LoadMemberKeys(anna());
   ASSERT_TRUE(keys.has_value()) << keys.error().what;
@@ -106,7 +106,7 @@ TEST_F(MemberFolder, SaysAWeekAheadThatItEnds) {
   EXPECT_THAT(ExpiryWarning(*keys, now + 24 * kDay), HasSubstr("the keys of anna end on"));
 }
 
-TEST_F(MemberFolder, SaysThatItEndsTwoSecondsBefore) {
+TEST_F(MemberFolder, WarnsTwoSecondsBeforeExpiry) {
   const Result<MemberKeys> keys = LoadMemberKeys(anna());
   ASSERT_TRUE(keys.has_value()) << keys.error().what;
   EXPECT_EQ(EndOfKeys(*keys, keys->not_after - 3), "");
@@ -114,14 +114,14 @@ TEST_F(MemberFolder, SaysThatItEndsTwoSecondsBefore) {
   EXPECT_EQ(EndOfKeys(MemberKeys{}, keys->not_after), "") << "a plain session has no keys";
 }
 
-TEST_F(MemberFolder, OfAnOlderProtocolIsRefusedInWords) {
+TEST_F(MemberFolder, OfAnOlderProtocolIsRefusedWithAReason) {
   const Result<MemberKeys> keys = LoadMemberKeys(anna());
   ASSERT_TRUE(keys.has_value()) << keys.error().what;
   std::ofstream(anna() / "member.txt") << "anna 0123456789abcdef peer\n";
   EXPECT_THAT(WhyNot(), HasSubstr("these keys are for protocol 4 or before"));
 }
 
-TEST(Keys, EndWithTheSessionsAuthorities) {
+TEST(Keys, ExpireWithTheSessionsAuthorities) {
   const ScratchFolder scratch;
   const fs::path session = scratch.path() / "s";
   const fs::path anna = session / "anna";

@@ -75,7 +75,7 @@ int RightsOf(const fs::path& path) {
   return static_cast<int>(status.st_mode & 0777U);
 }
 
-TEST_F(MemberRequest, WhatIsSignedMakesAMemberWhoseKeyNeverLeft) {
+TEST_F(MemberRequest, SigningMakesAMemberWithoutSharingItsKey) {
   for (const Role role : {Role::kActive, Role::kViewer}) {
     const Files files = Signed(role);
     EXPECT_THAT(files, Not(Contains(Key("identity.key"))));
@@ -99,7 +99,7 @@ TEST_F(MemberRequest, WhatIsSignedMakesAMemberWhoseKeyNeverLeft) {
 }
 
 // `openssl x509` lists a certificate's subject here.
-TEST_F(MemberRequest, TheSubjectOfARequestCountsForNothing) {
+TEST_F(MemberRequest, RequestsSubjectIsIgnored) {
   request_ = RequestBy({"-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:prime256v1", "-subj",
                         "/O=Tandem/OU=0000000000000001/CN=anna", "-addext",
                         "basicConstraints=critical,CA:TRUE"});
@@ -114,7 +114,7 @@ TEST_F(MemberRequest, TheSubjectOfARequestCountsForNothing) {
   EXPECT_THAT(files.at("member.txt"), ::testing::StartsWith("ben "));
 }
 
-TEST_F(MemberRequest, OnlyKeysOfOurSortAreSigned) {
+TEST_F(MemberRequest, OnlyExpectedKeyTypesAreSigned) {
   const std::vector<std::string> subject{"-subj", "/CN=eve"};
   const auto by = [&](std::vector<std::string> options) {
     options.insert(options.end(), subject.begin(), subject.end());
@@ -138,7 +138,7 @@ TEST_F(MemberRequest, OnlyKeysOfOurSortAreSigned) {
   EXPECT_NE(WhyNotSigned(request_ + std::string(5000, '\n')), "");
 }
 
-TEST_F(MemberRequest, WhatCameBackWrongIsNotTaken) {
+TEST_F(MemberRequest, InvalidResponseIsRefused) {
   const Files files = Signed();
   const auto with = [&](const std::string& name, const std::string& text) {
     Files changed = files;
@@ -162,7 +162,7 @@ TEST_F(MemberRequest, WhatCameBackWrongIsNotTaken) {
   EXPECT_THAT(WhyNotTaken(files), HasSubstr("exists already"));
 }
 
-TEST_F(MemberRequest, ADigestIsShortAndOfTheWholeFile) {
+TEST_F(MemberRequest, DigestIsShortAndCoversTheWholeFile) {
   const fs::path a = scratch_.Write("a", "one");
   const fs::path b = scratch_.Write("b", "two");
   // the digest is the one that sha256sum gives

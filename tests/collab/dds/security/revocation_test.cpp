@@ -33,7 +33,7 @@ TEST_F(Revocation, KeepsTheMemberOut) {
 }
 
 // Anybody who had the folder may have written what else is in it.
-TEST_F(Revocation, GoesByTheFoldersCertificateAndNotByItsWords) {
+TEST_F(Revocation, UsesTheFoldersCertificateRatherThanItsText) {
   const fs::path ben = session() / "ben";
   const Result<PeerId> id = MakeMemberKeys(session(), "ben", Role::kActive, ben);
   ASSERT_TRUE(id.has_value()) << id.error().what;
@@ -49,7 +49,7 @@ TEST_F(Revocation, GoesByTheFoldersCertificateAndNotByItsWords) {
   EXPECT_EQ(keys->revoked, std::set<PeerId>{*id});
 }
 
-TEST_F(Revocation, ByACertificateOfAnotherAuthorityRevokesNobody) {
+TEST_F(Revocation, CertificateOfAnotherAuthorityRevokesNobody) {
   const fs::path other = scratch_.path() / "other";
   ASSERT_TRUE(MakeSessionKeys(other));
   ASSERT_TRUE(MakeMemberKeys(other, "anna", Role::kActive, other / "anna"));
@@ -62,7 +62,7 @@ TEST_F(Revocation, ByACertificateOfAnotherAuthorityRevokesNobody) {
   EXPECT_FALSE(fs::exists(session() / "revoked.p7s"));
 }
 
-TEST_F(Revocation, FindsAMemberWhoseFolderIsGoneByTheName) {
+TEST_F(Revocation, FindsAMemberByNameWithoutItsFolder) {
   const Result<MemberKeys> keys = LoadMemberKeys(anna());
   ASSERT_TRUE(keys.has_value());
   const fs::path away = scratch_.path() / "away";
@@ -76,7 +76,7 @@ TEST_F(Revocation, FindsAMemberWhoseFolderIsGoneByTheName) {
   EXPECT_THAT(LoadMemberKeys(away).error().what, HasSubstr("the keys of anna have been revoked"));
 }
 
-TEST_F(Revocation, OfANameThatSeveralHaveGoesByTheId) {
+TEST_F(Revocation, AmbiguousNameNeedsTheId) {
   const Result<PeerId> second =
       MakeMemberKeys(session(), "anna", Role::kViewer, scratch_.path() / "second");
   ASSERT_TRUE(second.has_value()) << second.error().what;
@@ -93,7 +93,7 @@ TEST_F(Revocation, OfANameThatSeveralHaveGoesByTheId) {
   EXPECT_NE(done->peer, *second);
 }
 
-TEST_F(Revocation, FindsAMemberThoughALineOfTheListWasCutOff) {
+TEST_F(Revocation, ToleratesATruncatedListEntry) {
   const fs::path list = session() / "members.txt";
   const std::string before = TextOf(list);
   EXPECT_EQ(before, "anna " + SerialOf(LoadMemberKeys(anna())->peer) + " peer\n");
@@ -106,7 +106,7 @@ TEST_F(Revocation, FindsAMemberThoughALineOfTheListWasCutOff) {
   EXPECT_FALSE(RevokeMember(session(), "carl"));
 }
 
-TEST_F(Revocation, LeavesBothListsAsTheyWereWhereItFailsHalfway) {
+TEST_F(Revocation, FailureLeavesBothListsUnchanged) {
   ASSERT_TRUE(RevokeMember(session(), anna()));
   const std::string before = TextOf(session() / "revoked.p7s");
   const std::string certificates = TextOf(session() / "identity.crl");
@@ -124,13 +124,13 @@ TEST_F(Revocation, LeavesBothListsAsTheyWereWhereItFailsHalfway) {
   EXPECT_NE(TextOf(session() / "revoked.p7s"), before);
 }
 
-TEST_F(Revocation, WithAListThatNobodySignedIsRefused) {
+TEST_F(Revocation, UnsignedListIsRefused) {
   std::ofstream(anna() / "revoked.p7s") << "revoked\n";
   EXPECT_THAT(WhyNot(), HasSubstr("is not signed by the permissions authority"));
 }
 
 // A corporate authority may have issued certificates to others, each of which would lead to it.
-TEST_F(Revocation, WithAListThatAnotherSignedWhomTheAuthorityIssuedIsRefused) {
+TEST_F(Revocation, ListSignedByAnIssuedCertificateIsRefused) {
   const fs::path at = scratch_.path();
   const Authority authority{session() / "permissions_ca.pem", session() / "permissions_ca.key"};
   const Authority other{at / "other.pem", at / "other.key"};
@@ -146,12 +146,12 @@ TEST_F(Revocation, WithAListThatAnotherSignedWhomTheAuthorityIssuedIsRefused) {
   EXPECT_EQ(keys->revoked, std::set<PeerId>{0x0123456789ABCDEF});
 }
 
-TEST_F(Revocation, WithAnotherDocumentOfTheAuthorityInPlaceOfTheListIsRefused) {
+TEST_F(Revocation, OtherSignedDocumentInPlaceOfTheListIsRefused) {
   Replace(anna() / "revoked.p7s", anna() / "permissions.p7s");
   EXPECT_THAT(WhyNot(), HasSubstr("revoked.p7s: is no list of revoked members"));
 }
 
-TEST_F(Revocation, WithAPipeInPlaceOfAListIsRefusedAtOnce) {
+TEST_F(Revocation, PipeInPlaceOfAListIsRefusedAtOnce) {
   for (const char* list : {"identity.crl", "revoked.p7s"}) {
     const fs::path pipe = anna() / list;
     ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
@@ -160,7 +160,7 @@ TEST_F(Revocation, WithAPipeInPlaceOfAListIsRefusedAtOnce) {
   }
 }
 
-TEST_F(Revocation, HasAListOfCertificatesFromADayBackForClocksDiffer) {
+TEST_F(Revocation, ListIsValidFromTheDayBeforeForClockSkew) {
   ASSERT_TRUE(RevokeMember(session(), anna()));
   const Result<std::string> said =
       Openssl({"crl", "-in", (session() / "identity.crl").string(), "-noout", "-lastupdate",

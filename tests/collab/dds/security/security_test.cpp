@@ -98,8 +98,8 @@ class Security : public ::testing::Test {
   // Starts an attacker with the keys of that member.
   ChildPeer Attacker(const std::string& member, const std::string& plugin, const std::string& mode,
                      PeerId id, PeerId victim) {
-    return ChildPeer({TANDEM_DDS_ATTACKER, session_, (keys_->ours() / member).string(), plugin, mode,
-                      std::to_string(id), member, std::to_string(victim)});
+    return ChildPeer({TANDEM_DDS_ATTACKER, session_, (keys_->ours() / member).string(), plugin,
+                      mode, std::to_string(id), member, std::to_string(victim)});
   }
   bool HearsInfoOf(PeerId peer, std::chrono::milliseconds deadline = std::chrono::seconds(20)) {
     return heard_.WaitFor(
@@ -126,7 +126,7 @@ TEST_F(Security, MembersHearOneAnother) {
   EXPECT_TRUE(ben_.Says("scene 42"));
 }
 
-TEST_F(Security, AViewerHearsViewsAndIsSeen) {
+TEST_F(Security, ViewerReceivesViewsAndIsListed) {
   ChildPeer vic(session_, keys_->vic,
                 {.role = Role::kViewer, .secure = (keys_->ours() / "vic").string()});
   EXPECT_TRUE(vic.Says("view " + std::to_string(keys_->anna)));
@@ -138,13 +138,13 @@ TEST_F(Security, AViewerHearsViewsAndIsSeen) {
 }
 
 // The rogue of the next tests is heard when it keeps to its place, so that those tests could fail.
-TEST_F(Security, ALaxMemberIsHeardInItsOwnPlace) {
+TEST_F(Security, LaxMemberIsHeardInItsOwnPartition) {
   ChildPeer carl = Rogue(keys_->ours() / "carl", keys_->carl, true);
   EXPECT_TRUE(carl.Says("writing"));
   EXPECT_TRUE(Heard(keys_->carl));
 }
 
-TEST_F(Security, APlainParticipantIsNeitherHeardNorHears) {
+TEST_F(Security, PlainParticipantIsIsolated) {
   ChildPeer rogue = Rogue("-", keys_->carl, false);
   ExpectKeptOut(rogue, keys_->carl);
   EXPECT_FALSE(rogue.Says("matched", std::chrono::milliseconds(1)));
@@ -156,7 +156,7 @@ TEST_F(Security, APlainParticipantIsNeitherHeardNorHears) {
   EXPECT_FALSE(heard_.Now().infos.contains(kPlain));
 }
 
-TEST_F(Security, ACertificateOfAnotherAuthorityIsRefused) {
+TEST_F(Security, CertificateOfAnotherAuthorityIsRefused) {
   // its own people trust it, ours do not
   ChildPeer stranger = Rogue(keys_->theirs() / "anna", keys_->rogue, false);
   ExpectKeptOut(stranger, keys_->rogue);
@@ -177,7 +177,7 @@ TEST_F(Security, AViewerCannotWriteStates) {
   ExpectKeptOut(lax, keys_->vic);
 }
 
-TEST_F(Security, OnePeerCannotWriteAsAnother) {
+TEST_F(Security, PeerCannotWriteAsAnother) {
   const fs::path keys = keys_->ours() / "ben";
   ChildPeer honest = Rogue(keys, keys_->carl, false);
   EXPECT_TRUE(honest.Says("refused"));
@@ -209,7 +209,7 @@ TEST_F(Security, ForgedPermissionsAreRefused) {
   ExpectKeptOut(by_other, keys_->vic);
 }
 
-TEST_F(Security, AViewersKeysDoNotLetItTakePart) {
+TEST_F(Security, ViewerKeysDoNotAllowActivity) {
   DdsOptions options = LoopbackOptions(session_, keys_->vic, Role::kActive);
   options.domain = 43;  // Anna is in 42
   options.secure = (keys_->ours() / "vic").string();
@@ -219,11 +219,11 @@ TEST_F(Security, AViewersKeysDoNotLetItTakePart) {
   EXPECT_THAT(joined.error().what, HasSubstr("the permissions of vic do not allow"));
 }
 
-TEST_F(Security, AMemberHasTheNameOfItsKeys) {
+TEST_F(Security, MembersNameIsThatOfItsKeys) {
   EXPECT_EQ(heard_.Now().infos.at(keys_->ben).name, "ben") << "it says that it is Ada";
 }
 
-TEST_F(Security, AViewerCannotTakePart) {
+TEST_F(Security, ViewerCannotBecomeActive) {
   ChildPeer honest = Attacker("vic", "-", "claim", keys_->vic, keys_->ben);
   EXPECT_TRUE(honest.Says("refused"));
   ChildPeer lax = Attacker("vic", TANDEM_LAX_ACCESS_CONTROL, "claim", keys_->vic, keys_->ben);
@@ -231,7 +231,7 @@ TEST_F(Security, AViewerCannotTakePart) {
   EXPECT_FALSE(HearsInfoOf(keys_->vic, kLongEnough));
 }
 
-TEST_F(Security, AViewerWithForgedSamplesIsAViewerOfItsOwnName) {
+TEST_F(Security, ForgingViewerRemainsAViewerOfItsName) {
   ChildPeer vic = Attacker("vic", "-", "look_on", keys_->vic, keys_->ben);
   EXPECT_TRUE(vic.Says("attacking"));
   ASSERT_TRUE(HearsInfoOf(keys_->vic));
@@ -241,9 +241,9 @@ TEST_F(Security, AViewerWithForgedSamplesIsAViewerOfItsOwnName) {
   EXPECT_EQ(info.name, "vic") << "it says that it is mallory";
 }
 
-TEST_F(Security, NeitherAViewerNorAMemberMakesAnotherLeave) {
-  ChildPeer vic = Attacker("vic", TANDEM_LAX_ACCESS_CONTROL, "look_on_as_victim", keys_->vic,
-                           keys_->ben);
+TEST_F(Security, OthersCannotMakeAPeerLeave) {
+  ChildPeer vic =
+      Attacker("vic", TANDEM_LAX_ACCESS_CONTROL, "look_on_as_victim", keys_->vic, keys_->ben);
   ChildPeer carl = Attacker("carl", TANDEM_LAX_ACCESS_CONTROL, "dispose", keys_->carl, keys_->ben);
   EXPECT_TRUE(vic.Says("attacking"));
   EXPECT_TRUE(carl.Says("attacking"));
@@ -256,12 +256,11 @@ TEST_F(Security, NeitherAViewerNorAMemberMakesAnotherLeave) {
   EXPECT_TRUE(heard_.Now().dropped.contains({keys_->carl, Drop::kImpostor}));
 }
 
-TEST_F(Security, NeitherAViewerNorAMemberKeepsADeadPeerAlive) {
+TEST_F(Security, OthersCannotKeepADeadPeerAlive) {
   const PeerId dave = keys_->dave;
   ChildPeer victim(session_, dave, {.secure = (keys_->ours() / "dave").string()});
   ASSERT_TRUE(HearsInfoOf(dave));
-  ChildPeer vic =
-      Attacker("vic", TANDEM_LAX_ACCESS_CONTROL, "look_on_as_victim", keys_->vic, dave);
+  ChildPeer vic = Attacker("vic", TANDEM_LAX_ACCESS_CONTROL, "look_on_as_victim", keys_->vic, dave);
   ChildPeer carl = Attacker("carl", TANDEM_LAX_ACCESS_CONTROL, "dispose", keys_->carl, dave);
   EXPECT_TRUE(vic.Says("attacking"));
   EXPECT_TRUE(carl.Says("attacking"));
@@ -275,9 +274,9 @@ TEST_F(Security, NeitherAViewerNorAMemberKeepsADeadPeerAlive) {
   }));
 }
 
-TEST_F(Security, AMembersGrantsAndOffersAreItsOwn) {
-  ChildPeer carl = Attacker("carl", TANDEM_LAX_ACCESS_CONTROL, "offer_as_first", keys_->carl,
-                            keys_->ben);
+TEST_F(Security, MemberCannotForgeGrantsOrOffers) {
+  ChildPeer carl =
+      Attacker("carl", TANDEM_LAX_ACCESS_CONTROL, "offer_as_first", keys_->carl, keys_->ben);
   const PeerId id = keys_->carl;
   EXPECT_TRUE(heard_.WaitFor([id](const Recorder::Heard& h) {
     return h.dropped.contains({id, Drop::kImpostor});
@@ -286,7 +285,7 @@ TEST_F(Security, AMembersGrantsAndOffersAreItsOwn) {
 }
 
 // Ben's keys a second time: the first goes on, the second is not heard, both are told.
-TEST_F(Security, TheSameKeysTwiceAreNoticed) {
+TEST_F(Security, DuplicateKeysAreDetected) {
   ChildPeer second(session_, keys_->ben, {.secure = (keys_->ours() / "ben").string()});
   EXPECT_TRUE(second.Says("twin " + std::to_string(keys_->ben)));
   EXPECT_TRUE(ben_.Says("twin " + std::to_string(keys_->ben)));
@@ -298,7 +297,7 @@ TEST_F(Security, TheSameKeysTwiceAreNoticed) {
   EXPECT_FALSE(heard_.Now().lost.contains(ben));
 }
 
-TEST_F(Security, AViewersKeysTwiceAreNoticed) {
+TEST_F(Security, DuplicateViewerKeysAreDetected) {
   const auto look_on = [this] {
     return std::make_unique<ChildPeer>(
         session_, keys_->vic,
@@ -315,7 +314,7 @@ TEST_F(Security, AViewersKeysTwiceAreNoticed) {
   EXPECT_FALSE(heard_.Now().lost.contains(vic));
 }
 
-TEST_F(Security, ARevokedMemberIsNotLetIn) {
+TEST_F(Security, RevokedMemberIsRefused) {
   const fs::path session = keys_->Copy(keys_->ours(), "with_list");
   ASSERT_TRUE(RevokeMember(session, session / "carl").has_value());
   const fs::path dave = keys_->scratch.path() / "dave";

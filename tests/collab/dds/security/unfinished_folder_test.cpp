@@ -20,7 +20,7 @@ std::ptrdiff_t EntriesOf(const fs::path& folder) {
 }
 
 // There are private keys in it.
-TEST(UnfinishedFolder, RemovesWhatAKilledProgramLeftOfTheSameFolder) {
+TEST(UnfinishedFolder, RemovesRemaindersOfAKilledProgram) {
   const ScratchFolder scratch;
   const fs::path place = scratch.path() / "anna";
   const pid_t killed = fork();
@@ -40,7 +40,7 @@ TEST(UnfinishedFolder, RemovesWhatAKilledProgramLeftOfTheSameFolder) {
   EXPECT_TRUE(fs::is_directory(place));
 }
 
-TEST(UnfinishedFolder, LeavesOneThatIsStillFilled) {
+TEST(UnfinishedFolder, LeavesAFolderInUse) {
   const ScratchFolder scratch;
   const fs::path place = scratch.path() / "anna";
   const Result<UnfinishedFolder> one = UnfinishedFolder::Make(place);

@@ -23,7 +23,7 @@ bool Hears(SessionsNearby& nearby, const AnnouncedSession& session) {
   return false;
 }
 
-TEST(AnnouncedSessions, OfOtherNamesAreHeardAndOnesOwnIsNot) {
+TEST(AnnouncedSessions, OtherSessionsAreListedAndTheOwnSessionIsNot) {
   const std::string there = RandomSession();
   const std::string here = RandomSession();
   ChildPeer other(there, 22);
@@ -39,7 +39,7 @@ TEST(AnnouncedSessions, OfOtherNamesAreHeardAndOnesOwnIsNot) {
   (*joined)->Leave();
 }
 
-TEST(AnnouncedSessions, ASecuredOneIsToldApartByWhoHasNoKeys) {
+TEST(AnnouncedSessions, SecuredSessionIsRecognizedWithoutKeys) {
   const ScratchFolder folder;
   const std::filesystem::path keys = folder.path() / "keys";
   ASSERT_TRUE(MakeSessionKeys(keys));

@@ -72,7 +72,7 @@ Bytes PacketOf(const Wanted& wanted) {
   return packet.bytes();
 }
 
-TEST(Announcement, TellsTheSessionItsProgramAndWhetherItIsSecured) {
+TEST(Announcement, CarriesSessionProgramAndSecurity) {
   for (const bool little : {true, false}) {
     for (const bool secured : {true, false}) {
       for (const bool inline_qos : {true, false}) {
@@ -87,7 +87,7 @@ TEST(Announcement, TellsTheSessionItsProgramAndWhetherItIsSecured) {
   }
 }
 
-TEST(Announcement, PassesOverWhatIsNotOneOfOurs) {
+TEST(Announcement, IgnoresForeignPackets) {
   EXPECT_FALSE(ReadAnnouncement(PacketOf({.tag = "other/press"})));
   EXPECT_FALSE(ReadAnnouncement(PacketOf({.tag = ""})));
   EXPECT_FALSE(ReadAnnouncement(PacketOf({.writer = {0, 0, 0x03, 0xC2}})));
@@ -97,7 +97,7 @@ TEST(Announcement, PassesOverWhatIsNotOneOfOurs) {
 }
 
 // Anybody who reaches the port may send anything.
-TEST(Announcement, OfATornOrAlteredPacketNothingOutsideIsRead) {
+TEST(Announcement, DamagedPacketCausesNoReadOutOfBounds) {
   const Bytes whole = PacketOf({.secured = true, .inline_qos = true});
   for (std::size_t size = 0; size < whole.size(); ++size) {
     const Bytes torn(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(size));
@@ -115,14 +115,14 @@ TEST(Announcement, OfATornOrAlteredPacketNothingOutsideIsRead) {
   }
 }
 
-TEST(Announcement, ANameIsSafeToPrint) {
+TEST(Announcement, NamesAreSafeToPrint) {
   EXPECT_EQ(SessionOfTag("tandem/a%1B%5B2J%0A"), "a?[2J?");
   EXPECT_EQ(SessionOfTag("tandem/100%"), "100%");
   EXPECT_EQ(SessionOfTag("tandem/%zz%"), "%zz%");
   EXPECT_FALSE(SessionOfTag("tandem/" + std::string(1000, 'x')));
 }
 
-TEST(AnnouncedPrograms, AreForgottenWhenTheyAnnounceNothingAnyMore) {
+TEST(AnnouncedPrograms, AreForgottenWhenAnnouncementsStop) {
   constexpr std::int64_t kSecond = 1'000'000'000;
   AnnouncedPrograms programs;
   const Announcement ended{{1}, {"ended", false}};

@@ -89,7 +89,7 @@ TEST(DdsTransport, PeersNamedByAddressMeetWithoutMulticast) {
   EXPECT_TRUE(there.Says("state " + std::to_string(kHere)));
 }
 
-TEST(DdsTransport, APortThatIsTakenIsNamed) {
+TEST(DdsTransport, PortInUseIsNamed) {
   const int other = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
   sockaddr_in address{};
   address.sin_family = AF_INET;
@@ -105,7 +105,7 @@ TEST(DdsTransport, APortThatIsTakenIsNamed) {
   EXPECT_THAT(joined.error().what, HasSubstr(std::to_string(options.port) + " is taken"));
 }
 
-TEST(DdsTransport, LatecomersGetTheSceneAndWhoIsThere) {
+TEST(DdsTransport, LateJoinersGetTheSceneAndThePeers) {
   const std::string session = RandomSession();
   ChildPeer early(session, kThere);
   ASSERT_TRUE(early.Says("ready"));
@@ -117,7 +117,7 @@ TEST(DdsTransport, LatecomersGetTheSceneAndWhoIsThere) {
   }));
 }
 
-TEST(DdsTransport, AViewerHearsViewsAndNoStates) {
+TEST(DdsTransport, ViewerReceivesViewsAndNoStates) {
   const std::string session = RandomSession();
   ChildPeer active(session, kThere);
   Recorder heard;
@@ -210,7 +210,7 @@ class ThreadNotes : public Recorder {
   std::mutex mutex_;
 };
 
-TEST(DdsTransport, OneThreadHearsAllMotionAndIsRealTimeWhereThatIsPermitted) {
+TEST(DdsTransport, OneThreadReceivesAllMotionInRealTime) {
   const std::string session = RandomSession();
   ThreadNotes heard;
   auto here = Join(LoopbackOptions(session, kHere, Role::kActive), heard);
@@ -228,7 +228,7 @@ TEST(DdsTransport, OneThreadHearsAllMotionAndIsRealTimeWhereThatIsPermitted) {
   EXPECT_EQ(heard.policies, std::set<int>{RealTimeIsPermitted() ? SCHED_FIFO : SCHED_OTHER});
 }
 
-TEST(DdsTransport, SessionsDoNotMeet) {
+TEST(DdsTransport, SessionsAreIsolated) {
   const std::string session = RandomSession();
   ChildPeer stranger(session + " & <more>", kThere);
   ASSERT_TRUE(stranger.Says("ready"));
@@ -246,7 +246,7 @@ TEST(DdsTransport, SessionsDoNotMeet) {
   EXPECT_FALSE(stranger.Says("info 33", std::chrono::milliseconds(0)));
 }
 
-TEST(DdsTransport, OnlyItsOwnPartitionSpeaksForAPeer) {
+TEST(DdsTransport, PeerIsHeardOnlyInItsOwnPartition) {
   const std::string session = RandomSession();
   Recorder heard;
   const auto here = Join(LoopbackOptions(session, kHere, Role::kActive), heard);
@@ -260,7 +260,7 @@ TEST(DdsTransport, OnlyItsOwnPartitionSpeaksForAPeer) {
   EXPECT_FALSE(heard.Now().links.contains(99));
 }
 
-TEST(DdsTransport, AnUnknownInterfaceIsSaidInOneLine) {
+TEST(DdsTransport, UnknownInterfaceIsReportedInOneLine) {
   DdsOptions options = LoopbackOptions(RandomSession(), kHere, Role::kActive);
   options.interface = "nosuch0";
   Recorder heard;
@@ -275,7 +275,7 @@ TEST(DdsTransport, AnUnknownInterfaceIsSaidInOneLine) {
 }
 
 // RTPS: port 7400 + 250 domain + 10 + 2 index, for each index that a participant may have.
-TEST(DdsTransport, NoFreePortIsSaidInOneLine) {
+TEST(DdsTransport, MissingFreePortIsReportedInOneLine) {
   DdsOptions options = LoopbackOptions(RandomSession(), kHere, Role::kActive);
   options.domain = 199;
   std::vector<int> sockets;
@@ -298,7 +298,7 @@ TEST(DdsTransport, NoFreePortIsSaidInOneLine) {
   EXPECT_EQ(printed, "");
 }
 
-TEST(DdsTransport, AProcessIsInADomainOnceAtATime) {
+TEST(DdsTransport, ProcessJoinsADomainOnlyOnceAtATime) {
   const DdsOptions options = LoopbackOptions(RandomSession(), kHere, Role::kActive);
   Recorder heard;
   {
@@ -313,7 +313,7 @@ TEST(DdsTransport, AProcessIsInADomainOnceAtATime) {
 
 // The variable would keep both from joining at all, because Cyclone refuses elements that it does
 // not know.
-TEST(DdsTransport, TheEnvironmentsConfigurationIsIgnoredAndSaidSo) {
+TEST(DdsTransport, EnvironmentConfigurationIsIgnoredWithANotice) {
   setenv("CYCLONEDDS_URI", "<CycloneDDS><Domain Id=\"any\"><NoSuchThing/></Domain></CycloneDDS>",
          1);
   const std::string session = RandomSession();

@@ -14,7 +14,7 @@ namespace {
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-TEST(Domain, TagsKeepSessionsApartWhateverTheirNames) {
+TEST(Domain, TagsIsolateSessionsOfAnyName) {
   EXPECT_EQ(DiscoveryTag("demo-12_a.b"), "tandem/demo-12_a.b");
   EXPECT_EQ(DiscoveryTag("a b</Tag>${HOME}\\"), "tandem/a%20b%3C%2FTag%3E%24%7BHOME%7D%5C");
   EXPECT_NE(DiscoveryTag("a%20b"), DiscoveryTag("a b"));
@@ -46,7 +46,7 @@ TEST(Domain, OtherInterfacesFindPeersByMulticast) {
   EXPECT_STREQ(ReceiveThreadOf(options), "recv");
 }
 
-TEST(Domain, NamedPeersTakeThePlaceOfMulticast) {
+TEST(Domain, NamedPeersReplaceMulticast) {
   DdsOptions options;
   options.session = "s";
   options.interface = "eth0";
@@ -59,7 +59,7 @@ TEST(Domain, NamedPeersTakeThePlaceOfMulticast) {
   EXPECT_THAT(xml, HasSubstr("<MaxMessageSize>1400 B<"));
 }
 
-TEST(Domain, APortOfOnesOwnIsTakenToBeTheOthersToo) {
+TEST(Domain, OwnPortIsAssumedForNamedPeers) {
   DdsOptions options;
   options.session = "s";
   options.peers = {"192.0.2.7", "192.0.2.8:7500"};
@@ -72,7 +72,7 @@ TEST(Domain, APortOfOnesOwnIsTakenToBeTheOthersToo) {
 
 // Announcements come often enough that a peer is back within a second of a cut's end, and not so
 // often that they would stand for a sign of life.
-TEST(Domain, AnnouncesItselfWhereALinkCanBeCut) {
+TEST(Domain, AnnouncesItselfOftenExceptOnTheLoopback) {
   DdsOptions options;
   options.session = "s";
   EXPECT_THAT(DomainXml(options, false), HasSubstr("<SPDPInterval>650 ms<"));
@@ -82,7 +82,7 @@ TEST(Domain, AnnouncesItselfWhereALinkCanBeCut) {
 }
 
 // Cyclone 0.10.2 by itself aborts at the second one.
-TEST(Domain, ATypeOfNoKindThatThereIsIsRefused) {
+TEST(Domain, UnknownTypeKindIsRefused) {
   const auto valid = [](std::uint8_t minimal, std::uint8_t complete) {
     DDS_XTypes_TypeInformation info{};
     info.minimal.typeid_with_size.type_id._d = minimal;
@@ -108,7 +108,7 @@ TEST(Domain, PeerAddressesAreHostAndPort) {
   }
 }
 
-TEST(Domain, AddressesThatCannotWorkAreSaidInWords) {
+TEST(Domain, UnusableAddressesAreReported) {
   DdsOptions options;
   options.session = "s";
   options.peers = {"no-such-host.invalid"};
@@ -121,7 +121,7 @@ TEST(Domain, AddressesThatCannotWorkAreSaidInWords) {
   EXPECT_THAT(CheckOptions(options)->what, HasSubstr("usable: "));
 }
 
-TEST(Domain, OptionsOutOfRangeAreSaidInWords) {
+TEST(Domain, OptionsOutOfRangeAreReported) {
   DdsOptions options;
   EXPECT_THAT(CreateDomain(options).error().what, HasSubstr("name"));
   options.session = std::string(200, 's');

@@ -59,7 +59,7 @@ class Membership : public ::testing::Test {
   std::unique_ptr<ChildPeer> there_;
 };
 
-TEST_F(Membership, AGoodbyeIsHeardWithin50Milliseconds) {
+TEST_F(Membership, GoodbyeIsHeardWithin50Milliseconds) {
   there_->Command("leave");
   ExpectWithin(milliseconds(50), HasLeft);
   // its end, when its lease would have run out, does not make it lost as well
@@ -67,13 +67,13 @@ TEST_F(Membership, AGoodbyeIsHeardWithin50Milliseconds) {
   EXPECT_EQ(Count(heard_.Now().left), 1);
 }
 
-TEST_F(Membership, WithoutAGoodbyeAPeerIsLost) {
+TEST_F(Membership, PeerWithoutGoodbyeIsLost) {
   there_->Command("drop");
   ExpectWithin(milliseconds(500), IsLost);
   EXPECT_FALSE(HasLeft(heard_.Now()));
 }
 
-TEST_F(Membership, AKilledPeerIsLostWithinOneSecondAndComesBackWhenStartedAgain) {
+TEST_F(Membership, KilledPeerIsLostWithinASecondAndReturnsOnRestart) {
   there_->Signal(SIGKILL);
   ExpectWithin(milliseconds(1000), IsLost);
   EXPECT_FALSE(HasLeft(heard_.Now()));
@@ -86,7 +86,7 @@ TEST_F(Membership, AKilledPeerIsLostWithinOneSecondAndComesBackWhenStartedAgain)
 }
 
 // The peer says what the session is about once, while its crashed run has not been given up yet.
-TEST_F(Membership, WhatAKilledPeerOffersWhenStartedAgainAtOnceIsHeard) {
+TEST_F(Membership, OfferOfAnImmediatelyRestartedPeerIsHeard) {
   ASSERT_TRUE(heard_.WaitFor([](const Recorder::Heard& h) {
     return !h.scenes.empty();
   }));
@@ -103,7 +103,7 @@ TEST_F(Membership, WhatAKilledPeerOffersWhenStartedAgainAtOnceIsHeard) {
 
 // The halt is shorter than the participant's lease (2 s): only its writers are given up, and its
 // next beat brings it back.
-TEST_F(Membership, AHaltedPeerIsLostAndComesBack) {
+TEST_F(Membership, SuspendedPeerIsLostAndReturns) {
   there_->Signal(SIGSTOP);
   ExpectWithin(milliseconds(2000), IsLost);
   there_->Signal(SIGCONT);
@@ -112,7 +112,7 @@ TEST_F(Membership, AHaltedPeerIsLostAndComesBack) {
 }
 
 // The halt is longer: the whole participant is given up and is discovered anew.
-TEST_F(Membership, ALongHaltedPeerIsDiscoveredAnew) {
+TEST_F(Membership, LongSuspendedPeerIsRediscovered) {
   there_->Signal(SIGSTOP);
   EXPECT_TRUE(heard_.WaitFor(IsLost, milliseconds(2000)));
   EXPECT_FALSE(heard_.WaitFor(IsHere, milliseconds(2400)));  // 3 s in all
@@ -126,7 +126,7 @@ TEST_F(Membership, ALongHaltedPeerIsDiscoveredAnew) {
 }
 
 // A viewer that looks on with us loses nobody, and its own end is heard as any peer's.
-TEST_F(Membership, AViewersGoodbyeIsHeardToo) {
+TEST_F(Membership, ViewersGoodbyeIsHeard) {
   ChildPeer viewer(session_, kViewer, {Role::kViewer, 0});
   ASSERT_TRUE(heard_.WaitFor([](const Recorder::Heard& h) {
     return h.infos.contains(kViewer);

@@ -77,7 +77,7 @@ RawPacket Announced(std::uint64_t program, std::uint32_t lease_s = 2) {
   return Data(program, kSpdpWriterId, Terms(program, lease_s));
 }
 
-TEST(PacketFilter, ASessionsPacketsPass) {
+TEST(PacketFilter, SessionPacketsPass) {
   PacketFilter filter(1);
   for (std::int64_t ms = 1; ms < 10'000; ++ms) {
     for (std::uint64_t program = 1; program <= 20; ++program) {
@@ -88,7 +88,7 @@ TEST(PacketFilter, ASessionsPacketsPass) {
   }
 }
 
-TEST(PacketFilter, WhatIsNoPacketOfDdsIsDropped) {
+TEST(PacketFilter, NonDdsPacketsAreDropped) {
   PacketFilter filter(1);
   EXPECT_EQ(filter.Judge({}, kHere, kFilterMsNs), PacketDrop::kNotRtps);
   EXPECT_EQ(filter.Judge(RawPacket(100, 'x'), kHere, kFilterMsNs), PacketDrop::kNotRtps);
@@ -96,7 +96,7 @@ TEST(PacketFilter, WhatIsNoPacketOfDdsIsDropped) {
   EXPECT_EQ(filter.Judge(std::span(good).first(19), kHere, kFilterMsNs), PacketDrop::kNotRtps);
 }
 
-TEST(PacketFilter, AHundredThousandForgedProgramsAreNotSeenByDds) {
+TEST(PacketFilter, ForgedProgramsDoNotReachDds) {
   PacketFilter filter(1);
   std::int64_t now_ns = kFilterMsNs;
   ASSERT_EQ(filter.Judge(Announced(7), kHere, now_ns), PacketDrop::kNone);
@@ -114,7 +114,7 @@ TEST(PacketFilter, AHundredThousandForgedProgramsAreNotSeenByDds) {
   EXPECT_GT(passed, 0);
 }
 
-TEST(PacketFilter, AFloodOfOneAddressKeepsNobodyOfAnotherOut) {
+TEST(PacketFilter, FloodFromOneAddressDoesNotBlockAnother) {
   PacketFilter filter(1);
   std::int64_t now_ns = kFilterMsNs;
   for (std::uint64_t program = 1000; program < 11'000; ++program) {
@@ -125,7 +125,7 @@ TEST(PacketFilter, AFloodOfOneAddressKeepsNobodyOfAnotherOut) {
 }
 
 // 51 packets a second could keep all places taken.
-TEST(PacketFilter, AnHourOfNewProgramsOfOneAddressKeepsNobodyOfAnotherOut) {
+TEST(PacketFilter, HourOfNewProgramsFromOneAddressDoesNotBlockAnother) {
   PacketFilter filter(1);
   std::int64_t now_ns = kFilterMsNs;
   std::uint64_t newest = 1000;
@@ -143,7 +143,7 @@ TEST(PacketFilter, AnHourOfNewProgramsOfOneAddressKeepsNobodyOfAnotherOut) {
   }
 }
 
-TEST(PacketFilter, WhereManyAddressesFillItOneOfTheLargestGivesWay) {
+TEST(PacketFilter, FullTableEvictsFromTheLargestAddress) {
   PacketFilter filter(1);
   constexpr std::uint32_t kFrom = 20;  // addresses
   for (std::uint32_t from = 1; from <= kFrom; ++from) {
@@ -157,7 +157,7 @@ TEST(PacketFilter, WhereManyAddressesFillItOneOfTheLargestGivesWay) {
   }
 }
 
-TEST(PacketFilter, AProgramAnnouncesItselfAndNoOther) {
+TEST(PacketFilter, ProgramAnnouncesOnlyItself) {
   PacketFilter filter(1);
   EXPECT_EQ(filter.Judge(Data(7, kSpdpWriterId, Terms(8, 2)), kHere, kFilterMsNs),
             PacketDrop::kForged);
@@ -168,7 +168,7 @@ TEST(PacketFilter, AProgramAnnouncesItselfAndNoOther) {
 
 // DDS would remember a program without a lease for 100 s, and one that announces no endpoints for
 // as long as any other.
-TEST(PacketFilter, AnAnnouncementHasALeaseAndAnnouncesItsEndpoints) {
+TEST(PacketFilter, AnnouncementNeedsALeaseAndEndpoints) {
   PacketFilter filter(1);
   const auto judged = [&](const RawPacket& terms) {
     return filter.Judge(Data(7, kSpdpWriterId, terms), kHere, kFilterMsNs);
@@ -180,7 +180,7 @@ TEST(PacketFilter, AnAnnouncementHasALeaseAndAnnouncesItsEndpoints) {
   EXPECT_EQ(judged({}), PacketDrop::kForged);
 }
 
-TEST(PacketFilter, AGoodbyeNeedsNeither) {
+TEST(PacketFilter, GoodbyeNeedsNeitherLeaseNorEndpoints) {
   PacketFilter filter(1);
   RawPacket goodbye = Empty(7);
   RawPacket content;
@@ -198,7 +198,7 @@ TEST(PacketFilter, AGoodbyeNeedsNeither) {
   EXPECT_EQ(filter.Judge(goodbye, kHere, kFilterMsNs), PacketDrop::kForged);
 }
 
-TEST(PacketFilter, NothingHidesBehindAnEmptySubmessage) {
+TEST(PacketFilter, EmptySubmessageHidesNothing) {
   for (const std::uint8_t kind : {std::uint8_t{0x01}, std::uint8_t{0x09}}) {  // PAD, INFO_TS
     PacketFilter filter(1);
     RawPacket packet = Empty(7);
@@ -211,14 +211,14 @@ TEST(PacketFilter, NothingHidesBehindAnEmptySubmessage) {
   }
 }
 
-TEST(PacketFilter, TheSecureAnnouncerIsJudgedAsTheOther) {
+TEST(PacketFilter, SecureAnnouncerFollowsTheSameRules) {
   PacketFilter filter(1);
   EXPECT_EQ(filter.Judge(Data(7, 0xFF0101C2, Terms(7, 2)), kHere, kFilterMsNs), PacketDrop::kNone);
   EXPECT_EQ(filter.Judge(Data(7, 0xFF0101C2, Terms(8, 2)), kHere, kFilterMsNs),
             PacketDrop::kForged);
 }
 
-TEST(PacketFilter, AnAnnouncementIsLaidOutAsEverybodysIs) {
+TEST(PacketFilter, AnnouncementNeedsTheUsualLayout) {
   PacketFilter filter(1);
   for (const unsigned to_inline_qos : {0U, 4U, 8U, 12U, 20U, 0xFFFFU}) {
     RawPacket packet = Empty(7);
@@ -227,7 +227,7 @@ TEST(PacketFilter, AnAnnouncementIsLaidOutAsEverybodysIs) {
   }
 }
 
-TEST(PacketFilter, AnnouncementsInPiecesOrForEverAreForged) {
+TEST(PacketFilter, FragmentedOrPermanentAnnouncementsAreDropped) {
   PacketFilter filter(1);
   EXPECT_EQ(filter.Judge(Announced(7), kHere, kFilterMsNs), PacketDrop::kNone);
   EXPECT_EQ(filter.Judge(Announced(7, 0x7FFFFFFF), kHere, kFilterMsNs), PacketDrop::kForged);
@@ -237,14 +237,14 @@ TEST(PacketFilter, AnnouncementsInPiecesOrForEverAreForged) {
   EXPECT_EQ(filter.Judge(piece, kHere, kFilterMsNs), PacketDrop::kForged);
 }
 
-TEST(PacketFilter, AnothersIdFromElsewhereTakesNothingFromIt) {
+TEST(PacketFilter, ForgedIdFromAnotherAddressDoesNotHarmItsOwner) {
   PacketFilter filter(1);
   for (int i = 0; i < 200'000; ++i) filter.Judge(Empty(7), kHere + 256, kFilterMsNs);
   EXPECT_EQ(filter.Judge(Empty(7), kHere + 256, kFilterMsNs), PacketDrop::kFlood);
   EXPECT_EQ(filter.Judge(Empty(7), kHere, kFilterMsNs), PacketDrop::kNone);
 }
 
-TEST(PacketFilter, AProgramAnnouncesNoMoreEndpointsThanItCanHave) {
+TEST(PacketFilter, AnnouncedEndpointsAreBounded) {
   for (const std::uint32_t writer : {0x000002C2U, 0x000003C2U, 0x000004C2U}) {
     PacketFilter filter(1);
     std::int64_t passed = 0;
@@ -260,7 +260,7 @@ TEST(PacketFilter, AProgramAnnouncesNoMoreEndpointsThanItCanHave) {
   }
 }
 
-TEST(PacketFilter, ASilentSenderIsForgotten) {
+TEST(PacketFilter, SilentSenderIsForgotten) {
   PacketFilter filter(1);
   std::int64_t now_ns = kFilterMsNs;
   std::size_t passed = 0;

@@ -16,7 +16,7 @@ ControlRequest ThereAndBack(const ControlRequest& request) {
   return back.value_or(QuitRequest{});
 }
 
-TEST(ControlWire, KeepsWhatARequestSays) {
+TEST(ControlWire, RequestsRoundTrip) {
   const auto grab = std::get<GrabRequest>(
       ThereAndBack(GrabRequest{.body = "peg", .grasp_W = {{0.1, -0.2, 0.3}}}));
   EXPECT_EQ(grab.body, "peg");
@@ -45,7 +45,7 @@ TEST(ControlWire, KeepsWhatARequestSays) {
   EXPECT_EQ(view.q_WV, (std::array{0.1, 0.2, 0.3, 0.9}));
 }
 
-TEST(ControlWire, EveryRequestHasAKindOfItsOwn) {
+TEST(ControlWire, RequestKindsAreDistinct) {
   const std::vector<ControlRequest> all{
       LoadSceneRequest{},       LoadMeshRequest{}, VoxelizeRequest{}, GrabRequest{},
       ReleaseRequest{},         GiveRequest{},     AskForRequest{},   SetParameterRequest{},
@@ -58,7 +58,7 @@ TEST(ControlWire, EveryRequestHasAKindOfItsOwn) {
   }
 }
 
-TEST(ControlWire, RefusesWhatNoSoundHostSends) {
+TEST(ControlWire, RefusesInvalidRequests) {
   tandem_control_Request wire{};
   ASSERT_TRUE(ToWire(RetraceRequest{}, wire));
   wire.whole = 3;
@@ -123,7 +123,7 @@ TEST(ControlWire, NamesOfASnapshotAreThoseOfItsScene) {
   EXPECT_FALSE(FromWire(wire, scene_wire, read)) << "the names of that scene have not come yet";
 }
 
-TEST(ControlWire, TextHasNothingThatATerminalActsOn) {
+TEST(ControlWire, TextHasNoTerminalControls) {
   // a control of C1, a mark of direction, a byte that is no UTF-8
   EXPECT_EQ(TextFromWire("\xC2\x9B"
                          "31m\xE2\x80\xAE\xff"),

@@ -18,7 +18,7 @@ FileAsk SomeAsk() {
   return ask;
 }
 
-TEST(FileWire, AnAskComesAsItWent) {
+TEST(FileWire, RequestsRoundTrip) {
   const FileAsk ask = SomeAsk();
   tandem_FileAsk wire;
   ToWire(ask, wire);
@@ -34,7 +34,7 @@ TEST(FileWire, AnAskComesAsItWent) {
   EXPECT_EQ(came.rate, ask.rate);
 }
 
-TEST(FileWire, APieceComesAsItWent) {
+TEST(FileWire, PiecesRoundTrip) {
   FilePiece piece;
   piece.from = 7;
   piece.kind = FileAsk::Kind::kList;
@@ -57,7 +57,7 @@ TEST(FileWire, APieceComesAsItWent) {
   EXPECT_EQ(came.bytes, piece.bytes);
 }
 
-TEST(FileWire, WhatNoSoundProgramSendsIsRefused) {
+TEST(FileWire, InvalidMessagesAreRefused) {
   tandem_FileAsk ask;
   FileAsk came;
   ToWire(SomeAsk(), ask);

@@ -13,7 +13,7 @@ namespace {
 using testing::kInfinity;
 using testing::kNan;
 
-TEST(Wire, PeerInfoComesBackAsItWas) {
+TEST(Wire, PeerInfoRoundTrips) {
   const PeerInfo info{.peer = 3,
                       .protocol = kProtocol,
                       .beat = 9,
@@ -50,7 +50,7 @@ TEST(Wire, PeerInfoComesBackAsItWas) {
   EXPECT_EQ(back.beliefs, info.beliefs);
 }
 
-TEST(Wire, WhoLooksOnClaimsNothingWhateverItSays) {
+TEST(Wire, ViewersClaimsAreIgnored) {
   PeerInfo info;
   info.peer = 3;
   info.role = Role::kViewer;
@@ -78,7 +78,7 @@ TEST(Wire, WhoLooksOnClaimsNothingWhateverItSays) {
   EXPECT_TRUE(back.claims.empty());
 }
 
-TEST(Wire, LongNamesAreCutBetweenCharacters) {
+TEST(Wire, LongNamesAreTruncatedBetweenCharacters) {
   PeerInfo info;
   info.peer = 1;
   info.name =
@@ -89,7 +89,7 @@ TEST(Wire, LongNamesAreCutBetweenCharacters) {
   EXPECT_EQ(std::string(wire.name), std::string(63, 'a'));
 }
 
-TEST(Wire, NamesCannotSteerATerminal) {
+TEST(Wire, NamesHaveNoTerminalControls) {
   PeerInfo info;
   info.peer = 1;
   info.name = "a\x1b[2Jb\n";
@@ -101,7 +101,7 @@ TEST(Wire, NamesCannotSteerATerminal) {
   EXPECT_EQ(back.name, "a?[2Jb?");
 }
 
-TEST(Wire, ADisplacementThatIsNoNumberOrBeyondMeasureIsRefused) {
+TEST(Wire, InvalidDisplacementIsRefused) {
   PeerInfo info;
   info.peer = 3;
   tandem_PeerInfo wire{};
@@ -116,7 +116,7 @@ TEST(Wire, ADisplacementThatIsNoNumberOrBeyondMeasureIsRefused) {
   EXPECT_TRUE(FromWire(wire, back));
 }
 
-TEST(Wire, PeerInfoBeyondTheBoundIsNotSentNorTaken) {
+TEST(Wire, OversizedPeerInfoIsNeitherSentNorAccepted) {
   PeerInfo info;
   info.peer = 1;
   info.claims.resize(65);
@@ -131,7 +131,7 @@ TEST(Wire, PeerInfoBeyondTheBoundIsNotSentNorTaken) {
   EXPECT_FALSE(FromWire(wire, back));
 }
 
-TEST(Wire, AnEventComesBackAsItWas) {
+TEST(Wire, EventsRoundTrip) {
   Event event;
   event.peer = 3;
   event.seq = 4;
@@ -154,7 +154,7 @@ TEST(Wire, AnEventComesBackAsItWas) {
   EXPECT_EQ(back.X_WB.q.coeffs(), event.X_WB.q.coeffs());
 }
 
-TEST(Wire, UnsoundEventsAreRefused) {
+TEST(Wire, InvalidEventsAreRefused) {
   Event event;
   event.peer = 3;
   Event out;
@@ -184,7 +184,7 @@ SceneManifest Bracket() {
   return manifest;
 }
 
-TEST(Wire, AManifestComesBackAsItWas) {
+TEST(Wire, ManifestsRoundTrip) {
   tandem_SceneManifest wire{};
   std::vector<tandem_BodyDecl> room;
   ASSERT_TRUE(ToWire(Bracket(), wire, room));
@@ -203,7 +203,7 @@ TEST(Wire, AManifestComesBackAsItWas) {
   EXPECT_EQ(back.bodies, Bracket().bodies);
 }
 
-TEST(Wire, AFileNameTooLongIsLeftOut) {
+TEST(Wire, OverlongFileNameIsOmitted) {
   SceneManifest manifest = Bracket();
   manifest.file = std::string(2000, 'f');
   tandem_SceneManifest wire{};
@@ -212,7 +212,7 @@ TEST(Wire, AFileNameTooLongIsLeftOut) {
   EXPECT_EQ(std::string(wire.file), "");
 }
 
-TEST(Wire, AManifestThatNoSoundPeerSendsIsRefused) {
+TEST(Wire, InvalidManifestIsRefused) {
   SceneManifest out;
   std::vector<tandem_BodyDecl> room;
   for (const double size : {0.0, -1.0, kNan, kInfinity}) {

@@ -29,7 +29,7 @@ tandem_ObjectState SoundState() {
   return wire;
 }
 
-TEST(Wire, AStateComesBackAsItWas) {
+TEST(Wire, StatesRoundTrip) {
   ObjectState state;
   ASSERT_TRUE(Sound(SoundState(), state));
   EXPECT_EQ(state.peer, 5U);
@@ -46,7 +46,7 @@ TEST(Wire, AStateComesBackAsItWas) {
   EXPECT_EQ(state.contact_B_W.f, Vec3(13, 14, 15));
 }
 
-TEST(Wire, QuaternionsGoAsXyzw) {
+TEST(Wire, QuaternionsAreSentAsXyzw) {
   ObjectState state;
   state.X_WB.q = Quat(0.8, 0, 0.6, 0);  // Eigen's order here is w first
   tandem_ObjectState wire;
@@ -54,7 +54,7 @@ TEST(Wire, QuaternionsGoAsXyzw) {
   EXPECT_THAT(wire.pose.q, ::testing::ElementsAre(0, 0.6, 0, 0.8));
 }
 
-TEST(Wire, AStateWithANumberThatIsNotFiniteIsRefused) {
+TEST(Wire, NonFiniteStateIsRefused) {
   ObjectState out;
   for (const double bad : {kNan, kInfinity, -kInfinity}) {
     for (std::size_t i = 0; i < 3; ++i) {
@@ -84,7 +84,7 @@ TEST(Wire, AStateWithANumberThatIsNotFiniteIsRefused) {
   }
 }
 
-TEST(Wire, AQuaternionOffUnitLengthIsRefused) {
+TEST(Wire, NonUnitQuaternionIsRefused) {
   ObjectState out;
   for (const double scale : {0.0, 0.9, 0.998, 1.002, 2.0, 1e-320, 1e200}) {
     tandem_ObjectState wire = SoundState();
@@ -121,7 +121,7 @@ LinkedState FullLinks() {
   return linked;
 }
 
-TEST(Wire, LinksComeBackAsTheyWereBesideTheirState) {
+TEST(Wire, LinksRoundTripWithTheirState) {
   const LinkedState said = FullLinks();
   tandem_LinkedState wire;
   ToWire(said, wire);
@@ -146,7 +146,7 @@ TEST(Wire, LinksComeBackAsTheyWereBesideTheirState) {
   EXPECT_EQ(last.applied_B_W.f, Vec3(3, 7, 5));
 }
 
-TEST(Wire, UnsoundLinksAreRefused) {
+TEST(Wire, InvalidLinksAreRefused) {
   tandem_LinkedState sound;
   ToWire(FullLinks(), sound);
   LinkedState out;
@@ -182,7 +182,7 @@ TEST(Wire, UnsoundLinksAreRefused) {
   }));
 }
 
-TEST(Wire, AStateBesideLinksIsJudgedAsAlone) {
+TEST(Wire, LinksDoNotAffectTheStatesValidation) {
   tandem_LinkedState sound;
   ToWire(FullLinks(), sound);
   LinkedState out;
@@ -210,7 +210,7 @@ TEST(Wire, AStateBesideLinksIsJudgedAsAlone) {
             Drop::kNotUnit);
 }
 
-TEST(Wire, AViewComesBackInSinglePrecision) {
+TEST(Wire, ViewsRoundTripInSinglePrecision) {
   ViewFrame frame;
   frame.peer = 1;
   frame.seq = 2;
@@ -244,7 +244,7 @@ TEST(Wire, AViewComesBackInSinglePrecision) {
   EXPECT_LT((last.hand_force_W - Vec3(1.1, 2, 3)).norm(), 1e-6);
 }
 
-TEST(Wire, UnsoundViewsAreRefused) {
+TEST(Wire, InvalidViewsAreRefused) {
   ViewFrame frame;
   frame.peer = 1;
   frame.count = 2;

@@ -66,7 +66,7 @@ TEST(CaseFile, EveryKeyHasADefault) {
   EXPECT_EQ(test->law.name, DefaultLaw()->name());
 }
 
-TEST(CaseFile, ErrorsNameThePlaceAndWhatWasExpected) {
+TEST(CaseFile, ErrorsNameThePositionAndTheExpectation) {
   EXPECT_EQ(ErrorOf(R"({"hand": ["off"]})"), "c.json: hand: unknown key; did you mean hands?");
   EXPECT_EQ(ErrorOf(R"({"users": 9})"),
             "c.json: users: expected a whole number from 2 to 8, got 9");
@@ -90,7 +90,7 @@ TEST(CaseFile, ErrorsNameThePlaceAndWhatWasExpected) {
 // The hand file is looked for beside the case. The hand keeps its own turning, and goes its own way
 // whatever the case's motion is. A case with delay begins later: the hand stands until all links
 // pull.
-TEST(CaseFile, AHandMayBeAHandFile) {
+TEST(CaseFile, HandMayComeFromAHandFile) {
   const ScratchFolder folder;
   folder.Write("left.json", R"({"hand": {"mass_kg": 2, "rotation": {"inertia_kg_m2": 0.5}},
       "grasp_B": {"p_B": [0, 0, 0.05]},
@@ -113,7 +113,7 @@ TEST(CaseFile, AHandMayBeAHandFile) {
   EXPECT_EQ(LastInputEnds(test), 4);
 }
 
-TEST(CaseFile, AHandFileThatIsWrongIsOneLineWithItsPlace) {
+TEST(CaseFile, ErrorInAHandFileIsOneLineWithItsPosition) {
   const ScratchFolder folder;
   folder.Write("left.json", R"({"waypoints": []})");
   const auto file = folder.Write("case.json", R"({"hands": [{"file": "left.json"}]})");
@@ -124,7 +124,7 @@ TEST(CaseFile, AHandFileThatIsWrongIsOneLineWithItsPlace) {
   EXPECT_THAT(ErrorOf(R"({"hands": [{"file": "a.json", "mass_kg": 1}]})"), HasSubstr("mass_kg"));
 }
 
-TEST(CaseParts, AnAsymmetricWayTakesAsMuchHereAsItGivesThere) {
+TEST(CaseParts, AsymmetricDelayKeepsTheRoundTrip) {
   const LabCase test = *ParseCase(R"({"network": "asymmetric", "delay_s": 0.3})", "c.json");
   EXPECT_NEAR(ConditionsOf(test, 0, 1, 0.3).delay_ms, 60, 1e-9);
   EXPECT_NEAR(ConditionsOf(test, 1, 0, 0.3).delay_ms, 540, 1e-9);
@@ -136,7 +136,7 @@ TEST(CaseParts, HandsOfAFittedCaseTurnAsTheyTravel) {
   EXPECT_NEAR(test.hands[0].impedance.inertia, 2 * 8e-5 / 0.3, 1e-12);
 }
 
-TEST(CaseParts, AHandHoldsTheBodyWhereItSaysElseWhereTheSceneHasIt) {
+TEST(CaseParts, HandGraspsAtItsOwnOrTheScenesPoint) {
   const LabCase test = *ParseCase(
       R"({"scene": "off_centre", "hands": [{"mass_kg": 1, "grasp_m": [0, 0.1, -0.02]}, "firm"]})",
       "c.json");
@@ -147,7 +147,7 @@ TEST(CaseParts, AHandHoldsTheBodyWhereItSaysElseWhereTheSceneHasIt) {
 }
 
 // 0.5 kg and 10.3 N s/m, 100 ms late and 1 ms for sending and stepping: 185 N/m (closed form).
-TEST(CaseParts, AShareOfTheBoundaryIsAStiffness) {
+TEST(CaseParts, ShareOfTheBoundaryIsConvertedToStiffness) {
   const LabCase test = FittedTo(
       Cube(), *ParseCase(R"({"hands": ["off"], "law": {"name": "constant", "boundary_ratio": 0.5,
                              "limits": {"constant_damping": 10}}})",
@@ -157,7 +157,7 @@ TEST(CaseParts, AShareOfTheBoundaryIsAStiffness) {
 }
 
 // A hand without a spring cannot be moved; one that has its own keeps it.
-TEST(CaseParts, AHandThatMovesHasASpring) {
+TEST(CaseParts, MovingHandHasASpring) {
   const LabCase test = *ParseCase(R"({"motion": "hold", "hands": ["relaxed", "firm"]})", "c.json");
   EXPECT_EQ(ScriptOf(test, 0).impedance.stiffness, 300);
   EXPECT_EQ(ScriptOf(test, 1).impedance.stiffness, 800);
@@ -166,7 +166,7 @@ TEST(CaseParts, AHandThatMovesHasASpring) {
   EXPECT_EQ(LastInputEnds(test), 3);
 }
 
-TEST(CaseParts, ALawsRatioIsOfItsStiffnessAlone) {
+TEST(CaseParts, LawRatioScalesTheStiffnessOnly) {
   const LabCase test = *ParseCase(R"({"law": {"name": "p+d", "ratio": 0.5}})", "c.json");
   const auto scaled = *LawOf(test.law);
   const auto whole = *MakeLaw("p+d");
@@ -176,7 +176,7 @@ TEST(CaseParts, ALawsRatioIsOfItsStiffnessAlone) {
   EXPECT_DOUBLE_EQ(scaled->GroundDamping(at, 0.5 * k), whole->GroundDamping(at, k));
 }
 
-TEST(CaseFile, NumbersBeyondEveryHandAndNetworkAreRefused) {
+TEST(CaseFile, ImplausibleNumbersAreRefused) {
   const auto hand = [](const std::string& text) {
     return ErrorOf(R"({"hands": [{)" + text + "}]}");
   };
@@ -191,7 +191,7 @@ TEST(CaseFile, NumbersBeyondEveryHandAndNetworkAreRefused) {
               HasSubstr("network.swing_period_s: expected a number from 0.001 to 1e+06"));
 }
 
-TEST(CaseFile, ANetworkMayBeATraceBesideTheCaseOrAModel) {
+TEST(CaseFile, NetworkMayBeATraceFileOrAModel) {
   const ScratchFolder folder;
   folder.Write("line.csv",
                "# {\"tandem_trace\": 1, \"rate_hz\": 100}\nseq,there_ms,back_ms\n0,10,30\n1,,50\n");

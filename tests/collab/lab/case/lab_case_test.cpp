@@ -8,7 +8,7 @@ namespace {
 using ::testing::HasSubstr;
 
 // A cube of 0.3 kg: its turn about an axis at the hand's mass is as the hand's travel.
-TEST(LabHands, TurnAsTheyTravel) {
+TEST(LabHands, RotateAsTheyTravel) {
   const Inertia cube{0.3, 8e-5 * Mat3::Identity()};
   const Result<LabHand> hand = HandNamed("firm", cube);
   ASSERT_TRUE(hand);
@@ -21,7 +21,7 @@ TEST(LabHands, TurnAsTheyTravel) {
   EXPECT_NEAR(firm.rotation_damping / firm.inertia, firm.damping / firm.mass, 1e-9);
 }
 
-TEST(LabHands, AnUnknownOneIsNamed) {
+TEST(LabHands, UnknownHandIsNamed) {
   const Result<LabHand> hand = HandNamed("iron", Inertia{});
   ASSERT_FALSE(hand);
   EXPECT_THAT(hand.error().what, HasSubstr("'iron': there are off, relaxed, heavy and firm"));

@@ -22,7 +22,7 @@ LabCase Constant(const char* hand, double stiffness, double damping, double dela
   return test;
 }
 
-TEST(Prediction, OfTwoFreeUsersIsTheExactBoundaryAtTheMeanAge) {
+TEST(Prediction, OfTwoFreeUsersUsesTheExactBoundary) {
   // body and arm 1.5 kg, 12.3 N s/m with the law's drag; half a gap and half a frame beside 0.3 s
   const std::optional<Prediction> heavy = Predict(Constant("heavy", 60, 10, 0.3), kCube);
   ASSERT_TRUE(heavy);
@@ -61,7 +61,7 @@ double DrawnAge(double delay_s, double jitter_s, double loss, double publish_hz)
   return ages / (until - from);
 }
 
-TEST(Prediction, CountsJitterLossAndRateIntoTheAge) {
+TEST(Prediction, AgeIncludesJitterLossAndRate) {
   constexpr double kHalfFrame = 0.0005;
   LabCase test = Constant("heavy", 60, 10, 0.3);
   for (const double hz : {20.0, 100.0, 1000.0}) {
@@ -80,7 +80,7 @@ TEST(Prediction, CountsJitterLossAndRateIntoTheAge) {
   EXPECT_DOUBLE_EQ(MeanAge(test), even);
 }
 
-TEST(Prediction, CountsAllLinksOfAUserAndTheWorstHand) {
+TEST(Prediction, IncludesAllLinksAndTheWorstHand) {
   LabCase test = Constant("heavy", 60, 10, 0.3);
   test.users = 4;
   // "constant" divides among the links: as stiff in sum
@@ -93,13 +93,13 @@ TEST(Prediction, CountsAllLinksOfAUserAndTheWorstHand) {
   EXPECT_LT(Predict(mixed, kCube)->critical, relaxed);
 }
 
-TEST(Prediction, InContactIsWhatIsPassive) {
+TEST(Prediction, InContactRequiresPassivity) {
   LabCase test = Constant("heavy", 30, 10, 0.3);
   test.scene = "slot";
   EXPECT_NEAR(Predict(test, kCube)->critical, 12.3 / 0.301, 1e-9);
 }
 
-TEST(Prediction, IsNotMadeWhereTheEquationDoesNotHold) {
+TEST(Prediction, IsAbsentOutsideItsEquation) {
   LabCase test = Constant("heavy", 60, 10, 0.3);
   test.law.exchange_forces = true;
   EXPECT_FALSE(Predict(test, kCube));
@@ -108,7 +108,7 @@ TEST(Prediction, IsNotMadeWhereTheEquationDoesNotHold) {
   EXPECT_FALSE(Predict(test, kCube));
 }
 
-TEST(Prediction, OfTheDefaultLawIsStableAtEveryDelayAndHand) {
+TEST(Prediction, DefaultLawIsStableAtEveryDelayAndHand) {
   for (const char* const hand : {"off", "relaxed", "heavy", "firm"}) {
     for (const double delay_s : {0.02, 0.1, 0.3, 1.0}) {
       LabCase test;
@@ -124,7 +124,7 @@ TEST(Prediction, OfTheDefaultLawIsStableAtEveryDelayAndHand) {
 
 // By hand, both ways: 100 ms and no loss are held at 100 to 101 ms. With each tenth sample lost the
 // mean age is a tenth of a millisecond more.
-TEST(Prediction, TakesTheMeanAgeFromATrace) {
+TEST(Prediction, UsesTheMeanAgeOfATrace) {
   const LinkTrace even(1000, std::vector<float>(1000, 100));
   LabCase test = Constant("heavy", 60, 10, 0);
   test.network.there.trace = test.network.back.trace = &even;
@@ -141,7 +141,7 @@ TEST(Prediction, TakesTheMeanAgeFromATrace) {
 }
 
 // The trace has one stall of 300 ms in a minute. The law is told of it, and is softer.
-TEST(Prediction, GainsAreForTheOldestOfATrace) {
+TEST(Prediction, GainsFollowTheGreatestAgeOfATrace) {
   std::vector<float> delays(60'000, 50);
   const LinkTrace even(1000, delays);
   for (int i = 0; i < 300; ++i)

@@ -40,7 +40,7 @@ Metrics Watch(const Motion& motion, double seconds, double judged_from_s = 0) {
 }
 
 // 1 Hz, growing by e in 2 s; RMS of 1/sqrt(2) of the amplitude, both users' squares summed.
-TEST(Meter, FindsTheGrowthOfASwing) {
+TEST(Meter, MeasuresTheGrowthOfAnOscillation) {
   const Motion swing{[](double t) {
                        return 1e-5 * std::exp(0.5 * t) * std::sin(2 * M_PI * t);
                      },
@@ -56,7 +56,7 @@ TEST(Meter, FindsTheGrowthOfASwing) {
   EXPECT_NEAR(metrics.tail_rms, 1e-4 * 0.5 * std::sqrt(mean), 0.05 * metrics.tail_rms);
 }
 
-TEST(Meter, AFadingSwingIsStableHoweverSlowly) {
+TEST(Meter, DecayingOscillationIsStable) {
   const Motion swing{[](double t) {
                        return 1e-3 * std::exp(-0.05 * t) * std::sin(6 * t);
                      },
@@ -69,7 +69,7 @@ TEST(Meter, AFadingSwingIsStableHoweverSlowly) {
 }
 
 // It does not grow, but neither is it at rest.
-TEST(Meter, ASustainedSwingIsUnstable) {
+TEST(Meter, SustainedOscillationIsUnstable) {
   const Motion swing{[](double t) {
                        return 1e-2 * std::sin(6 * t);
                      },
@@ -80,7 +80,7 @@ TEST(Meter, ASustainedSwingIsUnstable) {
 }
 
 // 100 mm/s each that fall by e in 3.3 s: 3.4 mm/s are left after 12 s, and nothing after 48 s.
-TEST(Meter, AFadingSwingThatIsNotAtRestYetIsUndecidedAndWantsTime) {
+TEST(Meter, UnsettledDecayIsUndecidedAndNeedsTime) {
   const Motion swing{[](double t) {
                        return 0.04 * std::exp(-0.3 * t) * std::sin(6 * t);
                      },
@@ -98,7 +98,7 @@ TEST(Meter, AFadingSwingThatIsNotAtRestYetIsUndecidedAndWantsTime) {
 }
 
 // A swing at its limits has some growth that is not zero: it is no decay unless it halves.
-TEST(Meter, ASwingThatHardlyFadesIsNotCalledUndecided) {
+TEST(Meter, BarelyDecayingOscillationIsNotUndecided) {
   const Motion swing{[](double t) {
                        return 0.02 * std::exp(-0.02 * t) * std::sin(6 * t);
                      },
@@ -110,7 +110,7 @@ TEST(Meter, ASwingThatHardlyFadesIsNotCalledUndecided) {
   EXPECT_EQ(Judge(metrics), Verdict::kUnstable);
 }
 
-TEST(Meter, TooFewWindowsDecideNothing) {
+TEST(Meter, TooFewWindowsAreUndecided) {
   const Motion rest{[](double) {
                       return 0.0;
                     },
@@ -120,7 +120,7 @@ TEST(Meter, TooFewWindowsDecideNothing) {
   EXPECT_EQ(Judge(Watch(rest, 1.5)), Verdict::kUndecided);
 }
 
-TEST(Meter, HalfAMetreApartIsPastHope) {
+TEST(Meter, HalfAMetreApartIsAnExplosion) {
   const Motion apart{[](double t) {
                        return t;
                      },
@@ -133,7 +133,7 @@ TEST(Meter, HalfAMetreApartIsPastHope) {
 }
 
 // A distance of 10 mm that fades with a time constant of 1 s is within 2 mm after ln 5 s.
-TEST(Meter, TellsWhenTheyHaveSettled) {
+TEST(Meter, ReportsSettling) {
   const Motion fades{[](double t) {
                        return t < 2 ? 0.01 : 0.01 * std::exp(-(t - 2));
                      },
@@ -147,7 +147,7 @@ TEST(Meter, TellsWhenTheyHaveSettled) {
 }
 
 // 1 Hz is in the lower band, 30 Hz in the upper: an amplitude of 1 gives an RMS of 0.707.
-TEST(Meter, TellsASlowSwingFromABuzz) {
+TEST(Meter, DistinguishesSlowOscillationFromBuzzing) {
   const Motion slow{[](double) {
                       return 0.0;
                     },
@@ -168,7 +168,7 @@ TEST(Meter, TellsASlowSwingFromABuzz) {
 
 // A force of 2 N along a motion of 0.1 m/s gives 0.2 W; a drag of 5 N s/m takes 0.05 W of it. A
 // moment of 0.01 N m on a turn of 3 rad/s gives 0.03 W, and the drag takes 5 x 9 x I/m.
-TEST(Meter, CountsWhatLinksGiveAndDragTakesInTurningToo) {
+TEST(Meter, EnergyBalanceIncludesRotation) {
   Meter meter(LightCube(), kTau, 0);
   std::vector<UserFrame> users(2);
   users[0].present = true;
@@ -186,7 +186,7 @@ TEST(Meter, CountsWhatLinksGiveAndDragTakesInTurningToo) {
   EXPECT_NEAR(meter.Finish().generated_J, 2 * power, 1e-9);
 }
 
-TEST(Meter, SeesForcesTheirRatesAndWhoHoldsThemBack) {
+TEST(Meter, MeasuresForcesRatesAndLimits) {
   Meter meter(LightCube(), kTau, 0);
   std::vector<UserFrame> users(2);
   users[0].present = users[1].present = true;

@@ -30,7 +30,7 @@ PressResult RunAt(PressMotion motion, MirrorModel mirror, double delay_ms, doubl
 
 // Hands of 300 N/m with 0.9 kg and the body's 0.3 kg swing once in 0.4 s, four delays of 100 ms:
 // there a mirror that stands like a rock gives back in step what was pressed in.
-TEST(PressRun, HeldMirrorsShakeWhereTheHandSwingsOnceInFourDelays) {
+TEST(PressRun, HeldMirrorsDestabilizeAtAPeriodOfFourDelays) {
   const PressResult held = RunAt(PressMotion::kPress, MirrorModel::kHeld, 100, 12);
   EXPECT_FALSE(held.calm);
   EXPECT_GT(held.unrest, 5e-3);
@@ -42,14 +42,14 @@ TEST(PressRun, HeldMirrorsShakeWhereTheHandSwingsOnceInFourDelays) {
 // Each hand is kept 20 mm from where it wants to be, half of the 40 mm of overlap and of the
 // clearance at which contact begins, by its spring of 300 N/m and the 800 N/m between device and
 // body, one after the other.
-TEST(PressRun, WithoutDelayTheHandsFeelWhatTheirSpringsSay) {
+TEST(PressRun, UndelayedForceMatchesTheSprings) {
   // blocks without friction come to rest on one another slowly
   const PressResult result = RunAt(PressMotion::kPress, MirrorModel::kBlend, 0, 30);
   const double kept_back = 0.02 + 0.5 * kRefinedClearance * 0.002;
   EXPECT_NEAR(result.mean_force, 300.0 * 800.0 / 1100.0 * kept_back, 0.05);
 }
 
-TEST(PressRun, MirrorsThatGiveWayAreCalmAtEveryDelay) {
+TEST(PressRun, CompliantMirrorsAreStableAtEveryDelay) {
   for (const PressMotion motion : {PressMotion::kPress, PressMotion::kPush, PressMotion::kTap}) {
     for (const double delay_ms : {20.0, 100.0, 300.0}) {
       const PressResult result = RunAt(motion, MirrorModel::kBlend, delay_ms);
@@ -61,12 +61,12 @@ TEST(PressRun, MirrorsThatGiveWayAreCalmAtEveryDelay) {
 
 // A predicted pose lies deeper in the other body than the received one, so energy comes in
 // (docs/decisions/0028-live-and-type-1.md).
-TEST(PressRun, DeadReckonedMirrorsShakeThoseWhoTapToo) {
+TEST(PressRun, DeadReckoningDestabilizesTapping) {
   EXPECT_FALSE(RunAt(PressMotion::kTap, MirrorModel::kDeadReckoned, 100).calm);
   EXPECT_TRUE(RunAt(PressMotion::kTap, MirrorModel::kHeld, 100).calm);
 }
 
-TEST(PressRun, TheSameCaseGivesTheSameBits) {
+TEST(PressRun, IsDeterministic) {
   const PressResult once = RunAt(PressMotion::kPress, MirrorModel::kHeld, 100);
   const PressResult again = RunAt(PressMotion::kPress, MirrorModel::kHeld, 100);
   EXPECT_EQ(once.unrest, again.unrest);

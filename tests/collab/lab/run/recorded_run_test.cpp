@@ -58,7 +58,7 @@ std::vector<std::filesystem::path> Record(const LabCase& test, const LabScene& s
 }
 
 // A recording gives the same measures as the peers themselves.
-TEST(RecordedRun, MeasuresWhatARunInVirtualTimeDoes) {
+TEST(RecordedRun, MatchesARunInVirtualTime) {
   const ScratchFolder scratch;
   const LabScene scene = CubeInSpace();
   const LabCase test = Move(scene);
@@ -78,7 +78,7 @@ TEST(RecordedRun, MeasuresWhatARunInVirtualTimeDoes) {
   EXPECT_EQ(recorded->verdict, simulated.verdict);
 }
 
-TEST(RecordedRun, OneThatEndsBeforeTheCaseIsNamed) {
+TEST(RecordedRun, TooShortRecordingIsNamed) {
   const ScratchFolder scratch;
   const LabScene scene = CubeInSpace();
   const LabCase test = Move(scene);

@@ -66,7 +66,7 @@ TEST(AcceptanceSweep, HasTheCellsThatTheTableAsksFor) {
 
 // The sweep has the default law alone, with every hand from 20 ms to 1 s on a good and on a bad
 // line.
-TEST(DefaultSweep, IsOfTheDefaultLawAlone) {
+TEST(DefaultSweep, ContainsOnlyTheDefaultLaw) {
   const Sweep sweep = Preset("default.json");
   std::set<std::tuple<std::string, std::string, double>> seen;
   for (const SweepCell& cell : sweep.cells) {
@@ -80,14 +80,14 @@ TEST(DefaultSweep, IsOfTheDefaultLawAlone) {
   EXPECT_EQ(seen.size(), 4U * 2U * 8U);
 }
 
-TEST(Presets, OfOneCaseAreRead) {
+TEST(Presets, SingleCasesAreRead) {
   for (const char* name : {"knock.json", "live.json", "adversarial.json"}) {
     const Result<LabCase> test = LoadCase(std::string(TANDEM_PRESETS "/") + name);
     EXPECT_TRUE(test) << test.error().what;
   }
 }
 
-TEST(Presets, ACaseGivenAsASweepIsToldSo) {
+TEST(Presets, CaseGivenAsASweepIsReported) {
   const std::string file = TANDEM_PRESETS "/knock.json";
   const Result<Sweep> sweep = LoadSweep(file, [](const std::string&, const std::string&) {
     return std::nullopt;
@@ -97,7 +97,7 @@ TEST(Presets, ACaseGivenAsASweepIsToldSo) {
             file + ": there are no blocks: a single case is run by 'tandem stability run'");
 }
 
-TEST(MapSweep, IsAGridOfDelayAndStiffnessOnTwoNetworks) {
+TEST(MapSweep, IsADelayStiffnessGridOnTwoNetworks) {
   const Sweep sweep = Preset("map.json");
   std::map<std::string, std::set<std::pair<double, double>>> points;
   for (const SweepCell& cell : sweep.cells) {

@@ -18,7 +18,7 @@ LabCase CaseOf(std::uint64_t seed) {
   return *std::move(test);
 }
 
-TEST(RandomCells, AreReadAsCasesAndStayWithinWhatTheyAreDrawnFrom) {
+TEST(RandomCells, AreValidCasesWithinTheirRanges) {
   std::set<std::string> scenes;
   std::set<LabMotion> motions;
   std::set<std::size_t> users;
@@ -52,7 +52,7 @@ TEST(RandomCells, AreReadAsCasesAndStayWithinWhatTheyAreDrawnFrom) {
   EXPECT_GT(longest, 1.1);
 }
 
-TEST(RandomCells, BurstsTakeUpToHalfOfAllSamples) {
+TEST(RandomCells, BurstsLoseUpToHalfOfAllSamples) {
   double most = 0;
   for (std::uint64_t seed = 0; seed < 200; ++seed) {
     const LabCase test = CaseOf(seed);
@@ -71,7 +71,7 @@ TEST(RandomCells, BurstsTakeUpToHalfOfAllSamples) {
   EXPECT_LT(most, 0.55);
 }
 
-TEST(RandomCells, AreTheSameForTheSameSeedWhateverIsDrawnBefore) {
+TEST(RandomCells, DependOnlyOnTheirSeed) {
   const std::vector<SweepCell> cells = RandomCells(40, 3);
   ASSERT_EQ(cells.size(), 3U);
   EXPECT_EQ(cells[2].case_json, RandomCase(42));
@@ -89,7 +89,7 @@ CellOutcome Outcome(Verdict verdict, double energy_J, double tail_m_s) {
   return outcome;
 }
 
-TEST(RandomJudge, CountsWhatIsNotStableGeneratesEnergyOrMovesOn) {
+TEST(RandomJudge, CountsUnstableActiveAndMovingCells) {
   const std::vector<SweepCell> cells = RandomCells(7, 4);
   RandomJudge judge(7);
   judge.See(cells[3], Outcome(Verdict::kStable, 0, 6e-4));
@@ -109,7 +109,7 @@ TEST(RandomJudge, CountsWhatIsNotStableGeneratesEnergyOrMovesOn) {
   EXPECT_EQ(summary.worst[0].reasons.size(), 3U);
 }
 
-TEST(RandomJudge, WhatIsNoNumberFails) {
+TEST(RandomJudge, NonFiniteResultFails) {
   const std::vector<SweepCell> cells = RandomCells(1, 1);
   RandomJudge judge(1);
   judge.See(cells[0], Outcome(Verdict::kStable, std::nan(""), std::nan("")));

@@ -55,14 +55,14 @@ TEST(Results, AreReadBackBitForBit) {
 }
 
 // each field takes 8 bytes with its padding, so that a field added to the struct is missed here
-TEST(MetricFields, AreAllThatThereAre) {
+TEST(MetricFields, CoverEveryMetric) {
   std::set<std::string_view> names;
   for (const MetricField& field : MetricFields()) names.insert(field.name);
   EXPECT_EQ(names.size(), MetricFields().size());
   EXPECT_EQ(8 * names.size(), sizeof(Metrics));
 }
 
-TEST(Results, GoOnWhereTheyWereWhenTheProgramIsKilled) {
+TEST(Results, ResumeAfterTheProgramIsKilled) {
   const ScratchFolder folder;
   const Sweep sweep = SmallSweep(folder);
   const auto whole = folder.path() / "whole.jsonl";
@@ -93,7 +93,7 @@ TEST(Results, GoOnWhereTheyWereWhenTheProgramIsKilled) {
   EXPECT_EQ(Timeless(ContentOf(killed)), Timeless(ContentOf(whole)));
 }
 
-TEST(Results, GoOnFromAFileThatWasCutAnywhere) {
+TEST(Results, ResumeFromATruncatedFile) {
   const ScratchFolder folder;
   const Sweep sweep = SmallSweep(folder);
   const auto file = folder.path() / "cells.jsonl";
@@ -106,7 +106,7 @@ TEST(Results, GoOnFromAFileThatWasCutAnywhere) {
   }
 }
 
-TEST(Results, AreNotMixedWithThoseOfAnotherSweepShardOrBuild) {
+TEST(Results, ResultsOfAnotherSweepShardOrBuildAreRefused) {
   const ScratchFolder folder;
   const Sweep sweep = SmallSweep(folder);
   const auto file = folder.path() / "cells.jsonl";
@@ -129,7 +129,7 @@ TEST(Results, AreNotMixedWithThoseOfAnotherSweepShardOrBuild) {
 }
 
 // A count that no integer holds must not be converted to one.
-TEST(Results, WithCountsThatAreNoWholeNumbersAreRefused) {
+TEST(Results, FractionalCountsAreRefused) {
   const ScratchFolder folder;
   const auto file = folder.path() / "cells.jsonl";
   RunRest(SmallSweep(folder), {}, file, 1);
@@ -149,7 +149,7 @@ TEST(Results, WithCountsThatAreNoWholeNumbersAreRefused) {
   }
 }
 
-TEST(Results, OfAllShardsComeToThoseOfOneRun) {
+TEST(Results, MergedShardsEqualOneRun) {
   const ScratchFolder folder;
   const Sweep sweep = SmallSweep(folder);
   const auto whole = folder.path() / "whole.jsonl";
@@ -167,7 +167,7 @@ TEST(Results, OfAllShardsComeToThoseOfOneRun) {
   EXPECT_EQ(DigestOf(*merged), DigestOf(*ReadResults(whole)));
 }
 
-TEST(Results, ThatDoNotBelongTogetherAreNotMerged) {
+TEST(Results, ResultsOfDifferentSweepsAreNotMerged) {
   const ScratchFolder folder;
   const Sweep sweep = SmallSweep(folder);
   const auto path = [&](const char* name) {

@@ -47,7 +47,7 @@ const SweepRow& Row(const SweepSummary& summary, const std::string& name) {
   return none;
 }
 
-TEST(SweepSummary, CountsWhatTheIssuesTableAsks) {
+TEST(SweepSummary, CountsTheAcceptanceTablesRows) {
   const Results results = SixCells();
   const SweepSummary summary = Summarize(results);
   EXPECT_TRUE(summary.pass());
@@ -70,7 +70,7 @@ TEST(SweepSummary, CountsWhatTheIssuesTableAsks) {
   for (const auto& row : json["rows"]) EXPECT_EQ(row["pass"], true) << row;
 }
 
-TEST(SweepSummary, FailsByEachRowAlone) {
+TEST(SweepSummary, EachRowCanFailAlone) {
   const auto failed = [](const std::string& row, std::size_t cell, auto&& change) {
     Results results = SixCells();
     change(results.records.at(cell).outcome);
@@ -111,7 +111,7 @@ TEST(SweepSummary, FailsByEachRowAlone) {
 }
 
 // A cell that decays and is not at rest contradicts no prediction.
-TEST(SweepSummary, BlamesNoPredictionForACellThatIsUndecided) {
+TEST(SweepSummary, UndecidedCellsRefuteNoPrediction) {
   Results results = SixCells();
   results.records.at(4).outcome.result.verdict = Verdict::kUndecided;
   const SweepSummary summary = Summarize(results);
@@ -123,7 +123,7 @@ TEST(SweepSummary, BlamesNoPredictionForACellThatIsUndecided) {
   EXPECT_EQ(json["undecided"], 1);
 }
 
-TEST(SweepSummary, SaysNothingOfWhatItHasNoCellsFor) {
+TEST(SweepSummary, OmitsRowsWithoutCells) {
   Results results = SixCells();
   results.records = {{4, results.records.at(4)}};
   results.records.at(4).outcome.predicted.reset();

@@ -34,7 +34,7 @@ std::string Case(const SweepCell& cell, const char* key) {
   return nlohmann::json::parse(cell.case_json)[key].dump();
 }
 
-TEST(Sweep, IsTheProductOfItsAxesTheLastTurningFastest) {
+TEST(Sweep, IsTheProductOfItsAxesWithTheLastFastest) {
   const ScratchFolder folder;
   const Sweep sweep = SmallSweep(folder);
   ASSERT_EQ(sweep.cells.size(), 12U);
@@ -50,7 +50,7 @@ TEST(Sweep, IsTheProductOfItsAxesTheLastTurningFastest) {
   }
 }
 
-TEST(Sweep, PutsLawRatioAndStiffnessIntoTheLaw) {
+TEST(Sweep, AssignsLawRatioAndStiffness) {
   const Result<Sweep> sweep = Load(
       R"({"name": "s", "blocks": [
           {"law": [{"name": "constant", "gate": false, "limits": {"constant_damping": 10}}],
@@ -71,7 +71,7 @@ TEST(Sweep, PutsLawRatioAndStiffnessIntoTheLaw) {
   EXPECT_EQ(law(3)["boundary_ratio"], 2);
 }
 
-TEST(Sweep, LeavesOutACellThatWasThereAlready) {
+TEST(Sweep, OmitsDuplicateCells) {
   const Result<Sweep> sweep = Load(
       R"({"name": "s", "blocks": [{"delay_s": [0.1, 1], "expect": "stable"},
                                   {"delay_s": [1.0, 0.3, 0.3], "users": 2}]})");
@@ -83,7 +83,7 @@ TEST(Sweep, LeavesOutACellThatWasThereAlready) {
   EXPECT_EQ(sweep->cells[2].expect, Expectation::kNothing);
 }
 
-TEST(Sweep, SeedsACellByWhatItIsAlone) {
+TEST(Sweep, CellSeedDependsOnItsContentOnly) {
   const Result<Sweep> alone = Load(R"({"name": "s", "blocks": [{"delay_s": 0.3}]})");
   const Result<Sweep> among =
       Load(R"({"name": "t", "blocks": [{"delay_s": [0.1, 0.2]}, {"users": 3}, {"delay_s": 0.3}]})");
@@ -121,7 +121,7 @@ TEST(Sweep, HasAnAxisOfSeeds) {
 
 // The reader of cases refuses a limit that a law does not use: an axis of laws is tried with each
 // law's own name.
-TEST(Sweep, TriesALawsLimitsWithThatLaw) {
+TEST(Sweep, UsesEachLawsOwnLimits) {
   const CaseCheck check = [](const std::string& text, const std::string& name) {
     const Result<LabCase> test = ParseCase(text, name);
     return test ? std::nullopt : std::optional<Error>(test.error());
@@ -137,7 +137,7 @@ TEST(Sweep, TriesALawsLimitsWithThatLaw) {
             "use it: it uses linear_stiffness, damping_budget and ratio");
 }
 
-TEST(Sweep, SaysInOneLineWhatIsWrongAndWhere) {
+TEST(Sweep, ReportsErrorsInOneLineWithTheirPosition) {
   EXPECT_EQ(WhatIsWrong("{\"name\": 3,}"),
             "sweep.json: line 1, column 12: syntax error while parsing object key - unexpected "
             "'}'; expected string literal");
@@ -159,7 +159,7 @@ TEST(Sweep, SaysInOneLineWhatIsWrongAndWhere) {
       0U);
 }
 
-TEST(Sweep, HasEachValueAndEachCellLookedAtByTheCasesReader) {
+TEST(Sweep, ValidatesEachValueAndCellAsACase) {
   const CaseCheck check = [](const std::string& test, const std::string& name) {
     const auto json = nlohmann::json::parse(test);
     std::optional<Error> wrong;
@@ -175,7 +175,7 @@ TEST(Sweep, HasEachValueAndEachCellLookedAtByTheCasesReader) {
       "sweep.json: blocks[0], cell 3: no room");
 }
 
-TEST(Sweep, IsDividedIntoShardsThatHaveEachCellOnce) {
+TEST(Sweep, ShardsPartitionTheCells) {
   const ScratchFolder folder;
   const Sweep sweep = SmallSweep(folder);
   for (const SweepCell& cell : sweep.cells) {
@@ -215,7 +215,7 @@ TEST(RunCells, RunsEachOnceTheCostlyOnesFirst) {
 }
 
 // 900 x 900 x 900 values would fill all memory.
-TEST(Sweep, IsNoGridOfMoreCellsThanCanBeRun) {
+TEST(Sweep, GridSizeIsBounded) {
   std::string axis = "0.001";
   for (int i = 2; i <= 900; ++i) axis += "," + std::to_string(0.001 * i);
   std::string seeds = "1";
@@ -227,7 +227,7 @@ TEST(Sweep, IsNoGridOfMoreCellsThanCanBeRun) {
               ::testing::HasSubstr("more than 250000 cells in all: divide the sweep"));
 }
 
-TEST(Sweep, BracketsWithoutEndAreNoSweep) {
+TEST(Sweep, UnterminatedBracketsAreRefused) {
   const Result<Sweep> sweep =
       Load(R"({"name": "s", "blocks": [{"network": )" + std::string(150'000, '['));
   ASSERT_FALSE(sweep);

@@ -29,7 +29,7 @@ constexpr ClosedRow kClosed[] = {
     {0.5, 10, 0.3, 115.8, 100.0, 1.27},  {0.5, 10, 1.0, 102.0, 76.7, 0.45},
 };
 
-TEST(ExactBoundary, IsThatOfTheRecordedTable) {
+TEST(ExactBoundary, MatchesTheRecordedTable) {
   for (const ClosedRow& row : kClosed) {
     SCOPED_TRACE(std::to_string(row.mass) + " kg, b " + std::to_string(row.damping) + ", tau " +
                  std::to_string(row.delay_s));
@@ -59,7 +59,7 @@ TEST(ExactBoundary, TheSafeStiffnessIsNeverAboveIt) {
 }
 
 // The count of crossings knows nothing of the closed form.
-TEST(ExactBoundary, CountingCrossingsGivesTheClosedForm) {
+TEST(ExactBoundary, CrossingCountMatchesTheClosedForm) {
   for (const ClosedRow& row : kClosed) {
     const double counted =
         CriticalStiffness({.mass = row.mass, .damping = row.damping, .delay_s = row.delay_s});
@@ -185,7 +185,7 @@ TEST(ExactBoundary, TheLinearLawIsAsSoftAsRecorded) {
 }
 
 // No number stands there for a stiffness that every delay leaves stable.
-TEST(ExactBoundary, EndsForNumbersThatOverflow) {
+TEST(ExactBoundary, TerminatesOnOverflow) {
   LumpedCoupling model;
   model.delay_s = 0.1;
   model.mass = 1e308;

@@ -28,7 +28,7 @@ GraspCoupling Alike(std::size_t users, const HandImpedance& hand, const Vec3& gr
 }
 
 // Held at its centre, all six axes are those of the equation of one.
-TEST(GraspBoundary, IsThatOfOneAxisWhereAllHoldTheBodyAtItsCentre) {
+TEST(GraspBoundary, ReducesToOneAxisForCentralGrasps) {
   for (const double delay_s : {0.03, 0.3, 1.0}) {
     for (const std::size_t users : {2U, 4U}) {
       GraspCoupling coupling = Alike(users, Hand(1.2, 2.3, 0), Vec3::Zero(), 10, delay_s);
@@ -86,7 +86,7 @@ double GrowthInTime(const GraspCoupling& coupling, double seconds) {
   return 0.5 * std::log(last / early);
 }
 
-TEST(GraspBoundary, IsWhereMotionInTimeBeginsToGrowForGraspsAndHandsThatDiffer) {
+TEST(GraspBoundary, MatchesTimeDomainGrowthForUnequalGraspsAndHands) {
   GraspCoupling coupling;
   coupling.users = {Grasp(kLightCube, Hand(1.2, 1.0, 0), Vec3(0.05, 0.02, 0), 4),
                     Grasp(kLightCube, Hand(0.4, 3.0, 20), Vec3(0, -0.03, 0.06), 4)};
@@ -111,7 +111,7 @@ TEST(GraspBoundary, FallsWithTheDistanceOfTheGrasp) {
   }
 }
 
-TEST(GraspBoundary, CountsARootForEachDirectionThatNothingHolds) {
+TEST(GraspBoundary, CountsOneRootPerFreeDirection) {
   GraspCoupling coupling = Alike(2, Hand(0.5, 1, 0), Vec3(0.05, 0, 0), 5, 0.05);
   coupling.stiffness = 50;
   EXPECT_EQ(RootsRightOf(coupling, 1e-6), 0);

@@ -35,7 +35,7 @@ INSTANTIATE_TEST_SUITE_P(Laws, EveryLaw, ::testing::Values("p+d", "p+dd"),
 
 // Hands are off or firm, light or heavy, of two to eight users, at every delay up to that for which
 // the law is made. There is no drag but the law's own.
-TEST_P(EveryLaw, IsStableAtEveryDelayUpToItsOwn) {
+TEST_P(EveryLaw, IsStableUpToItsStatedDelay) {
   const auto law = *MakeLaw(GetParam());
   for (const std::size_t users : {2U, 3U, 8U}) {
     for (double te = 0.004; te < 1.3; te *= 1.15) {
@@ -55,7 +55,7 @@ TEST_P(EveryLaw, IsStableAtEveryDelayUpToItsOwn) {
 
 // Margins are with hands off, of the heaviest instance, without any drag but the law's own. p+d has
 // none below 0.1 s.
-TEST(TwoDampings, BearAQuarterMoreDelayAndAFifthMoreStiffness) {
+TEST(TwoDampings, GainAQuarterInDelayAndAFifthInStiffness) {
   const auto law = *MakeLaw("p+dd");
   for (double te = 0.004; te < 1.3; te *= 1.15) {
     EXPECT_TRUE(IsStable(Under(*law, te, 1.25 * te, kHeaviest, 2))) << te;
@@ -67,7 +67,7 @@ TEST(TwoDampings, BearAQuarterMoreDelayAndAFifthMoreStiffness) {
 
 // A link with bc = r k tau against the ground drag g(r) k tau is passive at a constant delay,
 // whatever it is between (docs/stability.md, 9.6). No mass, hand, grasp or contact is too much.
-TEST(TwoDampings, PayForTheLinkAtEveryDelayWhateverMassesMove) {
+TEST(TwoDampings, ArePassiveAtEveryDelayForAnyMass) {
   const auto law = *MakeLaw("p+dd");
   for (const std::size_t users : {2U, 3U, 8U}) {
     for (double te = 0.003; te < 10; te *= 1.3) {
@@ -83,7 +83,7 @@ TEST(TwoDampings, PayForTheLinkAtEveryDelayWhateverMassesMove) {
 
 // Five kilograms a tenth of a metre beside the centre of a light part move as eighty do: exact, in
 // all six axes.
-TEST(TwoDampings, AreStableWithHeavyHandsFarBesideTheCentre) {
+TEST(TwoDampings, AreStableWithHeavyHandsFarOffCentre) {
   const auto law = *MakeLaw("p+dd");
   const Inertia cube{0.3, 0.3 * 6e-4 * Mat3::Identity()};
   for (double te = 0.01; te < 2; te *= 1.6) {

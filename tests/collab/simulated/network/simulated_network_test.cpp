@@ -64,7 +64,7 @@ class SimulatedNetworkTest : public ::testing::Test {
 
 using Lines = std::vector<std::string>;
 
-TEST_F(SimulatedNetworkTest, ALateComerGetsTheNewestOfWhatIsKept) {
+TEST_F(SimulatedNetworkTest, LateJoinerGetsTheNewestKeptSamples) {
   SceneManifest scene;
   scene.offered_by = 1;
   scene.name = "s";
@@ -78,7 +78,7 @@ TEST_F(SimulatedNetworkTest, ALateComerGetsTheNewestOfWhatIsKept) {
   EXPECT_EQ(third.Take(), (Lines{"scene s", "info 2"}));
 }
 
-TEST_F(SimulatedNetworkTest, LeavingIsSaidBehindWhatWasSent) {
+TEST_F(SimulatedNetworkTest, LeaveArrivesAfterSentData) {
   network.link(1, 2).Switch({.delay_ms = 50});
   Beat(1);
   one->Leave();
@@ -90,7 +90,7 @@ TEST_F(SimulatedNetworkTest, LeavingIsSaidBehindWhatWasSent) {
   EXPECT_EQ(second.Take(), Lines{});
 }
 
-TEST_F(SimulatedNetworkTest, ACrashIsNoticedWhenTheLeaseIsOver) {
+TEST_F(SimulatedNetworkTest, CrashIsNoticedAtLeaseExpiry) {
   Beat(1);
   Run(250);
   second.Take();
@@ -101,7 +101,7 @@ TEST_F(SimulatedNetworkTest, ACrashIsNoticedWhenTheLeaseIsOver) {
   EXPECT_EQ(second.Take(), Lines{"lost"});
 }
 
-TEST_F(SimulatedNetworkTest, ACutIsOneWayAndHoldsBackWhatIsReliable) {
+TEST_F(SimulatedNetworkTest, CutIsOneWayAndDelaysReliableData) {
   Beat(1);
   Run(100);
   first.Take();
@@ -143,7 +143,7 @@ TEST_F(SimulatedNetworkTest, ALongCutForgetsEvents) {
   EXPECT_EQ(second.Take(), Lines{"info 2"});
 }
 
-TEST_F(SimulatedNetworkTest, AHaltedPeerFindsTheNewestOfEachAndLosesTheOthersForAMoment) {
+TEST_F(SimulatedNetworkTest, ResumedPeerGetsTheNewestSamplesAndBrieflyLosesOthers) {
   Beat(1);
   Run(100);
   second.Take();
@@ -160,7 +160,7 @@ TEST_F(SimulatedNetworkTest, AHaltedPeerFindsTheNewestOfEachAndLosesTheOthersFor
   EXPECT_EQ(second.Take(), expected);
 }
 
-TEST_F(SimulatedNetworkTest, ALossOfReliableDataIsADelayAndKeepsTheOrder) {
+TEST_F(SimulatedNetworkTest, LossOfReliableDataDelaysInOrder) {
   network.link(1, 2).Switch({.loss = 0.5});
   for (std::uint32_t beat = 1; beat <= 50; ++beat) Beat(beat);
   Run(5000);
@@ -177,7 +177,7 @@ TEST_F(SimulatedNetworkTest, ArrivalsAreStampedWithTheReceiversClock) {
   EXPECT_EQ(second.arrivals_ns[0], 5'000'000'000 + t + t / 10'000);
 }
 
-TEST_F(SimulatedNetworkTest, ViewersHearViewsOnlyAndActivePeersNone) {
+TEST_F(SimulatedNetworkTest, ViewersReceiveOnlyViewsAndActivePeersNone) {
   Notes viewer;
   const auto three = network.Join(3, Role::kViewer, viewer);
   ObjectState state;

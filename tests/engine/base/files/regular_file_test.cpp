@@ -19,7 +19,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-TEST(RegularFile, GivesTheBytesOfAFile) {
+TEST(RegularFile, ReadsTheBytesOfAFile) {
   const ScratchFolder scratch;
   const std::string bytes = std::string("a\0b\n", 4) + std::string(200'000, 'x');
   const Result<std::string> read = ReadWholeFile(scratch.Write("file", bytes), 1 << 20);
@@ -28,7 +28,7 @@ TEST(RegularFile, GivesTheBytesOfAFile) {
 }
 
 // A pipe without a writer would block whoever opens it, and a device would never end.
-TEST(RegularFile, OpensNothingElse) {
+TEST(RegularFile, OpensOnlyRegularFiles) {
   const ScratchFolder scratch;
   const std::filesystem::path pipe = scratch.path() / "pipe";
   ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
@@ -51,7 +51,7 @@ TEST(RegularFile, OpensNothingElse) {
             "/nowhere/at all: there is no such file");
 }
 
-TEST(RegularFile, RefusesWhatIsTooLargeBeforeItReads) {
+TEST(RegularFile, RefusesOversizedFilesBeforeReading) {
   const ScratchFolder scratch;
   const std::filesystem::path file = scratch.Write("sparse", "");
   std::filesystem::resize_file(file, std::uintmax_t{1} << 40U);
@@ -60,7 +60,7 @@ TEST(RegularFile, RefusesWhatIsTooLargeBeforeItReads) {
   EXPECT_THAT(read.error().what, HasSubstr("is larger than 64 MiB"));
 }
 
-TEST(RegularFile, GoesThroughLinesAndStopsAtOneWithoutEnd) {
+TEST(RegularFile, ReadsLinesAndStopsAtAnOverlongLine) {
   const ScratchFolder scratch;
   // each line with its end, as it stands in the file
   const auto lines_of = [&](const std::string& text) {
@@ -79,7 +79,7 @@ TEST(RegularFile, GoesThroughLinesAndStopsAtOneWithoutEnd) {
   EXPECT_EQ(lines_of("a\n" + std::string(100'001, 'x') + "\nb\n"), std::pair(Lines({"a$"}), true));
 }
 
-TEST(PlainText, HasNeitherControlsNorMarksThatTurnIt) {
+TEST(PlainText, HasNoControlOrDirectionCharacters) {
   EXPECT_TRUE(IsPlainText("K\xc3\xb6nig \xe4\xb8\xad\xe6\x96\x87 \xf0\x9f\x94\xa9"));
   for (const char* bad : {"\x1b[31m", "a\nb", "\x7f", "\xc2\x9b", "\xe2\x80\xae", "\xff", "\xc3",
                           "\xed\xa0\x80", "\xc0\xaf", "\xf4\x90\x80\x80", "\xe2\x81\xa6"}) {

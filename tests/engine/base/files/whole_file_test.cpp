@@ -45,7 +45,7 @@ class FullAfter {
   rlimit before_{};
 };
 
-TEST(WholeFile, IsThereWhenItIsWhole) {
+TEST(WholeFile, AppearsOnlyWhenComplete) {
   const ScratchFolder scratch;
   const fs::path file = scratch.Write("out", "before");
   {
@@ -58,7 +58,7 @@ TEST(WholeFile, IsThereWhenItIsWhole) {
   EXPECT_EQ(FilesIn(scratch.path()), 1);
 }
 
-TEST(WholeFile, LeavesWhatWasThereWhereTheDiskIsFull) {
+TEST(WholeFile, FullDiskKeepsTheOldFile) {
   const ScratchFolder scratch;
   const fs::path file = scratch.Write("out", "before");
   const FullAfter full(100'000);
@@ -69,7 +69,7 @@ TEST(WholeFile, LeavesWhatWasThereWhereTheDiskIsFull) {
   EXPECT_EQ(FilesIn(scratch.path()), 1);
 }
 
-TEST(WholeFile, LeavesNothingWhenItIsGivenUp) {
+TEST(WholeFile, AbandonedFileLeavesNothing) {
   const ScratchFolder scratch;
   { static_cast<void>(WholeFile::Create(scratch.path() / "out")->Write("half")); }
   EXPECT_EQ(FilesIn(scratch.path()), 0);
@@ -83,7 +83,7 @@ pid_t GoneProcess() {
   return pid;
 }
 
-TEST(WholeFile, RemovesWhatAKilledProgramLeftOfTheSameFile) {
+TEST(WholeFile, RemovesRemaindersOfAKilledProgram) {
   const ScratchFolder scratch;
   const fs::path file = scratch.path() / "out";
   const pid_t killed = fork();
@@ -101,7 +101,7 @@ TEST(WholeFile, RemovesWhatAKilledProgramLeftOfTheSameFile) {
   EXPECT_EQ(TextOf(file), "whole");
 }
 
-TEST(WholeFile, LeavesWhatIsStillWrittenAndWhatIsNoRemainder) {
+TEST(WholeFile, CleanupSparesFilesInUseAndForeignFiles) {
   const ScratchFolder scratch;
   const fs::path file = scratch.path() / "out";
   WholeFile here = *WholeFile::Create(file);
@@ -122,7 +122,7 @@ TEST(WholeFile, LeavesWhatIsStillWrittenAndWhatIsNoRemainder) {
   EXPECT_EQ(FilesIn(scratch.path()), 7);
 }
 
-TEST(WholeFile, WritesThroughALinkAndIntoADevice) {
+TEST(WholeFile, WritesThroughSymbolicLinksAndIntoDevices) {
   const ScratchFolder scratch;
   const fs::path file = scratch.Write("out", "before");
   fs::create_symlink(file, scratch.path() / "link");
@@ -135,7 +135,7 @@ TEST(WholeFile, WritesThroughALinkAndIntoADevice) {
   EXPECT_THAT(WriteWholeFile("/nowhere/out", "x")->what, HasSubstr("No such file"));
 }
 
-TEST(WholeFile, KeepsTheRightsOfWhatItReplaces) {
+TEST(WholeFile, KeepsThePermissionsOfTheReplacedFile) {
   const ScratchFolder scratch;
   const fs::path file = scratch.Write("out", "before");
   chmod(file.c_str(), 0600);

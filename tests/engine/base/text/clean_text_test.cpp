@@ -16,25 +16,25 @@ TEST(CleanText, LeavesTextOfAnyScriptAsItIs) {
   }
 }
 
-TEST(CleanText, ControlsAndMarksOfDirectionBecomeQuestionMarks) {
+TEST(CleanText, ControlAndDirectionCharactersBecomeQuestionMarks) {
   EXPECT_EQ(CleanText("a\nb\x1b[31mc\x7f"), "a?b?[31mc?");
   EXPECT_EQ(CleanText("a\u009bb\u0085"), "a?b?");           // C1: a terminal may take it for ESC [
   EXPECT_EQ(CleanText("a\u202eb\u2066c\u200f"), "a?b?c?");  // bidi: shows another name
   EXPECT_EQ(CleanText("a\u2028b"), "a?b");
 }
 
-TEST(CleanText, WhatIsNoUtf8BecomesQuestionMarks) {
+TEST(CleanText, InvalidUtf8BecomesQuestionMarks) {
   EXPECT_EQ(CleanText("b\xff"
                       "d"),
             "b?d");
-  EXPECT_EQ(CleanText("\xc3"), "?");                  // cut off
-  EXPECT_EQ(CleanText("\xc0\xaf"), "??");             // overlong '/'
-  EXPECT_EQ(CleanText("\xed\xa0\x80"), "???");        // half of a UTF-16 pair
-  EXPECT_EQ(CleanText("\xf4\x90\x80\x80"), "????");   // beyond U+10FFFF
+  EXPECT_EQ(CleanText("\xc3"), "?");                   // cut off
+  EXPECT_EQ(CleanText("\xc0\xaf"), "??");              // overlong '/'
+  EXPECT_EQ(CleanText("\xed\xa0\x80"), "???");         // half of a UTF-16 pair
+  EXPECT_EQ(CleanText("\xf4\x90\x80\x80"), "????");    // beyond U+10FFFF
   EXPECT_EQ(CleanText("\xf0\x80\x80\xafx"), "????x");  // overlong
 }
 
-TEST(CleanText, WhateverComesCanBeJsonAndIsCleanAlready) {
+TEST(CleanText, OutputIsValidJsonTextAndStable) {
   std::mt19937 random(7);
   for (int i = 0; i < 100'000; ++i) {
     std::string text(random() % 12, ' ');
@@ -46,7 +46,7 @@ TEST(CleanText, WhateverComesCanBeJsonAndIsCleanAlready) {
   }
 }
 
-TEST(JsonText, NeverThrowsAtAString) {
+TEST(JsonText, NeverThrowsOnAString) {
   const nlohmann::json json{{"name", "b\xff"}};
   ASSERT_THROW(json.dump(), nlohmann::json::type_error);
   EXPECT_EQ(JsonText(json), "{\"name\":\"b\uFFFD\"}");

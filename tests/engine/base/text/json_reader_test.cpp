@@ -5,7 +5,7 @@
 namespace tandem {
 namespace {
 
-TEST(JsonFile, OfATextNamesTheFaultByTheGivenName) {
+TEST(JsonFile, ParseErrorsUseTheGivenName) {
   const Result<JsonFile> broken = JsonFile::Parse("{\"a\": 1,,}", "cell 3");
   ASSERT_FALSE(broken);
   EXPECT_EQ(broken.error().what.rfind("cell 3: line 1, column 9", 0), 0U) << broken.error().what;
@@ -21,7 +21,7 @@ TEST(JsonFile, OfATextNamesTheFaultByTheGivenName) {
   EXPECT_EQ(wrong->fault()->what, "cell 5: a[1]: expected a number, got \"x\"");
 }
 
-TEST(JsonNode, GivesBackWhatItHoldsOnOneLineWithItsKeysInOrder) {
+TEST(JsonNode, PrintsOnOneLineWithKeysInOrder) {
   const Result<JsonFile> file =
       JsonFile::Parse("{\"z\": [1, 0.5,\n true], \"a\": {\"y\": null, \"b\": \"c\"}}", "text");
   ASSERT_TRUE(file);
@@ -36,7 +36,7 @@ TEST(JsonNode, GivesBackWhatItHoldsOnOneLineWithItsKeysInOrder) {
 
 // A parser that goes down with each bracket needs stack for it, and so does the code that frees the
 // value.
-TEST(JsonFile, RefusesWhatIsDeeperThanAnyFileOfOurs) {
+TEST(JsonFile, RefusesDeepNesting) {
   EXPECT_TRUE(JsonFile::Parse(std::string(60, '[') + std::string(60, ']'), "deep.json"));
   for (const char open : {'[', '{'}) {
     const auto deep = JsonFile::Parse("\n" + std::string(150'000, open), "deep.json");
@@ -49,7 +49,7 @@ TEST(JsonFile, RefusesWhatIsDeeperThanAnyFileOfOurs) {
   EXPECT_TRUE(JsonFile::Parse("[\"" + std::string(100, '[') + "\"]", "text.json"));
 }
 
-TEST(JsonFile, RefusesMoreValuesThanMemoryIsFor) {
+TEST(JsonFile, RefusesTooManyValues) {
   std::string many = "[0";
   for (int i = 0; i < 2'000'001; ++i) many += ",0";
   const auto file = JsonFile::Parse(many + "]", "many.json");
@@ -58,7 +58,7 @@ TEST(JsonFile, RefusesMoreValuesThanMemoryIsFor) {
             "many.json: line 1: more than 2000000 values: this is no file of Tandem's");
 }
 
-TEST(JsonFile, ToldTextIsOnePlainLine) {
+TEST(JsonFile, MessageIsOnePlainLine) {
   const auto file = JsonFile::Parse(R"({"na\u001b[31m\nme": 1})", "red.json");
   ASSERT_TRUE(file);
   file->root().AllowKeys({"name"});

@@ -5,7 +5,7 @@
 namespace tandem {
 namespace {
 
-TEST(Markup, StandsForTextInElementsAndAttributes) {
+TEST(Markup, EscapesElementsAndAttributes) {
   EXPECT_EQ(EscapedMarkup("<b a=\"1\" c='2'>&"), "&lt;b a=&quot;1&quot; c=&#39;2&#39;&gt;&amp;");
 }
 

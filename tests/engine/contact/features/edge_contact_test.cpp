@@ -42,7 +42,7 @@ double DepthByTrying(const Wedges& wedges) {
   return std::max(0.0, kRefinedClearance - gap);
 }
 
-TEST(EdgeContact, EdgesSideBySidePushAsFarAsTwoWedgesAreApart) {
+TEST(EdgeContact, ParallelEdgesPushByTheDistanceOfTheirWedges) {
   std::mt19937_64 random(1);
   int pushing = 0;
   for (int trial = 0; trial < 3000; ++trial) {
@@ -63,7 +63,7 @@ TEST(EdgeContact, EdgesSideBySidePushAsFarAsTwoWedgesAreApart) {
   EXPECT_GT(pushing, 1000);
 }
 
-TEST(EdgeContact, APushSideBySideIsGoneWhereItsPieceMayLeaveTheWindow) {
+TEST(EdgeContact, ParallelEdgePushVanishesAtTheWindowsBorder) {
   // two roofs of 0.3 rad each side, one moved aside: the gap is along the end of an arc
   constexpr double kHalf = 0.3;
   const OtherEdge ridge = RidgeAlongZ(kHalf);
@@ -82,7 +82,7 @@ TEST(EdgeContact, APushSideBySideIsGoneWhereItsPieceMayLeaveTheWindow) {
   }
 }
 
-TEST(EdgeContact, APushFadesOutBetweenArcsThatAreApart) {
+TEST(EdgeContact, PushFadesOutBetweenSeparatedArcs) {
   // a narrow wedge over a narrow one, turned away by more than both arcs
   constexpr double kHalf = 0.3;
   const OtherEdge ridge = RidgeAlongZ(kHalf);

@@ -101,7 +101,7 @@ class TwoBoxes {
   BodySurface shell_;
 };
 
-TEST(EdgeParts, NoneThatPushesHasAGapNorHasComeFartherThanItsGap) {
+TEST(EdgeParts, PushingPartsAreWithinTheirGap) {
   const TwoBoxes boxes;
   std::mt19937_64 random(6);
   int pushing = 0;
@@ -137,7 +137,7 @@ TEST(EdgeParts, NoneThatPushesHasAGapNorHasComeFartherThanItsGap) {
   EXPECT_GT(apart, 500);
 }
 
-TEST(EdgeParts, AreToldApartFromAFaceAlongThem) {
+TEST(EdgeParts, AreDistinguishedFromAdjacentFaces) {
   const TwoBoxes boxes;
   // the middle of each part is 0.7 voxel above a face, and so are its ends
   const Pose X_VF = boxes.Placed(Quat::Identity(), {0, 0, 6 + 7 + 0.7});

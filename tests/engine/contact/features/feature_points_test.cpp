@@ -49,7 +49,7 @@ TriangleMesh Prism(const std::vector<Vec3>& outline) {
   return mesh;
 }
 
-TEST(FeaturePoints, OfABoxAreItsCornersAndItsEdgesInPartsOfAtMostAVoxel) {
+TEST(FeaturePoints, BoxHasItsCornersAndEdgesSampledPerVoxel) {
   const std::vector<FeaturePoint> points = PointsOf(Box(kS * Vec3(10.5, 6, 4)));
   const auto corners = std::count_if(points.begin(), points.end(), [](const FeaturePoint& p) {
     return !p.is_edge();
@@ -72,7 +72,7 @@ TEST(FeaturePoints, OfABoxAreItsCornersAndItsEdgesInPartsOfAtMostAVoxel) {
   EXPECT_EQ(ends, 24);
 }
 
-TEST(FeaturePoints, ANotchAndTheCornersWhereOnlyNotchesEndTellNothing) {
+TEST(FeaturePoints, NotchesHaveNoFeaturePoints) {
   // an L: six corners, of which the inner one's edge along z is concave
   const TriangleMesh mesh =
       Prism({{0, 4, 0}, {0, 12, 0}, {-4, 12, 0}, {-4, 0, 0}, {4, 0, 0}, {4, 4, 0}});
@@ -86,7 +86,7 @@ TEST(FeaturePoints, ANotchAndTheCornersWhereOnlyNotchesEndTellNothing) {
   EXPECT_NEAR(LengthOf(points), bases + 5 * 10, 1e-6);
 }
 
-TEST(FeaturePoints, FlatSubdivisionsTellNothing) {
+TEST(FeaturePoints, FlatSubdivisionsHaveNoFeaturePoints) {
   TriangleMesh mesh = Box(kS * Vec3(8, 8, 8));
   // every face is cut into four times as many triangles, twice
   for (int times = 0; times < 2; ++times) {
@@ -119,7 +119,7 @@ TEST(FeaturePoints, FlatSubdivisionsTellNothing) {
   EXPECT_NEAR(LengthOf(points), 12 * 8, 1e-6);
 }
 
-TEST(FeaturePoints, ABallHasNoneFartherApartThanItsFacetsAllow) {
+TEST(FeaturePoints, SpacingOnABallFollowsItsFacets) {
   // polygons of a quarter voxel either side span at most 2 sqrt(2 r 0.5) of a ball of radius r
   constexpr double kBall = 12;
   const std::vector<FeaturePoint> points = PointsOf(Sphere(kBall * kS, 4));
@@ -157,7 +157,7 @@ double MostStandingOut(const TriangleMesh& mesh_W) {
 
 // The polygons of features are flat to within a quarter of a voxel either side. A ball's vertices
 // within them could stand out by 0.15 voxel, and force would begin so much late.
-TEST(FeaturePoints, NoConvexSurfaceStandsOutFromThemByATwentiethOfAVoxel) {
+TEST(FeaturePoints, ConvexSurfacesStayWithinATwentiethOfAVoxel) {
   EXPECT_LT(MostStandingOut(Sphere(4 * kS, 3)), 0.05);
   EXPECT_LT(MostStandingOut(Sphere(10 * kS, 4)), 0.05);
   EXPECT_LT(MostStandingOut(Sphere(35 * kS, 5)), 0.05);

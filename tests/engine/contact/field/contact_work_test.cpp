@@ -54,7 +54,7 @@ double ShareOfWork(Refined& met, const Pose& X_WB, const Vec3& along, const Vec3
   return std::abs(work) / (kPressed * 4 * kLong);
 }
 
-TEST(ContactWork, RoundALoopInAFacetedCupIsNearlyNone) {
+TEST(ContactWork, ClosedLoopInAFacetedCupDoesAlmostNoWork) {
   Refined met(HollowBlock(26 * kS, 9 * kS), Sphere(8 * kS, 3), Quat::Identity());
   std::mt19937_64 random(5);
   double worst = 0;

@@ -60,7 +60,7 @@ TEST(FieldPair, GivesEqualAndOppositeForces) {
   EXPECT_GT(pushing, 50);
 }
 
-TEST(FieldPair, TheFeaturesOfBothBodiesMeetTheOthersSurface) {
+TEST(FieldPair, FeaturesOfBothBodiesAreTested) {
   // a large face over a small box: only the box below has features there
   Refined met(Box(kS * Vec3(6, 6, 6)), Box(kS * Vec3(40, 40, 10)), Quat::Identity());
   EXPECT_EQ(met.ForceAt({Quat::Identity(), kS * Vec3(0, 0, 8.5)}), Vec3(Vec3::Zero()));
@@ -69,7 +69,7 @@ TEST(FieldPair, TheFeaturesOfBothBodiesMeetTheOthersSurface) {
   EXPECT_LT(force.head<2>().norm(), 1e-3 * force.z());
 }
 
-TEST(FieldPair, FindsInEveryFrameWhatALookAtAllPointsFinds) {
+TEST(FieldPair, FindsTheContactsOfAnExhaustiveSearch) {
   std::mt19937_64 random(4);
   const TriangleMesh body = Sphere(10 * kS, 3);
   const TriangleMesh wall = Box(kS * Vec3(60, 60, 20));
@@ -113,7 +113,7 @@ TEST(FieldPair, FindsInEveryFrameWhatALookAtAllPointsFinds) {
 
 // The pair knows for some frames which edges may cross, and must not go by that once it is no
 // longer true.
-TEST(FieldPair, MeetsInEveryFrameTheEdgesThatALookAtAllOfThemMeets) {
+TEST(FieldPair, FindsTheEdgePairsOfAnExhaustiveSearch) {
   std::mt19937_64 random(14);
   const TriangleMesh body = Box(kS * Vec3(16, 12, 10));
   const TriangleMesh block = Box(kS * Vec3(30, 24, 20));
@@ -163,7 +163,7 @@ TEST(FieldPair, MeetsInEveryFrameTheEdgesThatALookAtAllOfThemMeets) {
 }
 
 // A block that comes due only because the calendar ends must not hold a body back.
-TEST(FieldPair, ABodyThatFallsIsNotSlowedBeforeItIsNearAnything) {
+TEST(FieldPair, FallingBodyIsNotSlowedInFreeSpace) {
   Refined met(Box(kS * Vec3(60, 60, 20)), Sphere(10 * kS, 3), Quat::Identity());
   double height = 2000;  // voxels, of the sphere over the box
   double speed = 0.2;    // voxels a frame
@@ -175,7 +175,7 @@ TEST(FieldPair, ABodyThatFallsIsNotSlowedBeforeItIsNearAnything) {
   }
 }
 
-TEST(FieldPair, TravelIsPricedByWhatBlocksThatCameDueDidCost) {
+TEST(FieldPair, TravelCostIsThatOfDueBlocks) {
   std::mt19937_64 random(8);
   Refined met(Box(kS * Vec3(60, 60, 20)), Sphere(10 * kS, 3), RandomRotation(random));
   // eight voxels above the wall, blocks come due again and again, and few are near enough to be
@@ -198,7 +198,7 @@ TEST(FieldPair, TravelIsPricedByWhatBlocksThatCameDueDidCost) {
 }
 
 // Two edges side by side meet as wedges, whose faces have no ends. This face ends at once.
-TEST(FieldPair, AFacePushesNoFartherThanItGoes) {
+TEST(FieldPair, FacePushesOnlyWithinItsBorder) {
   // a block with a chamfer of 0.57 voxels between its top, at y = 0, and its side
   const TriangleMesh block =
       Raised({{-12, -10}, {0.4, -10}, {0.4, -0.4}, {0, 0}, {-12, 0}}, 24, kS);
@@ -217,7 +217,7 @@ TEST(FieldPair, AFacePushesNoFartherThanItGoes) {
   }
 }
 
-TEST(FieldPair, StiffnessGrowsFromNothingAsDepthDoes) {
+TEST(FieldPair, StiffnessGrowsFromZeroWithDepth) {
   // at once, the step of a body that slides along would be held by all that it is about to touch
   Refined met(Box(kS * Vec3(40, 40, 6)), Box(kS * Vec3(12, 12, 12)), Quat::Identity());
   double before = 0;
@@ -233,7 +233,7 @@ TEST(FieldPair, StiffnessGrowsFromNothingAsDepthDoes) {
   EXPECT_LT(largest_step, before / 50);
 }
 
-TEST(FieldPair, AnInwardShiftMovesWhereForceBegins) {
+TEST(FieldPair, InwardShiftMovesTheForceOnset) {
   // half a voxel: a twentieth of a voxel inside the surface, and no deeper push comes first
   Refined met(Box(kS * Vec3(40, 40, 6)), Box(kS * Vec3(12, 12, 12)), Quat::Identity(), 1,
               {.inward_shift = 0.5});
@@ -259,7 +259,7 @@ Refined InSlot(double play) {
   return Refined(slot, Box(kS * Vec3(16 - play, 12, 12)), Quat::Identity());
 }
 
-TEST(FieldPair, InATightFitOppositeSidesHaveNextToNothingInCommon) {
+TEST(FieldPair, OppositeSidesOfATightFitAreNearlyDisjoint) {
   Refined met = InSlot(0.3);
   for (int frame = 0; frame < 50; ++frame) {
     EXPECT_LT(met.ForceAt({Quat::Identity(), Vec3::Zero()}).norm(), 1e-5);  // rounding
@@ -279,7 +279,7 @@ TEST(FieldPair, InATightFitOppositeSidesHaveNextToNothingInCommon) {
 
 // Past its middle the far side of a thin wall is nearer. It must not push on a corner that has come
 // so far.
-TEST(FieldPair, ACornerInAThinWallIsPushedBackToWhereItCameFrom) {
+TEST(FieldPair, CornerInAThinWallIsPushedBackOut) {
   std::mt19937_64 random(9);
   const TriangleMesh body = Box(kS * Vec3(24, 18, 14));
   for (int attitude = 0; attitude < 30; ++attitude) {
@@ -300,7 +300,7 @@ TEST(FieldPair, ACornerInAThinWallIsPushedBackToWhereItCameFrom) {
 
 // Contacts that bear a load in a tight fit are hardly deeper than those on the far side. If they
 // lost their force for a frame, a light body would fall across its play.
-TEST(FieldPair, InATightFitALoadIsBorneInEveryFrame) {
+TEST(FieldPair, TightFitCarriesALoadInEveryFrame) {
   Refined met = InSlot(0.82);
   std::vector<double> forces;
   for (int frame = 0; frame < 100; ++frame) {
@@ -314,7 +314,7 @@ TEST(FieldPair, InATightFitALoadIsBorneInEveryFrame) {
   EXPECT_LT(*most - *least, 0.01 * *most);
 }
 
-TEST(FieldPair, InATightFitAWiderClearancePressesNobodyFromBothSides) {
+TEST(FieldPair, WideClearanceInATightFitDoesNotSqueeze) {
   Refined met = InSlot(0.3);
   for (int frame = 0; frame < 100; ++frame) {
     // from half of the frames on as fast as a hand may ask for it

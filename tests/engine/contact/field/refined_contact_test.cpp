@@ -193,7 +193,7 @@ TEST(RefinedContact, TwoCrossingEdgesMakeOneContactAlongTheirCommonNormal) {
 // Two square bars on their edges, crossing near an end of each, where voxels hold the corner and
 // parts of three edges. Half a voxel from both corners and farther the contact is that of mid-edge;
 // nearer it may be softer.
-TEST(RefinedContact, CrossingEdgesMeetNearTheirCornersToo) {
+TEST(RefinedContact, CrossingEdgesMakeContactNearTheirCorners) {
   std::mt19937_64 random(16);
   for (int trial = 0; trial < 60; ++trial) {
     const Quat q = RandomRotation(random);
@@ -215,7 +215,7 @@ TEST(RefinedContact, CrossingEdgesMeetNearTheirCornersToo) {
 
 // Two cubes lie on one another, turned about the upright. No corner of one is over the other, so
 // their edges bear them alone, eight of which cross.
-TEST(RefinedContact, FacesThatAreTurnedOnOneAnotherLieOnTheirEdges) {
+TEST(RefinedContact, RotatedFacesAreSupportedByTheirEdges) {
   std::mt19937_64 random(17);
   for (int trial = 0; trial < 6; ++trial) {
     const Quat q = RandomRotation(random);
@@ -238,7 +238,7 @@ TEST(RefinedContact, FacesThatAreTurnedOnOneAnotherLieOnTheirEdges) {
 
 // The number of parts of an edge changes little of what a body's corner, edge and face press with.
 // A part counts by its length and by the depth at its middle.
-TEST(RefinedContact, FinerPartsPushAsOnesOfAVoxelDo) {
+TEST(RefinedContact, FinerPartsPushAsVoxelSizedOnes) {
   std::mt19937_64 random(32);
   int pushed = 0;
   // depths, not forces: these grow faster than the depth that two pieces of an edge share
@@ -293,7 +293,7 @@ TEST(RefinedContact, FinerPartsPushAsOnesOfAVoxelDo) {
 
 // A corner stands on a face right up to the face's edge and corner, whichever of the two bodies has
 // the points. There the face's own voxels are those of its edges.
-TEST(RefinedContact, ACornerStandsOnAFaceUpToItsEdge) {
+TEST(RefinedContact, CornerIsSupportedUpToTheFacesEdge) {
   std::mt19937_64 random(17);
   const TriangleMesh body = Box(kS * Vec3(20, 20, 20));
   const TriangleMesh slab =
@@ -333,7 +333,7 @@ TEST(RefinedContact, ACornerStandsOnAFaceUpToItsEdge) {
   }
 }
 
-TEST(RefinedContact, KeepsNoContactsOfAnEarlierFrameWhenBodiesHaveParted) {
+TEST(RefinedContact, DropsContactsOfSeparatedBodies) {
   Refined made(Plate(Quat::Identity(), Vec3::Zero()), Box(kS * Vec3(12, 12, 12)), Quat::Identity());
   EXPECT_GT(made.ForceAt({Quat::Identity(), kS * Vec3(0, 0, 6)}).z(), 0.0);
   EXPECT_FALSE(made.pair.contacts().empty());
@@ -341,7 +341,7 @@ TEST(RefinedContact, KeepsNoContactsOfAnEarlierFrameWhenBodiesHaveParted) {
   EXPECT_TRUE(made.pair.contacts().empty());
 }
 
-TEST(RefinedContact, AThinSheetPushesFromBothSides) {
+TEST(RefinedContact, ThinSheetPushesFromBothSides) {
   std::mt19937_64 random(7);
   const TriangleMesh body = Box(kS * Vec3(12, 10, 8));
   for (int trial = 0; trial < 5; ++trial) {

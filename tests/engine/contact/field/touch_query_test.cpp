@@ -62,28 +62,28 @@ void ExpectRight(Two& two, double nearest, double farthest, unsigned seed, int p
   EXPECT_GT(apart, poses / 10);
 }
 
-TEST(TouchQuery, FindsBoxesThatCrossAndNoOthers) {
+TEST(TouchQuery, FindsOnlyIntersectingBoxes) {
   Two two(Box(kS * Vec3(20, 14, 10)), Box(kS * Vec3(9, 7, 16)));
   ExpectRight(two, 6, 22, 1);
 }
 
 // Nothing of the plate lies in the rod, and the rod's ends are out of the plate: its edges go
 // through.
-TEST(TouchQuery, FindsARodThroughAPlateThatIsThinnerThanAVoxel) {
+TEST(TouchQuery, FindsARodThroughAPlateThinnerThanAVoxel) {
   Two two(Box(kS * Vec3(50, 50, 0.3)), Box(kS * Vec3(3, 3, 40)));
   EXPECT_TRUE(two.query.Find({}, {Quat::Identity(), kS * Vec3(1.2, 0.7, 0.4)}));
   EXPECT_FALSE(two.query.Find({}, {Quat::Identity(), kS * Vec3(0, 0, 20.4)}));
   ExpectRight(two, 0, 40, 2);
 }
 
-TEST(TouchQuery, FindsABallThatLeavesItsHollowByAHair) {
+TEST(TouchQuery, FindsABallThatBarelyLeavesItsHollow) {
   Two two(HollowBlock(30 * kS, 10 * kS), Sphere(9 * kS, 3));
   EXPECT_FALSE(two.query.Find({}, {}));
   ExpectRight(two, 0.3, 1.6, 3, 100);
 }
 
 // The place was found once; moved on, it is still in the other.
-TEST(TouchQuery, APlaceThatGoesOnTouchingIsToldAgain) {
+TEST(TouchQuery, LastingTouchIsReportedAgain) {
   Two two(Box(kS * Vec3(20, 20, 20)), Box(kS * Vec3(8, 8, 8)));
   const auto first = two.query.Find({}, {Quat::Identity(), kS * Vec3(0, 0, 12)});
   ASSERT_TRUE(first);

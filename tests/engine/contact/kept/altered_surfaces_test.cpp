@@ -23,7 +23,7 @@ namespace {
 
 using testing::SurfaceFile;
 
-TEST_F(SurfaceFile, IsRefusedWithAnyFieldOfItsHeaderAltered) {
+TEST_F(SurfaceFile, AnyAlteredHeaderFieldIsRefused) {
   const Bytes whole = SavedBytes(box_);
   const std::string damaged = "a damaged surface; voxelize its mesh again";
   const auto with = [&whole](std::size_t at) {
@@ -51,7 +51,7 @@ TEST_F(SurfaceFile, IsRefusedWithAnyFieldOfItsHeaderAltered) {
   }
 }
 
-TEST_F(SurfaceFile, IsRefusedWithAnyBitFlipped) {
+TEST_F(SurfaceFile, AnyFlippedBitIsRefused) {
   const Bytes whole = SavedBytes(box_);
   std::mt19937_64 random(1);
   for (int i = 0; i < 1000; ++i) {
@@ -88,7 +88,7 @@ class GuardedBytes {
   std::byte* begin_ = nullptr;
 };
 
-TEST_F(SurfaceFile, NoReadingLeavesABlockThatIsTaken) {
+TEST_F(SurfaceFile, ReadersNeverLeaveAllocatedBlocks) {
   const BodySurface made = Made(box_);
   std::mt19937_64 random(3);
   int taken = 0;
@@ -117,7 +117,7 @@ TEST_F(SurfaceFile, NoReadingLeavesABlockThatIsTaken) {
 }
 
 // A sound sum says nothing: anybody who alters a file can work it out.
-TEST_F(SurfaceFile, WithASoundSumButAlteredIsRefusedOrHarmless) {
+TEST_F(SurfaceFile, AlterationWithAValidChecksumIsRefusedOrHarmless) {
   const Bytes whole = SavedBytes(box_);
   std::mt19937_64 random(2);
   int taken = 0;
@@ -135,7 +135,7 @@ TEST_F(SurfaceFile, WithASoundSumButAlteredIsRefusedOrHarmless) {
   EXPECT_GT(taken, 20);
 }
 
-TEST_F(SurfaceFile, IsRefusedWhereItsCountsAreNotItsOwn) {
+TEST_F(SurfaceFile, InconsistentCountsAreRefused) {
   const Bytes whole = SavedBytes(box_);
   const std::size_t features =
       (128 + Get<std::uint64_t>(whole, offsetof(BlockFileHeader, block_bytes)) + 63) / 64 * 64;
@@ -157,7 +157,7 @@ TEST_F(SurfaceFile, IsRefusedWhereItsCountsAreNotItsOwn) {
   }
 }
 
-TEST_F(SurfaceFile, IsRefusedWhereNumbersPointOutside) {
+TEST_F(SurfaceFile, IndicesOutOfRangeAreRefused) {
   const Bytes whole = SavedBytes(box_);
   const auto field = Get<FieldHeader>(whole, 128);
   const auto line = [](std::size_t at) {

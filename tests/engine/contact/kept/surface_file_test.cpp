@@ -77,7 +77,7 @@ TEST_F(SurfaceFile, HasTheSameBytesForAnyNumberOfThreads) {
   }
 }
 
-TEST_F(SurfaceFile, IsRefusedWhereItEndsTooEarlyOrTooLate) {
+TEST_F(SurfaceFile, WrongLengthIsRefused) {
   const Bytes whole = SavedBytes(box_);
   ASSERT_EQ(FaultOf(whole), "");
   EXPECT_EQ(FaultOf({}), "empty");
@@ -99,7 +99,7 @@ TEST_F(SurfaceFile, IsRefusedWhereItEndsTooEarlyOrTooLate) {
   EXPECT_NE(FaultOf(Signed(longer)), "");
 }
 
-TEST_F(SurfaceFile, OfAnOlderVersionSaysThatItShallBeMadeAgain) {
+TEST_F(SurfaceFile, OlderVersionMustBeRebuilt) {
   Bytes older = SavedBytes(box_);
   Set(older, offsetof(BlockFileHeader, version), kSurfaceFile.version - 1);
   EXPECT_EQ(FaultOf(Signed(older)),
@@ -107,7 +107,7 @@ TEST_F(SurfaceFile, OfAnOlderVersionSaysThatItShallBeMadeAgain) {
                 std::to_string(kSurfaceFile.version) + "; voxelize its mesh again");
 }
 
-TEST_F(SurfaceFile, OfAnotherMeshOrWithOtherOptionsIsRefused) {
+TEST_F(SurfaceFile, FileOfAnotherMeshOrOptionsIsRefused) {
   const std::filesystem::path file = Saved(box_);
   ASSERT_TRUE(MapSurface(file, box_, Pose{}, kOptions));
   TriangleMesh moved = box_;
@@ -126,7 +126,7 @@ TEST_F(SurfaceFile, OfAnotherMeshOrWithOtherOptionsIsRefused) {
   }
 }
 
-TEST_F(SurfaceFile, TakesThePlaceOfNothingThatIsNoFile) {
+TEST_F(SurfaceFile, ReplacesOnlyRegularFiles) {
   const std::filesystem::path pipe = folder_.path() / "pipe";
   ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
   const std::optional<Error> fault = SaveSurface(Made(box_), box_, kOptions, pipe);

@@ -71,7 +71,7 @@ class VoxelCacheTest : public ::testing::Test {
   TriangleMesh ball_ = Sphere(24 * kBallVoxel, 4);
 };
 
-TEST_F(VoxelCacheTest, MapsTheNextTimeWhatWasMadeOnce) {
+TEST_F(VoxelCacheTest, ReusesAnEarlierResult) {
   EXPECT_FALSE(IsMapped(ball_));
   const Result<BodySurface> made = cache_.SurfaceOf(ball_, Pose{}, kOptions);
   ASSERT_TRUE(made);
@@ -85,7 +85,7 @@ TEST_F(VoxelCacheTest, MapsTheNextTimeWhatWasMadeOnce) {
   EXPECT_EQ(fs::status(cache_.folder()).permissions(), fs::perms::owner_all);
 }
 
-TEST_F(VoxelCacheTest, AnotherMeshOrOtherSettingsAreAnotherFile) {
+TEST_F(VoxelCacheTest, MeshAndSettingsDetermineTheFile) {
   Make(ball_);
   EXPECT_FALSE(IsMapped(Sphere(24.01 * kBallVoxel, 4)));
   SurfaceOptions finer = OnlyMapped();
@@ -93,7 +93,7 @@ TEST_F(VoxelCacheTest, AnotherMeshOrOtherSettingsAreAnotherFile) {
   EXPECT_FALSE(cache_.SurfaceOf(ball_, Pose{}, finer));
 }
 
-TEST_F(VoxelCacheTest, WhatIsDamagedOrCutShortIsMadeAnew) {
+TEST_F(VoxelCacheTest, DamagedFilesAreRebuilt) {
   Make(ball_);
   const fs::path file = cache_.Files().at(0).file;
   const std::string whole = TextOf(file);
@@ -107,7 +107,7 @@ TEST_F(VoxelCacheTest, WhatIsDamagedOrCutShortIsMadeAnew) {
   }
 }
 
-TEST_F(VoxelCacheTest, WhatOthersMayWriteIsNotTrusted) {
+TEST_F(VoxelCacheTest, FileWritableByOthersIsNotTrusted) {
   Make(ball_);
   const fs::path file = cache_.Files().at(0).file;
   fs::permissions(file, fs::perms::others_write, fs::perm_options::add);
@@ -121,7 +121,7 @@ TEST_F(VoxelCacheTest, WhatOthersMayWriteIsNotTrusted) {
   EXPECT_TRUE(IsMapped(ball_));
 }
 
-TEST_F(VoxelCacheTest, AFolderThatOthersMayWriteToIsNotUsed) {
+TEST_F(VoxelCacheTest, FolderWritableByOthersIsNotUsed) {
   Make(ball_);
   fs::permissions(cache_.folder(), fs::perms::group_write, fs::perm_options::add);
   EXPECT_FALSE(IsMapped(ball_));
@@ -131,12 +131,12 @@ TEST_F(VoxelCacheTest, AFolderThatOthersMayWriteToIsNotUsed) {
   EXPECT_FALSE(fs::exists(file));
 }
 
-TEST_F(VoxelCacheTest, WhatIsSoonMadeIsNotKept) {
+TEST_F(VoxelCacheTest, QuickResultsAreNotCached) {
   Make(testing::Box(kBallVoxel * Vec3(6, 4, 3)));
   EXPECT_TRUE(cache_.Files().empty());
 }
 
-TEST_F(VoxelCacheTest, WhatWasUnusedForLongestGoesFirst) {
+TEST_F(VoxelCacheTest, LeastRecentlyUsedFileIsEvictedFirst) {
   std::vector<TriangleMesh> balls;
   for (int i = 0; i < 3; ++i) balls.push_back(Sphere((24 + i) * kBallVoxel, 4));
   Make(balls[0]);
@@ -154,14 +154,14 @@ TEST_F(VoxelCacheTest, WhatWasUnusedForLongestGoesFirst) {
   EXPECT_TRUE(IsMapped(balls[2]));
 }
 
-TEST_F(VoxelCacheTest, WithoutAFolderSurfacesAreMadeAllTheSame) {
+TEST_F(VoxelCacheTest, WorksWithoutAFolder) {
   const VoxelCache none(scratch_.Write("file", "") / "cache");
   EXPECT_TRUE(none.SurfaceOf(ball_, Pose{}, kOptions));
   EXPECT_TRUE(none.Files().empty());
   EXPECT_EQ(none.Clear(), 0U);
 }
 
-TEST_F(VoxelCacheTest, MayBeUsedByManyAtOnce) {
+TEST_F(VoxelCacheTest, SupportsConcurrentUse) {
   std::vector<std::thread> users;
   std::vector<std::uint64_t> digests(4);
   for (std::uint64_t& digest : digests) {
@@ -216,7 +216,7 @@ TEST_F(VoxelCacheTest, KeepsVoxmapsToo) {
   EXPECT_FALSE(VoxelCache::FaultOf(file));
 }
 
-TEST_F(VoxelCacheTest, GivesPagesOfTheSameFile) {
+TEST_F(VoxelCacheTest, PagesComeFromTheSameFile) {
   const VoxelizeOptions options{.voxel_size = 0.2 * kBallVoxel};
   const Result<std::shared_ptr<const PageSource>> pages = cache_.PagesOf(ball_, options);
   ASSERT_TRUE(pages) << pages.error().what;

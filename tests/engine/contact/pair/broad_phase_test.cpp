@@ -92,7 +92,7 @@ TEST(GapBetween, IsTheSameSeenFromTheOtherBody) {
   }
 }
 
-TEST(GapBetween, OfParallelBoxesIsTheirDistance) {
+TEST(GapBetween, IsTheDistanceOfParallelBoxes) {
   const Extent box{Vec3::Zero(), Vec3(1, 2, 3), std::sqrt(14.0)};
   for (const Vec3& way : {Vec3(0.5, 0, 0), Vec3(0.3, -0.4, 0), Vec3(0.1, 0.2, -0.2)}) {
     const Vec3 sign = way.array().sign().matrix();
@@ -147,7 +147,7 @@ TEST(GapBetween, IsNeverMoreThanThatOfAnyPointFromAnyMark) {
 // Two long bars wander about each other. In each frame the pair finds what a reading of every point
 // finds, with points that are moved along their normals too. Where the boxes are apart it tests
 // nothing, though the bars' balls overlap all the time.
-TEST(BroadPhase, ARejectedPairTestsNothingAndMissesNothing) {
+TEST(BroadPhase, RejectedPairTestsNothingAndMissesNoContact) {
   std::mt19937_64 random(34);
   const double s = 0.002;
   const Result<Voxmap> voxmap = Voxelize(Box(Vec3(0.3, 0.02, 0.02)), {.voxel_size = s});
@@ -183,7 +183,7 @@ TEST(BroadPhase, ARejectedPairTestsNothingAndMissesNothing) {
   EXPECT_GT(touching, 200);
 }
 
-TEST(BroadPhase, CountsHowFarPointsAreDisplaced) {
+TEST(BroadPhase, AccountsForDisplacedPoints) {
   const double s = 0.002;
   const Result<Voxmap> voxmap = Voxelize(Box(Vec3(0.1, 0.1, 0.02)), {.voxel_size = s});
   ASSERT_TRUE(voxmap);

@@ -36,7 +36,7 @@ Eigen::Matrix<double, 3, 6> PointVelocity(const Vec3& r) {
 }
 
 // By virtual work: a damper d across the normal at a point is J^T d (1 - n n^T) J.
-TEST(ContactForces, FrictionIsADamperAcrossEachNormal) {
+TEST(ContactForces, FrictionDampsTangentialMotion) {
   std::mt19937_64 random(4);
   const ForceRule rule = Rule(0.4);
   const Twist V{3.0 * Drawn(random), 0.1 * Drawn(random)};

@@ -38,7 +38,7 @@ Pose RandomPose(std::mt19937_64& random, double reach) {
   return {RandomRotation(random), reach * RandomDirection(random)};
 }
 
-TEST(ContactPair, CountsWhatBruteForceCounts) {
+TEST(ContactPair, FindsTheContactsOfBruteForce) {
   std::mt19937_64 random(1);
   const double s = 0.02;
   for (const int layer : {0, 1, 2, 6}) {
@@ -162,7 +162,7 @@ TEST(ContactPair, ItsStiffnessAndDampingAreTheDerivativesOfItsForce) {
 
 // Many points: their sum stands on the face, whatever its tilt. Small bodies are off by far more
 // (`tandem bench fidelity`).
-TEST(ContactPair, ThePlainForceOfACapStandsOnItsFace) {
+TEST(ContactPair, ForceOnAFlatCapIsNormalToItsFace) {
   std::mt19937_64 random(5);
   double angles = 0;
   double most = 0;
@@ -191,7 +191,7 @@ TEST(ContactPair, ThePlainForceOfACapStandsOnItsFace) {
 // docs/decisions/0004-contact-and-step.md: a plane at random tilts, points with the plane's exact
 // normal; height at first force in voxels. Sphere against a tilted face: the lowest point's normal
 // is nearly the plane's.
-TEST(ContactPair, FirstForceComesInTheHeightsOfItsLayer) {
+TEST(ContactPair, FirstForceOccursWithinTheForceLayer) {
   std::mt19937_64 random(4);
   const double s = 0.01;
   struct Range {
@@ -230,7 +230,7 @@ TEST(ContactPair, FirstForceComesInTheHeightsOfItsLayer) {
 
 // Sinking straight into an axis-aligned face, depth grows as the point sinks, layer after layer,
 // and inside.
-TEST(TangentPlane, DepthIsContinuousFromLayerToLayerAndNeverVanishes) {
+TEST(TangentPlane, DepthIsContinuousAcrossLayersAndNeverZero) {
   const double s = 0.001;
   const Vec3 nhat(0, 0, 1);
   double last = -1;
@@ -253,7 +253,7 @@ TEST(TangentPlane, DepthIsContinuousFromLayerToLayerAndNeverVanishes) {
 // docs/decisions/0003-exact-voxels.md: far poses read nothing at layer 0, exact surfaces that meet
 // read some point at distance
 // <= 1.
-TEST(ContactPair, FarPosesNeverTouchAndMeetingOnesAlwaysDo) {
+TEST(ContactPair, FarPosesNeverTouchAndOverlappingPosesAlwaysDo) {
   std::mt19937_64 random(6);
   const double s = 0.02;
   const double radius = 0.3;
@@ -278,7 +278,7 @@ TEST(ContactPair, FarPosesNeverTouchAndMeetingOnesAlwaysDo) {
 }
 
 // Travel is what the bodies come nearer: a body that is carried along owes no tests for it.
-TEST(ContactPair, BodiesThatMoveTogetherOweNoTests) {
+TEST(ContactPair, BodiesAtRelativeRestNeedNoTests) {
   std::mt19937_64 random(8);
   const double s = 0.01;
   Setting setting(Box(Vec3(0.5, 0.3, 0.2)), Sphere(0.12, 4), s, 1);
@@ -315,7 +315,7 @@ TEST(ContactPair, BodiesThatMoveTogetherOweNoTests) {
 // Two square bars on their edges, one across the other: the plain model reads only how far the
 // other edge is, on whichever side. It pushes them apart as they meet, and lets go once they are
 // through.
-TEST(ContactPair, CrossingEdgesPushAsTheyMeetAndLetGoBeyondTheForceLayer) {
+TEST(ContactPair, CrossingEdgesPushWithinTheForceLayerOnly) {
   std::mt19937_64 random(16);
   const double s = 0.001;
   const Quat about_x = RotationBy(Vec3(0.7853981633974483, 0, 0));
@@ -340,7 +340,7 @@ TEST(ContactPair, CrossingEdgesPushAsTheyMeetAndLetGoBeyondTheForceLayer) {
   }
 }
 
-TEST(ContactPair, ReadsNothingFromVeryFarAway) {
+TEST(ContactPair, DistantBodiesReadNoVoxels) {
   Setting setting(Box(Vec3(1.0, 0.6, 0.4)), Sphere(0.3, 2), 0.02, 2);
   for (const double distance : {10.0, 1e6, 1e30}) {
     const PoseReading reading =

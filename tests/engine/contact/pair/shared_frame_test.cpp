@@ -101,7 +101,7 @@ void SwimTogether(const Bodies& bodies, const ScheduleOptions& options, std::uin
   EXPECT_EQ(testing::UntestedPoints(bodies.blocks, bodies.voxmap, *four.schedule), 0U);
 }
 
-TEST(SharedFrame, HasTheSameBitsOnOneTwoAndFourThreads) {
+TEST(SharedFrame, IsBitIdenticalOnOneTwoAndFourThreads) {
   const Bodies bodies = FineRods();
   for (const bool drift : {true, false}) {
     for (const bool chunks : {true, false}) {
@@ -140,7 +140,7 @@ bool SameBits(const Matrix& a, const Matrix& b) {
   return std::memcmp(a.data(), b.data(), sizeof(double) * static_cast<std::size_t>(a.size())) == 0;
 }
 
-TEST(SharedFrame, PushesWithTheSameBitsOnOneTwoAndFourThreads) {
+TEST(SharedFrame, ForcesAreBitIdenticalOnOneTwoAndFourThreads) {
   const PushingBoxes boxes;
   FrameHelpers one_helper({.threads = 2, .priority = 0});
   FrameHelpers three_helpers({.threads = 4, .priority = 0});

@@ -22,7 +22,7 @@ std::multiset<std::size_t> MembersOf(DistanceQueues& queues, int queue) {
   return members;
 }
 
-TEST(DistanceQueues, AnAddressStandsInTheLastQueueThatItWasPutInOrInNone) {
+TEST(DistanceQueues, MemberIsInItsLatestQueueOnly) {
   std::mt19937_64 random(7);
   DistanceQueues queues(kAddresses);
   std::map<std::size_t, int> stands;
@@ -49,7 +49,7 @@ TEST(DistanceQueues, AnAddressStandsInTheLastQueueThatItWasPutInOrInNone) {
 }
 
 // The shares of a round are powers of two, so that their sum is exact.
-TEST(DistanceQueues, ARoundOfTheCursorPassesEachMemberOnce) {
+TEST(DistanceQueues, CursorVisitsEachMemberOncePerRound) {
   DistanceQueues queues(kAddresses);
   for (std::size_t address = 0; address < kAddresses; address += 3) queues.Put(address, 5);
   queues.Sweep(5, 0.375, [](std::size_t) {});  // a round may begin anywhere
@@ -62,7 +62,7 @@ TEST(DistanceQueues, ARoundOfTheCursorPassesEachMemberOnce) {
   EXPECT_EQ(passed, MembersOf(queues, 5));
 }
 
-TEST(DistanceQueues, NoMemberWaitsForMoreThanARoundWheneverItCame) {
+TEST(DistanceQueues, NoMemberWaitsForMoreThanOneRound) {
   std::mt19937_64 random(8);
   std::uniform_real_distribution<double> share(0, 0.1);
   DistanceQueues queues(kAddresses);
@@ -94,7 +94,7 @@ TEST(DistanceQueues, NoMemberWaitsForMoreThanARoundWheneverItCame) {
   EXPECT_GT(longest, 0.9);
 }
 
-TEST(DistanceQueues, AnEmptyQueueIsSkippedAlsoWhereItsUpperBitsAreLeft) {
+TEST(DistanceQueues, EmptyQueueIsSkippedInSpiteOfStaleUpperBits) {
   DistanceQueues queues(kAddresses);
   queues.Put(70, 2);
   queues.Put(8'000, 2);
@@ -112,7 +112,7 @@ TEST(DistanceQueues, AnEmptyQueueIsSkippedAlsoWhereItsUpperBitsAreLeft) {
   EXPECT_EQ(MembersOf(queues, 4), (std::multiset<std::size_t>{70, 8'000}));
 }
 
-TEST(DistanceQueues, AsPrintedTheNextMembersComeRoundRobin) {
+TEST(DistanceQueues, NextMembersComeRoundRobinAsInThePaper) {
   DistanceQueues queues(kAddresses);
   for (const std::size_t address : {5U, 64U, 4'100U}) queues.Put(address, 0);
   std::vector<std::size_t> visited;

@@ -57,13 +57,13 @@ void ExpectNoneLate() {
   EXPECT_LT(early, taken / 2);
 }
 
-TEST(DueCalendar, TakesEveryItemBeforeItCanHaveComeItsWay) {
+TEST(DueCalendar, TakesEveryItemBeforeItsDistanceIsTravelled) {
   ExpectNoneLate<8>();
   ExpectNoneLate<1>();
 }
 
 // Most of a large scene is farther than the calendar reaches.
-TEST(DueCalendar, WhatIsFarIsNotAllDueAtOnce) {
+TEST(DueCalendar, DistantItemsBecomeDueGradually) {
   constexpr std::uint32_t kItems = 10'000;
   DueCalendar<1> calendar(kItems, kRadius);
   for (std::uint32_t i = 0; i < kItems; ++i) calendar.Put(i, kRadius, 1e4, 1);
@@ -81,7 +81,7 @@ TEST(DueCalendar, WhatIsFarIsNotAllDueAtOnce) {
   EXPECT_LT(most, kItems / 50);
 }
 
-TEST(DueCalendar, LookingAheadTakesAllThatIsDueWithinThat) {
+TEST(DueCalendar, LookaheadTakesAllItemsDueWithinIt) {
   std::mt19937_64 random(3);
   DueCalendar<8> calendar(300, kRadius);
   std::vector<double> ahead;
@@ -107,7 +107,7 @@ TEST(DueCalendar, LookingAheadTakesAllThatIsDueWithinThat) {
   EXPECT_GE(calendar.FreeWay(), 10);
 }
 
-TEST(DueCalendar, SaysWhatTheItemsThatAreDueWithinAWayCost) {
+TEST(DueCalendar, ReportsTheCostOfItemsDueWithinADistance) {
   std::mt19937_64 random(4);
   DueCalendar<8> calendar(300, kRadius);
   std::vector<std::uint32_t> costs(300);
@@ -136,7 +136,7 @@ TEST(DueCalendar, SaysWhatTheItemsThatAreDueWithinAWayCost) {
 }
 
 // An item that is farther out than the body's edge goes farther as that turns.
-TEST(DueCalendar, NoTurnMakesMoreDueThanWasForetold) {
+TEST(DueCalendar, RotationMakesNoMoreItemsDueThanPredicted) {
   std::mt19937_64 random(6);
   DueCalendar<8> calendar(300, kRadius);
   const auto put = [&](std::uint32_t i) {
@@ -159,7 +159,7 @@ TEST(DueCalendar, NoTurnMakesMoreDueThanWasForetold) {
   EXPECT_GT(all, 1000U);
 }
 
-TEST(DueCalendar, AfterAJumpAllAreDue) {
+TEST(DueCalendar, JumpMakesAllItemsDue) {
   DueCalendar<8> calendar(3, kRadius);
   for (std::uint32_t i = 0; i < 3; ++i) calendar.Put(i, 10.0 * i, 20.0 * i, 1);
   int taken = 0;
@@ -172,7 +172,7 @@ TEST(DueCalendar, AfterAJumpAllAreDue) {
 
 // The rings turn over some ten times. An item is due up to a bucket early. None is so far out that
 // it goes farther than the body's edge.
-TEST(DueCalendar, TheFreeWayIsThatOfTheItemThatIsDueFirst) {
+TEST(DueCalendar, FreeDistanceIsThatOfTheFirstDueItem) {
   constexpr std::uint32_t kItems = 12;
   std::mt19937_64 random(5);
   DueCalendar<8> calendar(kItems, kRadius);
@@ -203,7 +203,7 @@ TEST(DueCalendar, TheFreeWayIsThatOfTheItemThatIsDueFirst) {
   }
 }
 
-TEST(DueCalendar, TellsHowFarNothingIsDue) {
+TEST(DueCalendar, ReportsTheDistanceWithoutDueItems) {
   DueCalendar<8> calendar(2, kRadius);
   EXPECT_GE(calendar.FreeWay(), 15.0);
   calendar.Put(0, 50, 6.0, 1);

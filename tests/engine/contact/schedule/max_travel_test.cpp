@@ -29,7 +29,7 @@ TestLoad SomeLoad(std::mt19937_64& random, double most_looks) {
 }
 
 // Tests owed, tests due and looks share one frame: what they come to at the limit fills it.
-TEST(MaxTravel, FillsTheFrame) {
+TEST(MaxTravel, UsesTheWholeFrameBudget) {
   std::mt19937_64 random(11);
   int limited = 0;
   for (int trial = 0; trial < 1000; ++trial) {
@@ -47,7 +47,7 @@ TEST(MaxTravel, FillsTheFrame) {
 
 // Looks are no fewer at a slower pace: however many, they never take the last two fifths of what
 // tests have, so a heavy contact is not slowed for nothing.
-TEST(MaxTravel, LeavesTravelItsShareOfTheTestsHoweverManyLooksThereAre) {
+TEST(MaxTravel, ReservesTestsForTravelBesideQueries) {
   std::mt19937_64 random(12);
   for (int trial = 0; trial < 1000; ++trial) {
     const TestLoad load = SomeLoad(random, 100 * kCapacity / kPrice);
@@ -61,7 +61,7 @@ TEST(MaxTravel, LeavesTravelItsShareOfTheTestsHoweverManyLooksThereAre) {
   }
 }
 
-TEST(MaxTravel, KeepsAFloorWhereTestsAloneAreTooMany) {
+TEST(MaxTravel, KeepsAMinimumUnderTooManyTests) {
   TestLoad load;
   load.bound = kBound;
   load.mandatory = 2 * kCapacity;
@@ -73,7 +73,7 @@ TEST(MaxTravel, KeepsAFloorWhereTestsAloneAreTooMany) {
   EXPECT_EQ(MaxTravel(load, kCapacity, kPrice, kFineVoxel), kBound);
 }
 
-TEST(MaxTravel, OfAllPairsIsWhatTheirSumFitsInto) {
+TEST(MaxTravel, IsBoundedByTheSumOverAllPairs) {
   std::mt19937_64 random(13);
   for (int trial = 0; trial < 100; ++trial) {
     const TestLoad one = SomeLoad(random, 50);

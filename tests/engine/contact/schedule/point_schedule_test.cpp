@@ -47,7 +47,7 @@ TEST(PointSchedule, TestsEveryPointInContactInThatFrame) {
 }
 
 // Marks have four bits and eight, within and beyond what the queues tell apart.
-TEST(PointSchedule, TestsEveryPointInContactWhateverTheRange) {
+TEST(PointSchedule, TestsEveryPointInContactForAnyRange) {
   for (const int range : {5, 13, 14, 60}) {
     const Bodies bodies = Rods(range);
     const double points = static_cast<double>(bodies.shell.size());

@@ -30,7 +30,7 @@ double Lowest(const Bodies& bodies, const Pose& X_WB) {
 
 // The body goes from two chunks off, as fast as it may. Far from the plate that is many voxels a
 // frame, but never as many as would take it into the plate unseen, as a flat 32 voxels would.
-TEST(ScheduleLimits, ABodyThrownAtAPlateTwoChunksAwayIsNeverLate) {
+TEST(ScheduleLimits, ThrownBodyIsNeverTestedLate) {
   const double top = 0.023;           // top of the plate
   const double contact = 3 * kVoxel;  // and of the voxels that its top lies in
   const Bodies bodies(Box(Vec3(0.8, 0.8, 2 * top)), Box(Vec3(0.12, 0.07, 0.04)));
@@ -108,7 +108,7 @@ double TravelAt(const EdgeFigures& figures, double capacity) {
 // Geometrical awareness cannot help here (paper §4): edges meet edges, so two that lie along one
 // another are tested point by point, at 200 mm and 1 mm voxels some 200 of them. Crossed edges meet
 // in one place. The limit is felt only where a few hundred tests are too many.
-TEST(ScheduleLimits, TwoExactlyAlignedEdgesAreTestedAllAlong) {
+TEST(ScheduleLimits, AlignedEdgesAreTestedContinuously) {
   const Bodies bars(Box(Vec3(0.2, 0.03, 0.03)), Box(Vec3(0.2, 0.03, 0.03)), kMillimetre);
   for (const int layer : {0, 1, 2}) {
     const EdgeFigures aligned = OnEdge(bars, 0, layer);

@@ -59,7 +59,7 @@ BlockReading ReadSingly(const PointBlocks& blocks, const VoxelTransform& transfo
 
 using BlockTest = EveryTarget;
 
-TEST_F(BlockTest, ReadsWhatTheMapSaysOnEveryInstructionSet) {
+TEST_F(BlockTest, ReadsTheMapsValuesOnEveryInstructionSet) {
   std::mt19937_64 random(11);
   struct Kind {
     int bits, range;
@@ -95,7 +95,7 @@ TEST_F(BlockTest, ReadsWhatTheMapSaysOnEveryInstructionSet) {
   }
 }
 
-TEST(VoxelTransform, ErrsByNoMoreThanItsBoundHoweverLargeTheMap) {
+TEST(VoxelTransform, ErrorStaysWithinItsBoundForLargeMaps) {
   std::mt19937_64 random(13);
   for (const double extent : {100.0, 3e3, 2e4, 2e5}) {
     const double reach = 0.3 * extent;  // voxels; size of the shell
@@ -124,7 +124,7 @@ TEST(VoxelTransform, ErrsByNoMoreThanItsBoundHoweverLargeTheMap) {
 }
 
 // a conversion of such a place to an integer is undefined
-TEST(VoxelAt, IsBeyondAllMapsWhereNoIntegerHoldsThePlace) {
+TEST(VoxelAt, HugeCoordinatesAreOutsideEveryMap) {
   const float none = std::numeric_limits<float>::quiet_NaN();
   const GridIndex beyond = VoxelAt({1e30F, -1e30F, none});
   EXPECT_EQ(beyond.x, 1 << 30);
@@ -136,7 +136,7 @@ TEST(VoxelAt, IsBeyondAllMapsWhereNoIntegerHoldsThePlace) {
   EXPECT_EQ(near.z, -3);
 }
 
-TEST_F(BlockTest, AnEmptyListReadsNothing) {
+TEST_F(BlockTest, EmptyListReadsNothing) {
   const Voxmap voxmap = RandomMap(4, 8, 1);
   std::mt19937_64 random(2);
   const PointBlocks blocks(RandomShell(random, 3, kBlockVoxel));

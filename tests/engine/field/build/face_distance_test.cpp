@@ -15,7 +15,7 @@ FieldFace FaceOf(const Vec3& a, const Vec3& b, const Vec3& c) {
 }
 
 // single precision holds what is near, however large the face is and wherever the body lies
-TEST(FaceDistance, IsRightToAHundredThousandthOfAVoxel) {
+TEST(FaceDistance, IsExactToAHundredThousandthOfAVoxel) {
   std::mt19937_64 random(1);
   const PlaceLanes nodes = LatticeLanes(5, 0, 1);
   for (int i = 0; i < 2000; ++i) {
@@ -39,7 +39,7 @@ TEST(FaceDistance, IsRightToAHundredThousandthOfAVoxel) {
   }
 }
 
-TEST(FaceDistance, MeasuresACubeAsItsPlaces) {
+TEST(FaceDistance, MeasuresACubeAnalytically) {
   std::mt19937_64 random(2);
   for (int i = 0; i < 100; ++i) {
     const auto corner = [&] {
@@ -69,7 +69,7 @@ TEST(FaceDistance, MeasuresACubeAsItsPlaces) {
 
 // The two faces of a sharp edge are equally near to a place before the edge, one of them from
 // behind.
-TEST(FaceDistance, TheFaceThatTurnsToAPlaceTellsItsSide) {
+TEST(FaceDistance, FacingFaceGivesTheSign) {
   const Vec3 from(0, -5, 0);
   const Vec3 to(0, 5, 0);
   const FieldFace left = FaceOf(from, to, {-4, 0, -6});

@@ -116,7 +116,7 @@ TEST(DistanceField, IsWithinItsErrorBoundInItsBand) {
   }
 }
 
-TEST(DistanceField, HasTheRightSideAndNoBoundAboveTheTruth) {
+TEST(DistanceField, HasTheRightSignAndNoBoundAboveTheDistance) {
   for (const Shape& shape : Shapes()) {
     const DistanceField field = FieldOf(shape.mesh);
     VisitPlaces(shape, field, 40, 1000, [&](const Vec3& place, double exact) {
@@ -134,7 +134,7 @@ TEST(DistanceField, HasTheRightSideAndNoBoundAboveTheTruth) {
 }
 
 // one by one in double precision, and many at once in single
-TEST(DistanceField, ValuesOfManyPlacesAreThoseOfEach) {
+TEST(DistanceField, BatchedValuesEqualSingleValues) {
   for (const Shape& shape : Shapes()) {
     const DistanceField field = FieldOf(shape.mesh);
     std::vector<Vec3> places;
@@ -178,7 +178,7 @@ TEST(DistanceField, ValuesOfManyPlacesAreThoseOfEach) {
 }
 
 // far places are known to be far, or the schedule would look at them in every frame
-TEST(DistanceField, BoundsBeyondTheBandAreAThirdOfTheTruthAtLeast) {
+TEST(DistanceField, BoundsBeyondTheBandAreAtLeastAThirdOfTheDistance) {
   const Shape shape{"ball", Sphere(12 * kVoxel, 4), Sphere(12 * kVoxel, 4)};
   const DistanceField field = FieldOf(shape.mesh);
   VisitPlaces(shape, field, 100, 2000, [&](const Vec3& place, double exact) {
@@ -200,7 +200,7 @@ TEST(DistanceField, IsTheSameForAnyNumberOfThreads) {
 }
 
 // A node of a border is in two bricks, rounded in each to half a step, 1 / 1,024 voxel at the most.
-TEST(DistanceField, ValueGoesOnAcrossCellsAndBricks) {
+TEST(DistanceField, ValueIsContinuousAcrossCellsAndBricks) {
   for (const Shape& shape : Shapes()) {
     const DistanceField field = FieldOf(shape.mesh);
     std::mt19937_64 random(3);
@@ -217,7 +217,7 @@ TEST(DistanceField, ValueGoesOnAcrossCellsAndBricks) {
   }
 }
 
-TEST(DistanceField, GradientGoesOnAcrossCellsAndBricksWhereFacesTurnLittle) {
+TEST(DistanceField, GradientIsContinuousAcrossCellsAndBricks) {
   // faces that turn by 1.3 degrees: no cell has a list; a coarser ball is as good to find places
   const Shape ball{"ball", Sphere(40 * kVoxel, 6), Sphere(40 * kVoxel, 4)};
   const DistanceField field = FieldOf(ball.mesh);
@@ -256,7 +256,7 @@ TEST(DistanceField, GradientOfAPlaneIsItsNormal) {
 
 // The field gives the exact distance where interpolation errs by up to 0.4 voxel: outside a sharp
 // edge, in a concave edge and in a wall that no node lies in.
-TEST(DistanceField, FacesTellEdgesNotchesAndThinWalls) {
+TEST(DistanceField, FaceListsCoverEdgesNotchesAndThinWalls) {
   const DistanceField notch = FieldOf(Angle());
   const DistanceField wedge = FieldOf(Wedge());
   const DistanceField plate = FieldOf(Box(kVoxel * Vec3(12, 10, 0.3)));
@@ -301,7 +301,7 @@ TEST(DistanceField, OpenSheetIsFreeOnBothSides) {
 // The field looks at a cell if its centre is nearer than a reading goes, and half its diagonal
 // more. The face here is just as far from a row of centres, to the last bit of a float or some bits
 // off.
-TEST(DistanceField, IsBuiltWhereCellsAreJustAsFarAsReadingsGo) {
+TEST(DistanceField, IsBuiltAsFarAsQueriesReach) {
   constexpr float kFar = 2.6162F;
   for (int bits = -8; bits <= 8; ++bits) {
     const double face = 16 - (static_cast<double>(kFar) + bits * 0x1p-22);
@@ -318,14 +318,14 @@ TEST(DistanceField, IsBuiltWhereCellsAreJustAsFarAsReadingsGo) {
   }
 }
 
-TEST(DistanceField, PlacesThatAreNoNumbersReadAsOutside) {
+TEST(DistanceField, NonFinitePositionsReadAsOutside) {
   const DistanceField field = FieldOf(Box(kVoxel * Vec3(11, 7, 9)));
   const double nan = std::numeric_limits<double>::quiet_NaN();
   EXPECT_FALSE(field.At(Vec3(nan, 0, 0)).near);
   EXPECT_FALSE(field.At(Vec3(1e30, -1e30, 0)).near);
 }
 
-TEST(DistanceField, WhatCannotBeVoxelizedHasNoField) {
+TEST(DistanceField, MeshThatCannotBeVoxelizedHasNoField) {
   EXPECT_FALSE(BuildField({}, {.voxel_size = kVoxel}));
   EXPECT_FALSE(BuildField(Box(kVoxel * Vec3(11, 7, 9)), {.voxel_size = 0}));
   EXPECT_FALSE(

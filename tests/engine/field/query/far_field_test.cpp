@@ -111,7 +111,7 @@ TEST(FarField, IsNeverLateBetweenSurfaces) {
 }
 
 // A schedule looks for points by vectors, and pushes by Pushes(): no push is left out.
-TEST(FarField, BlocksFindEveryPlaceThatIsPushed) {
+TEST(FarField, BlocksContainEveryPushedPosition) {
   std::mt19937_64 random(6);
   const TriangleMesh mesh = StrewnBoxes(random);
   const DistanceField field = FarFieldOf(mesh, kFar);
@@ -148,7 +148,7 @@ TEST(FarField, BlocksFindEveryPlaceThatIsPushed) {
   EXPECT_GT(pushed, 5000);
 }
 
-TEST(FarField, PushesMoveWithoutAJump) {
+TEST(FarField, PushesAreContinuous) {
   std::mt19937_64 random(8);
   const TriangleMesh mesh =
       At(Box(kFarVoxel * Vec3(9, 6, 12)), Vec3::Zero(), RandomRotation(random));

@@ -27,7 +27,7 @@ float WorstOf(const PackedBrick& packed, const std::array<float, kBrickNodes>& v
   return worst;
 }
 
-TEST(FieldBrick, KeepsAPlaneWithoutSteps) {
+TEST(FieldBrick, StoresAPlaneWithoutResiduals) {
   const auto values = Filled([](float x, float y, float z) {
     return -2.5F + 0.6F * x - 0.48F * y + 0.64F * z;
   });
@@ -36,7 +36,7 @@ TEST(FieldBrick, KeepsAPlaneWithoutSteps) {
   EXPECT_LE(WorstOf(packed, values), 1.0F / 2048);
 }
 
-TEST(FieldBrick, KeepsACurvedSurfaceInStepsOfFewBits) {
+TEST(FieldBrick, StoresACurvedSurfaceInFewBits) {
   // a ball of 60 voxels: at most 0.1 off a plane
   const auto values = Filled([](float x, float y, float z) {
     return std::hypot(x + 30, y + 40, z + 33.17F) - 60;
@@ -47,7 +47,7 @@ TEST(FieldBrick, KeepsACurvedSurfaceInStepsOfFewBits) {
   EXPECT_LE(WorstOf(packed, values), 0.5F * FieldBrick::kStep + 1e-6F);
 }
 
-TEST(FieldBrick, KeepsAnEdgeInStepsOfMoreBits) {
+TEST(FieldBrick, StoresAnEdgeInMoreBits) {
   const auto values = Filled([](float x, float y, float) {
     return std::max(x - 2.3F, y - 1.6F);
   });
@@ -57,7 +57,7 @@ TEST(FieldBrick, KeepsAnEdgeInStepsOfMoreBits) {
   EXPECT_LE(WorstOf(packed, values), 0.5F * FieldBrick::kStep + 1e-6F);
 }
 
-TEST(FieldBrick, TellsOfCellsWithListsNoLessThanItWasToldAndOfLittleNotMuchMore) {
+TEST(FieldBrick, OverOfListsIsATightUpperBound) {
   for (int k = 0; k <= 2000; ++k) {
     const float over = 1e-3F * static_cast<float>(k);
     FieldBrick brick;

@@ -75,7 +75,7 @@ TriangleMesh Notch() {
   return notch;
 }
 
-TEST(FieldPushes, OverAFaceTheyStandOnIt) {
+TEST(FieldPushes, AreNormalOverAFace) {
   std::mt19937_64 random(1);
   const Quat q = RandomRotation(random);
   const DistanceField field =
@@ -91,7 +91,7 @@ TEST(FieldPushes, OverAFaceTheyStandOnIt) {
   }
 }
 
-TEST(FieldPushes, BesideAnEdgeTheyComeFromTheEdge) {
+TEST(FieldPushes, BesideAnEdgePointAwayFromIt) {
   std::mt19937_64 random(2);
   const DistanceField field = BuiltField(Box(kVoxelSize * Vec3(30, 30, 30)));
   for (int i = 0; i < 500; ++i) {
@@ -107,7 +107,7 @@ TEST(FieldPushes, BesideAnEdgeTheyComeFromTheEdge) {
 }
 
 // There two faces are as near, at the same place. The face that turns to the place tells.
-TEST(FieldPushes, OverARimOneOfItsFacesFacesThePlace) {
+TEST(FieldPushes, RimHasAFaceTowardsThePosition) {
   std::mt19937_64 random(7);
   for (int i = 0; i < 40; ++i) {
     const Quat q = RandomRotation(random);
@@ -141,7 +141,7 @@ Vec3 WayOff(const TriangleMesh& mesh, const Vec3& p) {
 
 // Around cells that faces tell, where these give way to interpolation, an interpolated way off may
 // be far from any that an edge has.
-TEST(FieldPushes, ComeOffTheNearestPlaceToTenDegreesWhereverEdgesLie) {
+TEST(FieldPushes, PointAwayFromTheNearestSurfaceWithinTenDegrees) {
   // its corners are nodes of the field, and its sides turn by 39 and 51 degrees
   const std::vector<std::array<double, 2>> polygon{{10.5, -4.5}, {10.5, 4.5},  {6.5, 9.5},
                                                    {-6.5, 9.5},  {-10.5, 4.5}, {-10.5, -4.5},
@@ -172,7 +172,7 @@ TEST(FieldPushes, ComeOffTheNearestPlaceToTenDegreesWhereverEdgesLie) {
 
 // Where points are shifted inwards force begins in the solid. A place that is less deep is not
 // pushed, least of all farther in.
-TEST(FieldPushes, NoneIsLessDeepThanAReachInTheSolidOrLeadsFartherIn) {
+TEST(FieldPushes, WithAnInwardReachShallowPositionsAreNotPushed) {
   constexpr double kInside = -0.5;  // voxels
   std::mt19937_64 random(9);
   const TriangleMesh mesh = Box(kVoxelSize * Vec3(20.3, 16.7, 12.2));
@@ -192,7 +192,7 @@ TEST(FieldPushes, NoneIsLessDeepThanAReachInTheSolidOrLeadsFartherIn) {
   EXPECT_GT(pushed, 1000);
 }
 
-TEST(FieldPushes, InANotchEachFacePushes) {
+TEST(FieldPushes, EachFaceOfANotchPushes) {
   const DistanceField field = BuiltField(Notch());
   for (const auto& [from_wall, from_floor] :
        {std::pair(0.2, 0.3), std::pair(0.3, 0.2), std::pair(0.25, 0.25)}) {
@@ -205,7 +205,7 @@ TEST(FieldPushes, InANotchEachFacePushes) {
 
 // Two planes at six degrees, as a hollow's facets lie. Each in full would push a place between them
 // twice as much as a place beside it.
-TEST(FieldPushes, InAShallowNotchTheFacesPushTogetherAsOne) {
+TEST(FieldPushes, FacesOfAShallowNotchPushAsOne) {
   const double slope = std::tan(3 * M_PI / 180);
   const TriangleMesh notch =
       Raised({{0, 0}, {-20, 20 * slope}, {-20, -10}, {20, -10}, {20, 20 * slope}}, 20, kVoxelSize);
@@ -235,7 +235,7 @@ TriangleMesh Valley(double left, double right) {
 
 // Faces less than 45 degrees apart share their weight. Neither which of two faces is nearer may
 // change at once how a third one pushes, nor may a face that comes into reach.
-TEST(FieldPushes, DoNotJumpWhereFacesShareTheirWeight) {
+TEST(FieldPushes, AreContinuousBetweenFaces) {
   std::mt19937_64 random(9);
   for (const auto& [left, right] : {std::pair(60.0, 20.0), std::pair(40.0, 30.0)}) {
     const DistanceField field = BuiltField(Valley(left, right));
@@ -272,7 +272,7 @@ TEST(FieldPushes, DoNotJumpWhereFacesShareTheirWeight) {
   }
 }
 
-TEST(FieldPushes, DoNotJumpAsAPlaceSlides) {
+TEST(FieldPushes, AreContinuousAlongASlide) {
   std::mt19937_64 random(3);
   for (const TriangleMesh& mesh :
        {Box(kVoxelSize * Vec3(20, 20, 20)), Notch(), Sphere(10 * kVoxelSize, 3)}) {
@@ -395,7 +395,7 @@ TEST(FieldBounds, AreNeverAboveTheDistance) {
 }
 
 // More faces lie in a brick than are asked at once. The told distance stays below the true one.
-TEST(FieldBounds, HoldWhereFacesAreFarSmallerThanVoxels) {
+TEST(FieldBounds, HoldForFacesFarSmallerThanVoxels) {
   const TriangleMesh ball = Sphere(2 * kVoxelSize, 6);
   const DistanceField field = BuiltField(ball);
   ASSERT_GT(field.Count().list_faces, 1024 * field.Count().bricks) << "too few faces in a brick";

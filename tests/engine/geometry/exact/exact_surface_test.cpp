@@ -62,7 +62,7 @@ TEST(ExactSurface, DepthInATiltedBoxIsTheClosedForm) {
   }
 }
 
-TEST(ExactSurface, DepthInASphereIsTheClosedFormButForItsFacets) {
+TEST(ExactSurface, DepthInASphereIsTheClosedFormWithinItsFacetError) {
   const double radius = 0.7;
   const TriangleMesh sphere = GlobeMesh(radius, 48);
   // its vertices are on the sphere, the middles of its facets this far below

@@ -50,7 +50,7 @@ void ExpectSamePieces(const TriangleMesh& mesh, const std::string& what) {
   }
 }
 
-TEST(UnionBoundary, AsksOnceForABodyThatMeetsNoOther) {
+TEST(UnionBoundary, QueriesADisjointBodyOnce) {
   TriangleMesh mesh = testing::Sphere(1, 3);
   Append(mesh, At(testing::Sphere(1, 3), {5, 0, 0}));
   const Found found = Find(mesh, true);
@@ -60,7 +60,7 @@ TEST(UnionBoundary, AsksOnceForABodyThatMeetsNoOther) {
 
 // boxes on a coarse grid stand on one another, share edges and corners, pass through one another's
 // edges, lie in one another and are one another's equal
-TEST(UnionBoundary, FindsTheSamePiecesAsIfEachWereAskedFor) {
+TEST(UnionBoundary, MatchesPerTriangleQueries) {
   std::mt19937_64 random(1);
   std::uniform_int_distribution<int> place(0, 3);
   std::uniform_int_distribution<int> side(1, 3);

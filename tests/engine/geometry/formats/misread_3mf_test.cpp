@@ -31,7 +31,7 @@ std::string SeveralModels(const std::string& unit_of_part = "millimeter") {
             "<build><item objectid=\"1\" transform=\"2 0 0 0 2 0 0 0 2 0 0 5\"/></build>")}});
 }
 
-TEST_F(MisreadFiles, A3mfFileOfSeveralModelsIsPutTogether) {
+TEST_F(MisreadFiles, A3mfFileOfSeveralModelsIsCombined) {
   ExpectVolume(2 * 6 * 8, "two.3mf", SeveralModels());
   ExpectVolume(2 * 6 * 8e-9, "two.3mf", SeveralModels(), {.scale = std::nullopt});
   ExpectVolume(2 * 6 * 8, "two.3mf", SeveralModels(), {.part = "box"});
@@ -41,7 +41,7 @@ TEST_F(MisreadFiles, A3mfFileOfSeveralModelsIsPutTogether) {
   ExpectRefused("it has no part 'lid', but", "two.3mf", SeveralModels(), {.part = "lid"});
 }
 
-TEST_F(MisreadFiles, A3mfFileOfSeveralModelsThatIsWrongIsRefusedInWords) {
+TEST_F(MisreadFiles, Invalid3mfFileOfSeveralModelsIsRefusedWithAReason) {
   ExpectRefused("several units, millimeter and inch", "unit.3mf", SeveralModels("inch"));
   const std::string circle = ThreeMfModel(
       "<resources><object id=\"1\"><components><component objectid=\"1\" "
@@ -55,7 +55,7 @@ TEST_F(MisreadFiles, A3mfFileOfSeveralModelsThatIsWrongIsRefusedInWords) {
 
 // The triangles in such a file may be a sketch only, or other things count in their place. Both
 // files hold 14: boxes of 1, 1 and 12, or one of 1 x 2 x 7.
-TEST_F(MisreadFiles, A3mfFileThatNeedsWhatIsNotReadIsRefused) {
+TEST_F(MisreadFiles, A3mfFileWithRequiredExtensionsIsRefused) {
   const std::string begin = "http://schemas.microsoft.com/3dmanufacturing/";
   const auto needs = [&](const std::string& prefixes, const std::string& space, bool several) {
     const std::string x = "xmlns:x=\"" + begin + space + "\"";
@@ -93,7 +93,7 @@ TEST_F(MisreadFiles, A3mfFileThatNeedsWhatIsNotReadIsRefused) {
 
 // A box of 2 x 2 x 3 has a width of 7 by one changed byte. The archive says what its bytes add up
 // to.
-TEST_F(MisreadFiles, A3mfFileWhoseBytesAreNotThoseThatWerePackedIsRefused) {
+TEST_F(MisreadFiles, A3mfFileWithAWrongChecksumIsRefused) {
   ExpectRefused("its model 3D/3dmodel.model is damaged", "flip.3mf",
                 With(testing::ThreeMf("unit=\"millimeter\""), "x=\"2\" y=\"2\" z=\"3\"",
                      "x=\"7\" y=\"2\" z=\"3\""));
@@ -101,7 +101,7 @@ TEST_F(MisreadFiles, A3mfFileWhoseBytesAreNotThoseThatWerePackedIsRefused) {
                 With(SeveralModels(), "x=\"1\" y=\"2\" z=\"3\"", "x=\"7\" y=\"2\" z=\"3\""));
 }
 
-TEST_F(MisreadFiles, A3mfFileOfWhichOnlyTheBeginningIsLeftIsRefused) {
+TEST_F(MisreadFiles, Truncated3mfFileIsRefused) {
   std::string cut = SeveralModels();
   const std::size_t entry = cut.find("PK\x01\x02");
   ASSERT_NE(entry, std::string::npos);
@@ -111,7 +111,7 @@ TEST_F(MisreadFiles, A3mfFileOfWhichOnlyTheBeginningIsLeftIsRefused) {
   ExpectRefused("its model 3D/parts/box.model is damaged", "cut.3mf", cut);
 }
 
-TEST_F(MisreadFiles, A3mfFilesUnitIsThatOfTheModelItBeginsWith) {
+TEST_F(MisreadFiles, A3mfFilesUnitIsThatOfItsRootModel) {
   const std::string core = "http://schemas.microsoft.com/3dmanufacturing/";
   const auto model = [&](const std::string& unit, int size) {
     return "<?xml version=\"1.0\"?><model unit=\"" + unit + "\" xmlns=\"" + core +

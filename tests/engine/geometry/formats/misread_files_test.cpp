@@ -24,7 +24,7 @@ using testing::Zip;
 
 // ---- OFF ----
 
-TEST_F(MisreadFiles, OffOfPolygonsIsReadHoweverItIsWritten) {
+TEST_F(MisreadFiles, OffWithPolygonsIsReadInAnyLayout) {
   ExpectVolume(6, "prism.off", "OFF\n" + kOffPrism);
   ExpectVolume(6, "prism.off", "# made by hand\nOFF " + kOffPrism);
   ExpectVolume(6, "bare.off", kOffPrism);
@@ -80,7 +80,7 @@ std::string BinaryOffCube(bool big) {
   return file;
 }
 
-TEST_F(MisreadFiles, BinaryOffIsReadInBothOrdersOfBytes) {
+TEST_F(MisreadFiles, BinaryOffIsReadInBothByteOrders) {
   ExpectVolume(1, "big.off", BinaryOffCube(true));
   ExpectVolume(1, "little.off", BinaryOffCube(false));
   for (std::size_t cut = 0; cut < BinaryOffCube(true).size(); cut += 7) {
@@ -88,7 +88,7 @@ TEST_F(MisreadFiles, BinaryOffIsReadInBothOrdersOfBytes) {
   }
 }
 
-TEST_F(MisreadFiles, OffThatIsNotWhatItSaysIsRefusedInWords) {
+TEST_F(MisreadFiles, InconsistentOffIsRefusedWithAReason) {
   ExpectRefused("is shorter than the vertices", "huge.off", "OFF\n4000000000 4000000000 0\n");
   ExpectRefused("uses vertex 12", "index.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 12\n");
   ExpectRefused("has fewer faces", "faces.off", "OFF\n3 2 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n");
@@ -106,7 +106,7 @@ std::string StlCube(std::string words) {
   return words + cube.substr(80);
 }
 
-TEST_F(MisreadFiles, BinaryStlThatBeginsWithSolidIsRead) {
+TEST_F(MisreadFiles, BinaryStlBeginningWithSolidIsRead) {
   ExpectVolume(1, "solid.stl", StlCube("solid part made by a program"));
   ExpectVolume(1, "tail.stl", StlCube("solid") + "\n");
   ExpectVolume(1, "tail.stl", StlCube("made by a program") + std::string(7, '\0'));
@@ -151,7 +151,7 @@ std::string BinaryPlyCube(bool big, const std::string& line_end) {
   return file;
 }
 
-TEST_F(MisreadFiles, BinaryPlyIsReadWhateverItsNumbersLookLike) {
+TEST_F(MisreadFiles, BinaryPlyIsReadForAnyByteValues) {
   ExpectVolume(1, "little.ply", BinaryPlyCube(false, "\n"));
   ExpectVolume(1, "big.ply", BinaryPlyCube(true, "\n"));
   ExpectVolume(1, "windows.ply", BinaryPlyCube(false, "\r\n"));
@@ -204,7 +204,7 @@ TEST_F(MisreadFiles, ColladaInUtf16IsRead) {
   ExpectVolume(1.0 / 6, "little.dae", Utf16(DaeTetrahedron("12", "4", "UTF-16"), false));
 }
 
-TEST_F(MisreadFiles, ColladaWhoseArraysAreNotAsLongAsTheySayIsRefused) {
+TEST_F(MisreadFiles, ColladaWithWrongArrayLengthsIsRefused) {
   ExpectRefused("more.dae", "more.dae", DaeTetrahedron("13"));  // the library sees that itself
   ExpectRefused("says that it has 3 numbers, and has 12", "less.dae", DaeTetrahedron("3"));
   ExpectRefused("takes 5 times 3 numbers", "beyond.dae", DaeTetrahedron("12", "5"));
@@ -258,7 +258,7 @@ TEST_F(MisreadFiles, OffAndPlyCornersBeyondAnIntegerAreRefused) {
 
 const std::string kManyDigits = "99999999999999999999999";
 
-TEST_F(MisreadFiles, NumbersOfMoreDigitsThanTheLibraryHoldsAreRefused) {
+TEST_F(MisreadFiles, NumbersWithTooManyDigitsAreRefused) {
   const std::string why = "has a number of 20 digits and more before its point";
   ExpectRefused(why, "digits.obj",
                 With(testing::kObjCube, "v 1 1 1", "v 1 -" + kManyDigits + " 1"));
@@ -271,7 +271,7 @@ TEST_F(MisreadFiles, NumbersOfMoreDigitsThanTheLibraryHoldsAreRefused) {
                      "<translate>0 0 " + kManyDigits + "</translate><instance_geometry"));
 }
 
-TEST_F(MisreadFiles, ManyDigitsBehindAPointOrInANameAreRead) {
+TEST_F(MisreadFiles, ManyDecimalDigitsAreRead) {
   const std::string zero = "0.00000000000000000000000000";
   ExpectVolume(1, "digits.obj",
                "# " + kManyDigits + "\no part_" + kManyDigits + "\n" +
@@ -287,7 +287,7 @@ TEST_F(MisreadFiles, ManyDigitsBehindAPointOrInANameAreRead) {
 
 // ---- Words of a file in what is said of it ----
 
-TEST_F(MisreadFiles, WhatIsSaidOfAFileIsPlainText) {
+TEST_F(MisreadFiles, MessagesArePlainText) {
   // a sequence for terminals, a mark that turns the direction, half a character of UTF-16, no UTF-8
   for (const std::string name : {"\xC2\x9B"
                                  "31mred",

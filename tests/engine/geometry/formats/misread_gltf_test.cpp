@@ -53,11 +53,11 @@ TEST_F(MisreadFiles, SmallGlbIsRead) {
   EXPECT_EQ(one->triangles.size(), 1U);
 }
 
-TEST_F(MisreadFiles, GltfWithATriangleOfNoVerticesIsRefused) {
+TEST_F(MisreadFiles, GltfWithInvalidVertexIndicesIsRefused) {
   ExpectRefused("1 of its 4 triangles cannot be had", "index.glb", Glb(true, 9));
 }
 
-TEST_F(MisreadFiles, GltfThatNeedsWhatIsNotReadIsRefused) {
+TEST_F(MisreadFiles, GltfWithRequiredExtensionsIsRefused) {
   const auto needs = [](const std::string& names) {
     return Glb(true, 0, "{", "{\"extensionsRequired\":[" + names + "],");
   };
@@ -73,7 +73,7 @@ TEST_F(MisreadFiles, GltfThatNeedsWhatIsNotReadIsRefused) {
   ExpectRefused("what it needs cannot be read", "number.glb", needs("7"));
 }
 
-TEST_F(MisreadFiles, GltfPlacesThatAreNotThreeFloatsAreRefused) {
+TEST_F(MisreadFiles, GltfPositionsOtherThanThreeFloatsAreRefused) {
   ExpectRefused("the places of its vertices are not three floats each", "short.glb",
                 Glb(true, 0, "5126", "5122"));
   ExpectRefused("the places of its vertices are not three floats each", "plane.glb",

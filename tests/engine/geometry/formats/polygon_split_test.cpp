@@ -24,7 +24,7 @@ double AreaOf(const std::vector<FloatPoint>& points,
 }
 
 // A comb has as many ears as teeth; its area is that of the teeth and of the back.
-TEST(PolygonSplit, CutsAConcavePolygonIntoItsArea) {
+TEST(PolygonSplit, PreservesTheAreaOfAConcavePolygon) {
   std::vector<FloatPoint> points{{0, -1, 0}};
   std::vector<std::uint32_t> corners;
   constexpr int kTeeth = 50;
@@ -43,7 +43,7 @@ TEST(PolygonSplit, CutsAConcavePolygonIntoItsArea) {
   EXPECT_NEAR(AreaOf(points, triangles), kTeeth * 5 + 2 * kTeeth, 1e-9);
 }
 
-TEST(PolygonSplit, LosesNothingOfAPolygonThatCrossesItself) {
+TEST(PolygonSplit, PreservesASelfIntersectingPolygon) {
   const std::vector<FloatPoint> points{{0, 0, 0}, {1, 1, 0}, {1, 0, 0}, {0, 1, 0}};
   const std::vector<std::uint32_t> corners{0, 1, 2, 3};
   std::vector<TriangleMesh::Triangle> triangles;

@@ -25,7 +25,7 @@ ReadAnswer OneTriangle() {
   return {ReadAnswer::Kind::kMesh, "", {{{0, 0, 0}, {1, 0, 0}, {0, 2.5F, 0}}, {{0, 1, 2}}}};
 }
 
-TEST(RawMesh, ComesOutOfThePipeAsItWentIn) {
+TEST(RawMesh, RoundTripsThroughAPipe) {
   const std::optional<ReadAnswer> answer = ParseAnswer(BytesOf(OneTriangle()));
   ASSERT_TRUE(answer);
   EXPECT_EQ(answer->kind, ReadAnswer::Kind::kMesh);
@@ -39,7 +39,7 @@ TEST(RawMesh, ComesOutOfThePipeAsItWentIn) {
   EXPECT_EQ(refusal->words, "no");
 }
 
-TEST(RawMesh, IsNothingWhenCutShortOrDrawnOut) {
+TEST(RawMesh, WrongLengthIsRefused) {
   std::string bytes = BytesOf(OneTriangle());
   for (std::size_t size = 0; size < bytes.size(); ++size) {
     EXPECT_FALSE(ParseAnswer(std::string_view(bytes).substr(0, size))) << size;
@@ -48,7 +48,7 @@ TEST(RawMesh, IsNothingWhenCutShortOrDrawnOut) {
   EXPECT_FALSE(ParseAnswer(bytes));
 }
 
-TEST(RawMesh, IsNothingWhenItsCountsAreAbsurd) {
+TEST(RawMesh, AbsurdCountsAreRefused) {
   const std::string bytes = BytesOf(OneTriangle());
   for (std::size_t word = 0; word < 5; ++word) {  // magic, kind, words, points, triangles
     for (const std::uint64_t absurd : {~0ULL, 1ULL << 63U, 0x1555'5555'5555'5556ULL, 77ULL}) {

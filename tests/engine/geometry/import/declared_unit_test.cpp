@@ -45,7 +45,7 @@ TEST_F(MeshFile, ReadsAPartOfA3mfFileInTheUnitThatItDeclares) {
               HasSubstr("it has no part 'Object_9', but Object_1, Object_2, Object_4"));
 }
 
-TEST_F(MeshFile, A3mfFileThatIsCutAnywhereDeclaresNothingAndHarmsNobody) {
+TEST_F(MeshFile, Truncated3mfFileDeclaresNoUnitAndIsHarmless) {
   const std::string whole = ThreeMf("unit=\"inch\"");
   for (std::size_t size = 0; size < whole.size(); size += 37) {
     EXPECT_EQ(DeclaredUnit(Write("cut.3mf", whole.substr(0, size))), std::nullopt) << size;

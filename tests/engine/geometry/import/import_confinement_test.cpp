@@ -56,7 +56,7 @@ class ImportConfinement : public ::testing::Test {
   fs::path secret_;
 };
 
-TEST_F(ImportConfinement, LeavesTheFileAndWhatLiesBesideIt) {
+TEST_F(ImportConfinement, AllowsTheFileAndItsNeighbours) {
   inside_.Write("part.mtl", "newmtl a\n");
   inside_.Write("textures/a.bin", "x");
   EXPECT_TRUE(Succeeds(file_, [&] {
@@ -78,7 +78,7 @@ TEST_F(ImportConfinement, LeavesTheFileAndWhatLiesBesideIt) {
   }));
 }
 
-TEST_F(ImportConfinement, TakesOtherFilesAndAllWriting) {
+TEST_F(ImportConfinement, ForbidsOtherFilesAndWriting) {
   EXPECT_FALSE(Succeeds(file_, [&] {
     return Opens(secret_, O_RDONLY);
   }));
@@ -103,7 +103,7 @@ TEST_F(ImportConfinement, TakesOtherFilesAndAllWriting) {
   EXPECT_TRUE(fs::exists(file_));
 }
 
-TEST_F(ImportConfinement, TakesNetworkProgramsAndOtherProcesses) {
+TEST_F(ImportConfinement, ForbidsNetworkProgramsAndOtherProcesses) {
   EXPECT_FALSE(Succeeds(file_, [] {
     return socket(AF_INET, SOCK_DGRAM, 0) >= 0;
   }));
@@ -127,7 +127,7 @@ TEST_F(ImportConfinement, TakesNetworkProgramsAndOtherProcesses) {
 }
 
 // A pipe tells of what it holds by a signal of the writer's choice, to a process of its choice.
-TEST_F(ImportConfinement, TakesSignalsByThePipeOfTheAnswer) {
+TEST_F(ImportConfinement, ForbidsSignalsThroughTheAnswerPipe) {
   std::array<int, 2> ends{};
   ASSERT_EQ(pipe2(ends.data(), O_CLOEXEC), 0);
   const int mesh = open(file_.c_str(), O_RDONLY | O_CLOEXEC);
@@ -186,7 +186,7 @@ TEST_F(ImportConfinement, TakesSignalsByThePipeOfTheAnswer) {
 }
 
 // The reading process must still be able to end by abort().
-TEST_F(ImportConfinement, LeavesTheWayOutByAbort) {
+TEST_F(ImportConfinement, AllowsAbort) {
   const pid_t child = fork();
   if (child == 0) {
     prctl(PR_SET_DUMPABLE, 0);

@@ -124,7 +124,7 @@ TEST_F(MeshFile, ErrorsAreOneLineThatNamesTheFileAndTheFault) {
   }
 }
 
-TEST_F(MeshFile, SaysOfCadSurfacesWhatToDoWithThem) {
+TEST_F(MeshFile, ExplainsWhatToDoWithCadSurfaces) {
   const std::string step =
       "ISO-10303-21;\nHEADER;\nFILE_DESCRIPTION((''),'2;1');\n"
       "FILE_NAME('','',(''),(''),'','','');\n"
@@ -138,7 +138,7 @@ TEST_F(MeshFile, SaysOfCadSurfacesWhatToDoWithThem) {
   }
 }
 
-TEST_F(MeshFile, RefusesInfiniteVerticesInWords) {
+TEST_F(MeshFile, RefusesInfiniteVerticesWithAReason) {
   std::string stl = BinaryStlCube();
   const float infinite = std::numeric_limits<float>::infinity();
   std::memcpy(stl.data() + 84 + 12, &infinite, 4);  // x of the first corner
@@ -147,13 +147,13 @@ TEST_F(MeshFile, RefusesInfiniteVerticesInWords) {
   EXPECT_THAT(mesh.error().what, HasSubstr("1 of its 36 vertices are infinite or not numbers"));
 }
 
-TEST_F(MeshFile, RefusesWhatIsNoReadableFile) {
+TEST_F(MeshFile, RefusesUnreadableFiles) {
   EXPECT_THAT(WhyNot(ImportMesh(folder_.path() / "no.stl")), HasSubstr("does not exist"));
   EXPECT_THAT(WhyNot(ImportMesh(folder_.path())), HasSubstr("is a directory"));
   EXPECT_THAT(WhyNot(ImportMesh("")), HasSubstr("does not exist"));
 }
 
-TEST_F(MeshFile, RefusesScalesAndTolerancesThatAreNone) {
+TEST_F(MeshFile, RefusesInvalidScalesAndTolerances) {
   const auto file = Write("cube.obj", kObjCube);
   const double nan = std::numeric_limits<double>::quiet_NaN();
   EXPECT_THAT(WhyNot(ImportMesh(file, {.scale = 0})), HasSubstr("scale"));
@@ -163,7 +163,7 @@ TEST_F(MeshFile, RefusesScalesAndTolerancesThatAreNone) {
   EXPECT_THAT(WhyNot(ImportMesh(file, {.weld_tolerance = 5})), HasSubstr("tolerance"));
 }
 
-TEST_F(MeshFile, KillsAReaderThatTakesLongWhenItsTimeIsUp) {
+TEST_F(MeshFile, KillsASlowReaderAtItsTimeLimit) {
   std::string lines;
   while (lines.size() < (64U << 20U)) lines += "v 0.125 0.25 0.5\nf -1 -2 -3\n";
   const auto file = Write("long.obj", lines);
@@ -177,7 +177,7 @@ TEST_F(MeshFile, KillsAReaderThatTakesLongWhenItsTimeIsUp) {
 }
 
 // Variables that the loader follows would be code in the reading process, or files that it writes.
-TEST_F(MeshFile, KeepsTheCallersVariablesFromItsReader) {
+TEST_F(MeshFile, ReaderDoesNotInheritTheEnvironment) {
   setenv("LD_DEBUG", "libs", 1);
   setenv("LD_DEBUG_OUTPUT", (folder_.path() / "told").c_str(), 1);
   const auto file = Write("cube.obj", kObjCube);
@@ -190,14 +190,14 @@ TEST_F(MeshFile, KeepsTheCallersVariablesFromItsReader) {
 }
 
 // Opened for reading, a pipe without a writer waits for one.
-TEST_F(MeshFile, DoesNotOpenWhatIsNoRegularFile) {
+TEST_F(MeshFile, OpensOnlyRegularFiles) {
   const auto fifo = folder_.path() / "never.stl";
   ASSERT_EQ(mkfifo(fifo.c_str(), 0600), 0);
   EXPECT_THAT(WhyNot(ImportMesh(fifo)), HasSubstr("is not a regular file: name a mesh file"));
   EXPECT_THAT(WhyNot(ImportMesh("/dev/zero")), HasSubstr("is not a regular file"));
 }
 
-TEST_F(MeshFile, ReportsAReaderThatHasNoRoom) {
+TEST_F(MeshFile, ReportsAReaderOutOfMemory) {
   const Result<TriangleMesh> mesh =
       ImportMesh(Write("cube.obj", kObjCube), {.memory_limit_bytes = 1 << 16});
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
@@ -211,7 +211,7 @@ TEST_F(MeshFile, ReportsAReaderThatHasNoRoom) {
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 // The room goes from too little to begin with to enough. Whichever step of reading fails for want
 // of room, the message says so.
-TEST_F(MeshFile, SaysOfEveryLackOfMemoryThatItIsOne) {
+TEST_F(MeshFile, ReportsEveryLackOfMemoryAsSuch) {
   const auto file = Write("sphere.stl", BinaryStlSphere(6));
   int refused = 0;
   bool read = false;

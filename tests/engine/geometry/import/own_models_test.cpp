@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 
 const fs::path kOwnModels = TANDEM_SCENES;
 
-TEST(OwnModels, AllLoadAndHaveAMass) {
+TEST(OwnModels, LoadAndHaveAMass) {
   std::vector<fs::path> files;
   for (const fs::directory_entry& entry : fs::recursive_directory_iterator(kOwnModels)) {
     if (entry.path().extension() == ".stl") files.push_back(entry);
@@ -35,7 +35,7 @@ TEST(OwnModels, AllLoadAndHaveAMass) {
   }
 }
 
-TEST(OwnModels, HaveTheTrianglesBodiesAndVolumesOfTheirDimensions) {
+TEST(OwnModels, MatchTheirDimensions) {
   struct Fact {
     const char* file;
     std::size_t triangles;
@@ -59,7 +59,7 @@ TEST(OwnModels, HaveTheTrianglesBodiesAndVolumesOfTheirDimensions) {
 
 // An octahedron cut three times has 8 x 4^3 triangles, and its corners on the ball of 12 mm: it is
 // within the ball, and by no more than its flat triangles are.
-TEST(OwnModels, ABallsFacetsAreWithinTheBall) {
+TEST(OwnModels, BallsFacetsLieWithinTheBall) {
   const Result<TriangleMesh> ball = ImportMesh(kOwnModels / "stability" / "ball.stl");
   ASSERT_TRUE(ball) << ball.error().what;
   EXPECT_EQ(ball->triangles.size(), 512U);

@@ -67,7 +67,7 @@ class ThirdPartyModels : public ::testing::Test {
   fs::path folder_;
 };
 
-TEST_F(ThirdPartyModels, AllGoodOnesLoadAndHaveAMass) {
+TEST_F(ThirdPartyModels, ValidModelsLoadAndHaveAMass) {
   const std::vector<fs::path> files = Files(false);
   EXPECT_GE(files.size(), 70U);
   ForEach(files, [](const fs::path& file) {
@@ -82,7 +82,7 @@ TEST_F(ThirdPartyModels, AllGoodOnesLoadAndHaveAMass) {
   });
 }
 
-TEST_F(ThirdPartyModels, AllBadOnesGiveAMeshOrOneLine) {
+TEST_F(ThirdPartyModels, InvalidModelsGiveAMeshOrOneErrorLine) {
   const std::vector<fs::path> files = Files(true);
   EXPECT_GE(files.size(), 30U);
   ForEach(files, [](const fs::path& file) {
@@ -99,7 +99,7 @@ TEST_F(ThirdPartyModels, AllBadOnesGiveAMeshOrOneLine) {
   EXPECT_TRUE(waitpid(-1, nullptr, WNOHANG) == -1 && errno == ECHILD) << "a reader is left over";
 }
 
-TEST_F(ThirdPartyModels, HaveTheBodiesAndCracksThatAreKnownOfThem) {
+TEST_F(ThirdPartyModels, HaveTheirKnownBodiesAndCracks) {
   struct Fact {
     const char* file;
     std::size_t triangles;
@@ -147,7 +147,7 @@ TEST_F(ThirdPartyModels, HaveTheBodiesAndCracksThatAreKnownOfThem) {
   });
 }
 
-TEST_F(ThirdPartyModels, CloseWithinAToleranceWhereTheirSeamsAreCracked) {
+TEST_F(ThirdPartyModels, CrackedSeamsCloseWithinATolerance) {
   const fs::path file = folder_ / "bad/featuretype.STL";
   const Result<TriangleMesh> exact = ImportMesh(file);
   ASSERT_TRUE(exact) << exact.error().what;

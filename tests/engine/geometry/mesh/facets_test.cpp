@@ -101,7 +101,7 @@ double WorstHeight(const TriangleMesh& mesh, const Features& features) {
   return worst;
 }
 
-TEST(Facets, ABoxHasSixPolygonsHoweverFinelyItIsCut) {
+TEST(Facets, SubdividedBoxHasSixPolygons) {
   for (const int n : {1, 7, 30}) {
     const Features features = FindFeatures(CutBox(1.0, n), 0.005);
     EXPECT_EQ(features.polygons, 6U);
@@ -111,7 +111,7 @@ TEST(Facets, ABoxHasSixPolygonsHoweverFinelyItIsCut) {
 }
 
 // Neighbour by neighbour all of a fine cylinder's side is flat; as a whole it is not.
-TEST(Facets, AFineCylinderDoesNotRollIntoOnePolygon) {
+TEST(Facets, FineCylinderIsNotMergedIntoOnePolygon) {
   for (const std::uint32_t sides : {90U, 720U, 5000U}) {
     const TriangleMesh mesh = Cylinder(1.0, 3.0, sides);
     const double tolerance = 0.01;
@@ -136,7 +136,7 @@ TEST(Facets, ATinyBallKeepsSeveralPolygons) {
 }
 
 // Two polygons alone meet there along a curve that stays within tolerance of its chord.
-TEST(Facets, ASmoothRimHasVerticesOnlyWhereItLeavesItsChord) {
+TEST(Facets, SmoothRimHasVerticesOnlyWhereItLeavesItsChord) {
   // two square sheets that meet at 60 degrees along a gently waving line of 200 edges
   TriangleMesh mesh;
   const std::uint32_t n = 200;
@@ -189,7 +189,7 @@ TEST(Facets, OpenAndNonManifoldEdgesAreFeatures) {
   EXPECT_GT(with_fin.edges.size(), 4U);
 }
 
-TEST(Facets, ComeOutTheSameTwice) {
+TEST(Facets, AreDeterministic) {
   const TriangleMesh mesh = Sphere(1.0, 5);
   const Features one = FindFeatures(mesh, 0.01);
   const Features two = FindFeatures(mesh, 0.01);

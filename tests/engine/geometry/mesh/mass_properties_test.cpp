@@ -29,7 +29,7 @@ void ExpectNear(const Mat3& value, const Mat3& expected, double relative) {
                                                                    << expected;
 }
 
-TEST(MassProperties, OfABoxAreTheTextbooks) {
+TEST(MassProperties, OfABoxMatchTheTextbook) {
   const Vec3 size(0.1, 0.02, 0.3);
   const MassProperties box = ComputeMassProperties(BoxMesh(size));
   EXPECT_TRUE(box.solid);
@@ -40,7 +40,7 @@ TEST(MassProperties, OfABoxAreTheTextbooks) {
 
 // The oracle integrates over the tetrahedra from the centre to each triangle by a four-point rule,
 // which is exact for second moments.
-TEST(MassProperties, OfASubdividedSphereAreThoseOfThePolyhedron) {
+TEST(MassProperties, OfASubdividedSphereMatchThePolyhedron) {
   const TriangleMesh sphere = SphereMesh(0.01, 3);
   double volume = 0;
   Mat3 second = Mat3::Zero();
@@ -66,7 +66,7 @@ TEST(MassProperties, OfASubdividedSphereAreThoseOfThePolyhedron) {
 }
 
 // The polyhedron's error falls by four with each split, so the limit can be told from two of them.
-TEST(MassProperties, OfEverFinerSpheresApproachTheBalls) {
+TEST(MassProperties, OfRefinedSpheresConvergeToTheBall) {
   const MassProperties coarse = ComputeMassProperties(SphereMesh(2, 4));
   const MassProperties fine = ComputeMassProperties(SphereMesh(2, 5));
   const double volume = (4 * fine.volume - coarse.volume) / 3;
@@ -76,7 +76,7 @@ TEST(MassProperties, OfEverFinerSpheresApproachTheBalls) {
 }
 
 // The tetrahedron (0, e1, e2, e3) has E[x] = 1/4, E[xx] = 1/10, E[xy] = 1/20.
-TEST(MassProperties, KeepTheirDigitsFarFromTheOrigin) {
+TEST(MassProperties, ArePreciseFarFromTheOrigin) {
   TriangleMesh mesh;
   mesh.vertices = {Vec3::Zero(), Vec3::UnitX(), Vec3::UnitY(), Vec3::UnitZ()};
   mesh.triangles = {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}};
@@ -89,7 +89,7 @@ TEST(MassProperties, KeepTheirDigitsFarFromTheOrigin) {
              Mat3(Vec3::Constant(5.0 / 80).asDiagonal()) + Mat3::Constant(1.0 / 80), 1e-9);
 }
 
-TEST(MassProperties, TurnAndMoveWithTheMesh) {
+TEST(MassProperties, TransformWithTheMesh) {
   const Vec3 size(1, 2, 5);
   const Pose X_WM{Quat(0.3, -0.5, 0.7, 0.1).normalized(), Vec3(-4, 11, 6)};
   const MassProperties moved = ComputeMassProperties(Transformed(BoxMesh(size), X_WM));
@@ -120,7 +120,7 @@ TEST(MassProperties, OfTwoDisjointBodiesFollowTheParallelAxisTheorem) {
              1e-12);
 }
 
-TEST(MassProperties, OfAnInsideOutBoxDifferInTheSignOfTheVolumeOnly) {
+TEST(MassProperties, OfAnInvertedBoxDifferOnlyInTheSignOfVolume) {
   const Vec3 size(1, 2, 3);
   const MassProperties box = ComputeMassProperties(InsideOut(BoxMesh(size)));
   EXPECT_TRUE(box.solid);
@@ -130,7 +130,7 @@ TEST(MassProperties, OfAnInsideOutBoxDifferInTheSignOfTheVolumeOnly) {
 }
 
 // A cube of 4 with a cube of 2 missing: 64 - 8 of mass.
-TEST(MassProperties, LeaveCavitiesEmpty) {
+TEST(MassProperties, ExcludeCavities) {
   TriangleMesh hollow = BoxMesh(Vec3::Constant(4));
   Append(hollow, InsideOut(MovedBy(BoxMesh(Vec3::Constant(2)), Vec3::Constant(1))));
   const MassProperties properties = ComputeMassProperties(hollow);
@@ -156,7 +156,7 @@ TEST(MassProperties, OfASheetLieOnItsSurface) {
 }
 
 // Two triangles so small that their corners are one point to the reference between them.
-TEST(MassProperties, FindTheAreaOfSpecksFarApart) {
+TEST(MassProperties, HandleTinyDistantTriangles) {
   TriangleMesh specks;
   specks.vertices = {{0, 0, 0}, {1e-12, 0, 0}, {0, 1e-12, 0}};
   specks.triangles = {{0, 1, 2}};
@@ -186,14 +186,14 @@ TEST(MassProperties, OfATubeOpenAtBothEndsLieOnItsSurface) {
   EXPECT_LE((properties.p_MBo - Vec3::Constant(0.5)).norm(), 1e-12);
 }
 
-TEST(MassProperties, OfBodiesThatFaceDifferentWaysLieOnTheSurface) {
+TEST(MassProperties, OfInconsistentlyOrientedBodiesLieOnTheSurface) {
   TriangleMesh mesh = BoxMesh(Vec3::Constant(1));
   Append(mesh, InsideOut(MovedBy(BoxMesh(Vec3::Constant(0.5)), Vec3(3, 0, 0))));
   EXPECT_FALSE(ComputeMassProperties(mesh).solid);
 }
 
 // One side of an edge is split in the middle, the other is not: three open edges, and no hole.
-TEST(MassProperties, DoNotMindTheCracksOfTJunctions) {
+TEST(MassProperties, TolerateTJunctionCracks) {
   const Vec3 size(1, 2, 3);
   TriangleMesh box = BoxMesh(size);
   box.vertices.emplace_back(0.5 * size.x(), 0, 0);
@@ -207,7 +207,7 @@ TEST(MassProperties, DoNotMindTheCracksOfTJunctions) {
 }
 
 // The lid has vertices of its own, off by less than a float can tell at this size.
-TEST(MassProperties, DoNotMindAnUnweldedSeam) {
+TEST(MassProperties, TolerateAnUnweldedSeam) {
   TriangleMesh box = BoxMesh(Vec3::Constant(1));
   for (std::uint32_t i = 4; i < 8; ++i) {
     box.vertices.emplace_back(box.vertices[i] + Vec3::Constant(1e-7));

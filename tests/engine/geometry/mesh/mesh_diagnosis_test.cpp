@@ -15,7 +15,7 @@ namespace {
 using testing::BoxMesh;
 using testing::MovedBy;
 
-TEST(MeshDiagnosis, FindsNothingWrongWithABox) {
+TEST(MeshDiagnosis, BoxIsFaultless) {
   const MeshDiagnosis box = Diagnose(BoxMesh(Vec3(1, 2, 3)));
   EXPECT_TRUE(box.closed());
   EXPECT_EQ(box.bodies, 1U);
@@ -23,7 +23,7 @@ TEST(MeshDiagnosis, FindsNothingWrongWithABox) {
   EXPECT_EQ(Describe(box), "closed, 1 body");
 }
 
-TEST(MeshDiagnosis, TellsWhichTrianglesHangTogether) {
+TEST(MeshDiagnosis, LabelsConnectedTriangles) {
   TriangleMesh mesh = BoxMesh(Vec3::Constant(1));
   Append(mesh, MovedBy(BoxMesh(Vec3::Constant(1)), Vec3(5, 0, 0)));
   std::swap(mesh.triangles[3], mesh.triangles[20]);
@@ -124,7 +124,7 @@ TEST(MeshDiagnosis, CountsTheFaultsOfEveryEdgeOfTrianglesAtRandom) {
   }
 }
 
-TEST(MeshDiagnosis, FindsAMeshOfNothingClosedAndWithoutBodies) {
+TEST(MeshDiagnosis, EmptyMeshIsClosedWithoutBodies) {
   EXPECT_EQ(Describe(Diagnose({})), "closed, 0 bodies");
 }
 

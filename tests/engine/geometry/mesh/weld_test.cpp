@@ -24,7 +24,7 @@ std::vector<FloatPoint> RandomPoints(std::size_t count, unsigned seed, int steps
   return points;
 }
 
-TEST(Weld, JoinsEqualPositionsAndNoOthers) {
+TEST(Weld, JoinsOnlyEqualPositions) {
   const std::vector<FloatPoint> points = RandomPoints(600, 7, 4);
   const Weld weld = WeldEqual(points);
   ASSERT_EQ(weld.vertex_of_point.size(), points.size());
@@ -36,14 +36,14 @@ TEST(Weld, JoinsEqualPositionsAndNoOthers) {
   }
 }
 
-TEST(Weld, TellsNeighbouringFloatsApartAndTheSignsOfZeroNot) {
+TEST(Weld, DistinguishesAdjacentFloatsButNotSignedZeros) {
   const std::vector<FloatPoint> points{
       {0.0F, 1.0F, -0.0F}, {-0.0F, 1.0F, 0.0F}, {0.0F, std::nextafter(1.0F, 2.0F), 0.0F}};
   const Weld weld = WeldEqual(points);
   EXPECT_EQ(weld.vertex_of_point, (std::vector<std::uint32_t>{0, 0, 1}));
 }
 
-TEST(Weld, WithinAToleranceMovesNoPointFartherAndLeavesNoTwoVerticesCloser) {
+TEST(Weld, ToleranceBoundsMotionAndSeparatesVertices) {
   const std::vector<FloatPoint> points = RandomPoints(800, 11, 30);
   const double tolerance = 0.35;
   const Weld weld = WeldNear(points, tolerance);
@@ -58,7 +58,7 @@ TEST(Weld, WithinAToleranceMovesNoPointFartherAndLeavesNoTwoVerticesCloser) {
   }
 }
 
-TEST(Weld, AToleranceBelowTheNumbersOwnGrainIsNone) {
+TEST(Weld, ToleranceBelowFloatPrecisionIsZero) {
   const std::vector<FloatPoint> points{{1e30F, 0, 0}, {1e30F, 0, 0}, {1, 0, 0}};
   EXPECT_EQ(WeldNear(points, 1e-30).first_point.size(), 2U);
   EXPECT_EQ(WeldNear(points, 0).first_point.size(), 2U);

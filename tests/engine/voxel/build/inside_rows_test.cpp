@@ -84,7 +84,7 @@ TEST(Interior, IsExactWhenEdgesLieOnTheRays) {
 }
 
 // Chunks and hyperchunks deep inside carry no marks and must still read as interior.
-TEST(Interior, ReadsAsInteriorWhereNothingIsStored) {
+TEST(Interior, UnstoredInteriorReadsAsInterior) {
   const Voxmap voxmap = RowsVoxelized(Box(Vec3(3.0, 3.0, 3.0)), 0.01);
   const GridIndex centre = GridIndex{0, 0, 0} - voxmap.origin();
   EXPECT_EQ(voxmap.Value(Field::kSurface, centre), kInteriorMark);
@@ -114,7 +114,7 @@ TEST(Interior, OverlappingBodiesAreSolidAndCavitiesEmpty) {
 }
 
 // Where two arms of one body cross it is solid, though a ray there goes in twice.
-TEST(Interior, ABodyThatCrossesItselfIsSolidWhereItDoes) {
+TEST(Interior, SelfIntersectionIsSolid) {
   TriangleMesh arms = Box(Vec3(2, 1, 1));
   TriangleMesh other = Box(Vec3(1, 2, 1.001));
   Append(arms, other);
@@ -128,7 +128,7 @@ TEST(Interior, ABodyThatCrossesItselfIsSolidWhereItDoes) {
 }
 
 // One triangle in fifty is missing, and some are wound the wrong way: only the holes are fuzzy.
-TEST(Interior, OfASphereWithHolesAndTurnedTrianglesIsNearlyWhole) {
+TEST(Interior, SphereWithHolesAndFlippedTrianglesIsNearlySolid) {
   const double s = 0.04;
   const TriangleMesh sphere = Sphere(1.0, 4);
   TriangleMesh torn = sphere;
@@ -159,7 +159,7 @@ TEST(Interior, OfASphereWithHolesAndTurnedTrianglesIsNearlyWhole) {
   EXPECT_LT(wrong, inside / 80);
 }
 
-TEST(Interior, OpenSheetsHaveNone) {
+TEST(Interior, OpenSheetsHaveNoInterior) {
   const Voxmap voxmap = RowsVoxelized(Sheet(1.0), 0.02);
   const VoxelCounts counts = voxmap.Count();
   EXPECT_EQ(counts.interior, 0U);

@@ -189,7 +189,7 @@ TEST(Voxelize, GivesTheSameBitsForAnyNumberOfThreads) {
 
 // All three fields, against brute force over the sources that exact tests give; and each chunk's
 // place in the chunk-level field against all chunks that hold a mark.
-TEST(DistanceField, OfEdgesAndVerticesAndChunksIsTheDistanceToTheNearestOne) {
+TEST(DistanceField, FeatureDistanceIsToTheNearestFeature) {
   std::mt19937_64 random(4);
   TriangleMesh mesh = Box(Vec3(1.9, 1.3, 0.4));
   const Quat q = RandomRotation(random);
@@ -258,7 +258,7 @@ TEST(DistanceField, OfEdgesAndVerticesAndChunksIsTheDistanceToTheNearestOne) {
 }
 
 // The same marks, however many bits they have.
-TEST(Voxelize, MarksOfTwoAndEightBitsAreThoseOfFour) {
+TEST(Voxelize, MarksOfAllWidthsAgree) {
   const TriangleMesh mesh = Sphere(0.5, 3);
   const auto made = [&](int range, int bits) {
     Result<Voxmap> map = Voxelize(mesh, {.voxel_size = 0.03, .range = range, .bits = bits});
@@ -285,7 +285,7 @@ TEST(Voxelize, MarksOfTwoAndEightBitsAreThoseOfFour) {
   EXPECT_FALSE(Voxelize(mesh, {.voxel_size = 0.03, .range = 8, .bits = 3}));
 }
 
-TEST(Voxelize, TellsItsProgressAndStopsWhenAsked) {
+TEST(Voxelize, ReportsProgressAndCanBeCancelled) {
   const TriangleMesh mesh = Sphere(1.0, 3);
   std::vector<double> shares;
   VoxelizeOptions options{.voxel_size = 0.01};
@@ -308,7 +308,7 @@ TEST(Voxelize, TellsItsProgressAndStopsWhenAsked) {
   EXPECT_NE(stopped.error().what.find("stopped"), std::string::npos);
 }
 
-TEST(Voxelize, RefusesWhatDoesNotFitAndNamesAVoxelThatDoes) {
+TEST(Voxelize, RefusesOversizedMapsAndSuggestsAVoxelSize) {
   const TriangleMesh box = Box(Vec3(1, 1, 1));
   const Result<Voxmap> refused =
       Voxelize(box, {.voxel_size = 1e-5, .range = 8, .max_memory_bytes = 1ULL << 30U});
@@ -334,7 +334,7 @@ double StatusBytes(const std::string& name) {
 }
 
 // The kernel's own account of the most memory held at once.
-TEST(Voxelize, TakesNoMoreMemoryThanEstimatedAndNotFarLess) {
+TEST(Voxelize, MemoryEstimateIsATightUpperBound) {
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
   GTEST_SKIP() << "a sanitizer keeps what was given back";
 #endif

@@ -37,7 +37,7 @@ void ExpectRefused(const std::vector<char>& bytes, const std::string& word) {
   EXPECT_NE(map.error().what.find(word), std::string::npos) << map.error().what;
 }
 
-TEST(VoxmapFile, MapsWhatWasSaved) {
+TEST(VoxmapFile, RoundTrips) {
   const Result<Voxmap> made = Voxelize(testing::Sphere(0.5, 3), {.voxel_size = 0.02});
   ASSERT_TRUE(made);
   const std::filesystem::path file = FileFor("saved.voxmap");
@@ -48,7 +48,7 @@ TEST(VoxmapFile, MapsWhatWasSaved) {
   EXPECT_EQ(mapped->Count().band, made->Count().band);
 }
 
-TEST(VoxmapFile, RefusesFilesThatAreNoWholeVoxmap) {
+TEST(VoxmapFile, RefusesIncompleteFiles) {
   const Result<Voxmap> made = Voxelize(testing::Sphere(0.5, 3), {.voxel_size = 0.02});
   ASSERT_TRUE(made);
   const std::filesystem::path file = FileFor("whole.voxmap");
@@ -82,7 +82,7 @@ TEST(VoxmapFile, RefusesFilesThatAreNoWholeVoxmap) {
 }
 
 // Sums of such places wrap round to small ones, which the image would have.
-TEST(VoxmapFile, RefusesPlacesBeforeItsBeginningAndBehindItsEnd) {
+TEST(VoxmapFile, RefusesOffsetsOutsideTheFile) {
   const Result<Voxmap> made = Voxelize(testing::Sphere(0.5, 3), {.voxel_size = 0.02});
   ASSERT_TRUE(made);
   const std::filesystem::path file = FileFor("places.voxmap");
@@ -103,7 +103,7 @@ TEST(VoxmapFile, RefusesPlacesBeforeItsBeginningAndBehindItsEnd) {
   }
 }
 
-TEST(VoxmapFile, FollowsNoLinkThatSomebodyLaidBesideItsPlace) {
+TEST(VoxmapFile, FollowsNoPlantedSymbolicLink) {
   const Result<Voxmap> made = Voxelize(testing::Sphere(0.5, 3), {.voxel_size = 0.02});
   ASSERT_TRUE(made);
   const ScratchFolder scratch;
@@ -116,7 +116,7 @@ TEST(VoxmapFile, FollowsNoLinkThatSomebodyLaidBesideItsPlace) {
   EXPECT_EQ(MapVoxmap(file)->Digest(), made->Digest());
 }
 
-TEST(VoxmapFile, RefusesToReplaceWhatIsNoFile) {
+TEST(VoxmapFile, ReplacesOnlyRegularFiles) {
   const Result<Voxmap> made = Voxelize(testing::Sphere(0.5, 3), {.voxel_size = 0.02});
   ASSERT_TRUE(made);
   const ScratchFolder scratch;

@@ -63,7 +63,7 @@ TEST_F(KeptVoxmapTest, LoadsTheSameBytesForMarksOfAnySize) {
   }
 }
 
-TEST_F(KeptVoxmapTest, PagesTogetherAreTheMap) {
+TEST_F(KeptVoxmapTest, PagesComposeTheMap) {
   const Voxmap made = Kept({.voxel_size = 0.006});
   const auto pages = OpenKeptVoxmap(file_, kKey);
   ASSERT_TRUE(pages) << pages.error().what;
@@ -107,7 +107,7 @@ TEST_F(KeptVoxmapTest, PagesTogetherAreTheMap) {
   EXPECT_GT(compared, 10000U);
 }
 
-TEST_F(KeptVoxmapTest, PartsComeToTheSameVoxels) {
+TEST_F(KeptVoxmapTest, PartsGiveTheSameVoxels) {
   const TriangleMesh mesh = Balls();
   VoxelizeOptions options{.voxel_size = 0.003};
   const Result<Voxmap> whole = Voxelize(mesh, options);
@@ -152,7 +152,7 @@ std::string MarksOf(const VoxelPage& page, const Voxmap& outline) {
   return marks;
 }
 
-TEST_F(KeptVoxmapTest, ComputedPagesAreTheSame) {
+TEST_F(KeptVoxmapTest, ComputedPagesEqualStoredPages) {
   const TriangleMesh mesh = Balls();
   for (const auto& [range, bits] : {std::pair{1, 2}, {8, 4}, {20, 8}}) {
     const VoxelizeOptions options{.voxel_size = 0.006, .range = range, .bits = bits};
@@ -182,7 +182,7 @@ TEST_F(KeptVoxmapTest, ComputedPagesAreTheSame) {
   }
 }
 
-TEST_F(KeptVoxmapTest, RefusesWhatIsNoSuchFile) {
+TEST_F(KeptVoxmapTest, RefusesOtherFiles) {
   Kept({.voxel_size = 0.01});
   const std::string whole = TextOf(file_);
   const auto refused = [&](const std::string& text, const std::string& word) {
@@ -239,7 +239,7 @@ std::string WithIndex(const std::string& whole,
   return whole.substr(0, outline) + all + tail;
 }
 
-TEST_F(KeptVoxmapTest, WhatIsSignedIsCheckedAllTheSame) {
+TEST_F(KeptVoxmapTest, SignedFilesAreStillValidated) {
   Kept({.voxel_size = 0.01});
   const std::string whole = TextOf(file_);
   Overwrite(file_, WithIndex(whole, [](std::vector<std::uint32_t>&) {}));
@@ -252,7 +252,7 @@ TEST_F(KeptVoxmapTest, WhatIsSignedIsCheckedAllTheSame) {
   EXPECT_NE(loaded.error().what.find("damaged"), std::string::npos) << loaded.error().what;
 }
 
-TEST_F(KeptVoxmapTest, ADamagedPageIsRefusedWhenItIsRead) {
+TEST_F(KeptVoxmapTest, DamagedPageIsRefusedOnReading) {
   Kept({.voxel_size = 0.01});
   std::string text = TextOf(file_);
   text[20] = static_cast<char>(text[20] ^ 4);  // in the first page

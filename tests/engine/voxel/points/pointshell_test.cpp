@@ -45,7 +45,7 @@ TEST(Pointshell, NormalsPointIntoTheBody) {
   }
 }
 
-TEST(Pointshell, StandsInTheBodysFrame) {
+TEST(Pointshell, IsInTheBodysFrame) {
   std::mt19937_64 random(4);
   const Pose X_WB{RandomRotation(random), 0.3 * RandomDirection(random)};
   const TriangleMesh box = Transformed(Box(Vec3(0.3, 0.2, 0.1)), X_WB);
@@ -58,7 +58,7 @@ TEST(Pointshell, StandsInTheBodysFrame) {
   EXPECT_NEAR(shell.radius, Vec3(0.15, 0.1, 0.05).norm(), 0.005);
 }
 
-TEST(Pointshell, ThinPlatesGetAPointForEachSide) {
+TEST(Pointshell, ThinPlatesGetAPointPerSide) {
   // 0.2 voxels thick and within one layer of voxels
   TriangleMesh plate = Box(Vec3(0.5, 0.5, 0.002));
   for (Vec3& v : plate.vertices) v += Vec3(0, 0, 0.005);
@@ -115,7 +115,7 @@ double GapByPairs(const Pointshell& shell, double displacement) {
   return gap;
 }
 
-TEST(Pointshell, SaysHowFarNeighboursPartWhenDisplaced) {
+TEST(Pointshell, ReportsNeighbourSpacingUnderDisplacement) {
   std::mt19937_64 random(8);
   const double s = 0.01;
   TriangleMesh plate = Box(Vec3(0.3, 0.3, 0.002));  // both sides in one voxel
@@ -144,7 +144,7 @@ TEST(Pointshell, SaysHowFarNeighboursPartWhenDisplaced) {
   EXPECT_NEAR(shifted.GapWhenDisplaced(-0.5 * s), ball.GapWhenDisplaced(-s), 1e-9);
 }
 
-TEST(Pointshell, ChunksHoldTheirPointsInTheirBalls) {
+TEST(Pointshell, ChunkSpheresContainTheirPoints) {
   const Pointshell shell = MustMake(Sphere(0.5, 4), Pose{}, {.spacing = 0.02});
   std::size_t counted = 0;
   for (const Pointshell::Chunk& chunk : shell.chunks) {
@@ -159,7 +159,7 @@ TEST(Pointshell, ChunksHoldTheirPointsInTheirBalls) {
 }
 
 // The k-th free layer is every voxel outside whose nearest surface voxel is k away by chess-board.
-TEST(Pointshell, AFreeLayerHasAPointInEveryVoxelOfItsDistanceOutside) {
+TEST(Pointshell, FreeLayerHasAPointPerVoxelAtItsDistance) {
   constexpr double kS = 0.02;
   const Vec3 size(0.19, 0.13, 0.11);
   const auto cell_of = [&](const Pointshell& shell, std::size_t i) -> std::array<int, 3> {

@@ -19,7 +19,7 @@ TEST(MachineParts, AreClosedAndTurnedOutward) {
   }
 }
 
-TEST(ClutterParts, AnyByChanceIsClosedAndTurnedOutward) {
+TEST(ClutterParts, EveryRandomPartIsClosedAndOriented) {
   Dice dice(7);
   for (int k = 0; k < 60; ++k) {
     EXPECT_TRUE(ClosedAndTurnedOutward(PartByChance(dice))) << "part " << k;
@@ -30,7 +30,7 @@ TEST(ClutterParts, AnyByChanceIsClosedAndTurnedOutward) {
 }
 
 // half of one box stands in the other: 4 of its 8 vertices, of 16 in all, and none of the other's
-TEST(OverlapShare, CountsVerticesInsideAnotherPart) {
+TEST(OverlapShare, IsTheShareOfVerticesInsideAnotherPart) {
   const TriangleMesh large = Box({0, 0, 0}, {10, 10, 10});
   const TriangleMesh small = Box({5, 4, 4}, {15, 6, 6});
   EXPECT_DOUBLE_EQ(OverlapShare({large, small}), 0.25);
@@ -50,7 +50,7 @@ TEST(Clutter, IsTheSameEachTimeAndItsPartsDoNotOverlap) {
   EXPECT_LT(OverlapShare(parts), 1e-3);
 }
 
-TEST(ClutterActuator, IsOfItsSizeAndGivesHalfAMillionPointsAtAMillimetre) {
+TEST(ClutterActuator, HasItsSizeAndHalfAMillionPointsAtOneMillimetre) {
   const TriangleMesh actuator = ClutterActuator();
   EXPECT_TRUE(ClosedAndTurnedOutward(actuator));
   const Vec3 size = BoundsOf(actuator).size();
@@ -62,7 +62,7 @@ TEST(ClutterActuator, IsOfItsSizeAndGivesHalfAMillionPointsAtAMillimetre) {
 }
 
 // The samples of the search are judged by the distances of a probe that knows nothing of it.
-TEST(SeededPoses, StandAsFarAwayAsTheySay) {
+TEST(SeededPoses, HaveTheirStatedDistance) {
   const TriangleMesh nest = ClutterNest();
   const TriangleMesh actuator = ClutterActuator();
   const SolidProbe probe(nest, 12);

@@ -13,7 +13,7 @@ namespace {
 
 // The scene is the paper's (section 7, table 1): 4.1 x 1.9 x 4.8 m, 2.76e6 triangles. The benches
 // measure how many voxels it has.
-TEST(LandingGear, IsAsLargeAsThePapersAndItsPartsDoNotOverlap) {
+TEST(LandingGear, HasThePapersSizeAndDisjointParts) {
   const std::vector<TriangleMesh> parts = MakeLandingGear(LandingGearParts::kAll);
   const GeneratedScene scene = LandingGear(parts);
   const TriangleMesh& fixed = scene.meshes[0].mesh;
@@ -25,7 +25,7 @@ TEST(LandingGear, IsAsLargeAsThePapersAndItsPartsDoNotOverlap) {
   EXPECT_LT(OverlapShare(parts), 0.002);
 }
 
-TEST(LandingGear, HasTheActuatorOfThePaper) {
+TEST(LandingGear, HasThePapersActuator) {
   const std::vector<TriangleMesh> nest = MakeLandingGear(LandingGearParts::kNest);
   const GeneratedScene scene = LandingGear(nest);
   const TriangleMesh& actuator = scene.meshes[1].mesh;
@@ -46,7 +46,7 @@ TEST(LandingGear, HasTheActuatorOfThePaper) {
   }
 }
 
-TEST(LandingGear, IsTheSameEachTimeItIsMade) {
+TEST(LandingGear, IsDeterministic) {
   const std::vector<TriangleMesh> once = MakeLandingGear(LandingGearParts::kAll);
   const std::vector<TriangleMesh> again = MakeLandingGear(LandingGearParts::kAll);
   ASSERT_EQ(once.size(), again.size());

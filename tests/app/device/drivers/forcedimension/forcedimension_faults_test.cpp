@@ -12,7 +12,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-TEST_F(ForceDimensionTest, SaysWhyTheDeviceHasSwitchedItsForceOff) {
+TEST_F(ForceDimensionTest, ReportsWhyTheDeviceDisabledForces) {
   OpenAndStart();
   wanted_[0] = 2;
   const std::pair<int, const char*> causes[] = {
@@ -42,7 +42,7 @@ TEST_F(ForceDimensionTest, SaysWhyTheDeviceHasSwitchedItsForceOff) {
   }
 }
 
-TEST_F(ForceDimensionTest, AFailedCallIsAFailureAndPasses) {
+TEST_F(ForceDimensionTest, FailedCallIsATransientFailure) {
   OpenAndStart();
   fake_->error = 12;
   for (std::atomic<int>* result : {&fake_->read_result, &fake_->force_result}) {
@@ -57,7 +57,7 @@ TEST_F(ForceDimensionTest, AFailedCallIsAFailureAndPasses) {
   EXPECT_EQ(fake_->closes, 0);
 }
 
-TEST_F(ForceDimensionTest, ACallThatHangsIsAFailureAndPasses) {
+TEST_F(ForceDimensionTest, HangingCallIsATransientFailure) {
   OpenAndStart();
   fake_->acts_as_watchdog = true;
   fake_->hang_ms = 60;
@@ -101,7 +101,7 @@ TEST_F(ForceDimensionTest, AnUnpluggedDeviceIsFoundAgain) {
   }));
 }
 
-TEST_F(ForceDimensionTest, ADeviceThatIsBackGetsNoForceBeforeItsStateIsKnown) {
+TEST_F(ForceDimensionTest, ReturningDeviceGetsNoForceBeforeItsFirstState) {
   OpenAndStart();
   wanted_[0] = 2;
   EXPECT_TRUE(trial_->TicksUntil([&] {
@@ -122,7 +122,7 @@ TEST_F(ForceDimensionTest, ADeviceThatIsBackGetsNoForceBeforeItsStateIsKnown) {
   }));
 }
 
-TEST_F(ForceDimensionTest, EndsTheForceHoweverOftenTheStopFails) {
+TEST_F(ForceDimensionTest, RetriesTheStopUntilTheForceEnds) {
   OpenAndStart();
   wanted_[0] = 2;
   EXPECT_TRUE(trial_->TicksUntil([&] {

@@ -4,23 +4,23 @@
 //
 // | fault | test |
 // |---|---|
-// | no library; one without a function | SaysWhatIsMissingAndWhatMendsIt |
-// | no device (5) | SaysWhatIsMissingAndWhatMendsIt, SaysWhyADeviceDoesNotOpen |
-// | no right (4), busy (3), in use (20) | SaysWhyADeviceDoesNotOpen |
-// | expert mode (9), and with it the watchdog, refused | SaysWhyADeviceDoesNotOpen |
-// | no reference; the arm may not move itself | WithoutItsReferenceItIsUncalibrated |
-// | the arm may move itself, and does not find its reference | MovesTheArmWhereThatIsAllowedAlone |
+// | no library; one without a function | ReportsMissingPartsAndRemedies |
+// | no device (5) | ReportsMissingPartsAndRemedies, ReportsWhyOpenFails |
+// | no right (4), busy (3), in use (20) | ReportsWhyOpenFails |
+// | expert mode (9), and with it the watchdog, refused | ReportsWhyOpenFails |
+// | no reference; the arm may not move itself | MissingReferenceMeansUncalibrated |
+// | the arm may move itself, and does not find its reference | MovesTheArmOnlyWithPermission |
 // | results 1 (time guard), 2 (saturated) | ReadsTheHandleInItsAxesAndGivesTheForce |
 // | a pose that stands still | ReadsTheHandleInItsAxesAndGivesTheForce |
-// | no velocity yet (fewer than two reads) | LeavesTheSpeedToTheHostWhileTheLibraryHasNone |
-// | force button, over-speed, watchdog, USB, dead man | SaysWhyTheDeviceHasSwitchedItsForceOff |
-// | a read that fails (12), a force that does | AFailedCallIsAFailureAndPasses |
-// | a call of 60 ms, by which the watchdog ends the force | ACallThatHangsIsAFailureAndPasses |
+// | no velocity yet (fewer than two reads) | LeavesAMissingSpeedToTheHost |
+// | force button, over-speed, watchdog, USB, dead man | ReportsWhyTheDeviceDisabledForces |
+// | a read that fails (12), a force that does | FailedCallIsATransientFailure |
+// | a call of 60 ms, by which the watchdog ends the force | HangingCallIsATransientFailure |
 // | communication error (2), no device (5), timeout (7) | AnUnpluggedDeviceIsFoundAgain |
 // | unplugged by the status; plugged in again | AnUnpluggedDeviceIsFoundAgain |
-// | plugged in again without its reference | ADeviceThatIsBackGetsNoForceBeforeItsStateIsKnown |
-// | dhdStop() that fails | EndsTheForceHoweverOftenTheStopFails |
-// | a force that is no number | WritesNoForceThatIsNone |
+// | plugged in again without its reference | ReturningDeviceGetsNoForceBeforeItsFirstState |
+// | dhdStop() that fails | RetriesTheStopUntilTheForceEnds |
+// | a force that is no number | NeverWritesANonFiniteForce |
 // | calls of a wrong device, order, thread or unit | counted by the fake in every test |
 #include <chrono>
 #include <cmath>
@@ -40,7 +40,7 @@ namespace {
 using ::testing::Contains;
 using ::testing::HasSubstr;
 
-TEST_F(ForceDimensionTest, SaysWhatIsMissingAndWhatMendsIt) {
+TEST_F(ForceDimensionTest, ReportsMissingPartsAndRemedies) {
   auto found = trial_->List();
   ASSERT_EQ(found.size(), 1U);
   EXPECT_EQ(found[0].present, 1U);
@@ -63,7 +63,7 @@ TEST_F(ForceDimensionTest, SaysWhatIsMissingAndWhatMendsIt) {
   EXPECT_THAT(trial_->Error(), HasSubstr("no function dhdGetDeviceCount"));
 }
 
-TEST_F(ForceDimensionTest, SaysWhyADeviceDoesNotOpen) {
+TEST_F(ForceDimensionTest, ReportsWhyOpenFails) {
   for (const int code : {3, 20}) {
     fake_->open_error = code;
     EXPECT_EQ(trial_->Open(""), TANDEM_FAILED);
@@ -115,7 +115,7 @@ TEST_F(ForceDimensionTest, ReadsTheHandleInItsAxesAndGivesTheForce) {
   trial_->ExpectRealtime();
 }
 
-TEST_F(ForceDimensionTest, SaysWhatItCanAndSetsTheDevicesOwnGuards) {
+TEST_F(ForceDimensionTest, ReportsCapabilitiesAndSetsTheDevicesGuards) {
   fake_->type = 104;
   fake_->wrist = true;
   fake_->active_wrist = true;
@@ -136,7 +136,7 @@ TEST_F(ForceDimensionTest, SaysWhatItCanAndSetsTheDevicesOwnGuards) {
   }));
 }
 
-TEST_F(ForceDimensionTest, KnowsWhatEachModelGives) {
+TEST_F(ForceDimensionTest, KnowsEachModelsCapabilities) {
   const std::pair<int, double> models[] = {{34, 12}, {36, 12}, {60, 8}, {63, 20}, {109, 12}};
   for (const auto& [type, force_N] : models) {
     fake_->type = type;
@@ -149,7 +149,7 @@ TEST_F(ForceDimensionTest, KnowsWhatEachModelGives) {
   }
 }
 
-TEST_F(ForceDimensionTest, LeavesTheSpeedToTheHostWhileTheLibraryHasNone) {
+TEST_F(ForceDimensionTest, LeavesAMissingSpeedToTheHost) {
   fake_->velocity_result = -1;
   OpenAndStart();
   EXPECT_EQ(trial_->state().valid, std::uint32_t{TANDEM_HAS_POSE});
@@ -159,7 +159,7 @@ TEST_F(ForceDimensionTest, LeavesTheSpeedToTheHostWhileTheLibraryHasNone) {
   }));
 }
 
-TEST_F(ForceDimensionTest, ButtonsAreTheClutchAndTheStopAsAsked) {
+TEST_F(ForceDimensionTest, ButtonsMapToClutchAndStop) {
   OpenAndStart("clutch=1,stop=0");
   fake_->buttons = 2;
   EXPECT_TRUE(trial_->TicksUntil([&] {
@@ -171,7 +171,7 @@ TEST_F(ForceDimensionTest, ButtonsAreTheClutchAndTheStopAsAsked) {
   }));
 }
 
-TEST_F(ForceDimensionTest, WithoutItsReferenceItIsUncalibrated) {
+TEST_F(ForceDimensionTest, MissingReferenceMeansUncalibrated) {
   OpenAndStart();
   EXPECT_EQ(fake_->auto_inits, 0);
   fake_->reset = 0;
@@ -181,7 +181,7 @@ TEST_F(ForceDimensionTest, WithoutItsReferenceItIsUncalibrated) {
   EXPECT_TRUE(Reads(TANDEM_OK));
 }
 
-TEST_F(ForceDimensionTest, MovesTheArmWhereThatIsAllowedAlone) {
+TEST_F(ForceDimensionTest, MovesTheArmOnlyWithPermission) {
   fake_->initialised = false;
   fake_->auto_init = -1;
   ASSERT_EQ(trial_->Open("calibrate=yes"), TANDEM_OK);
@@ -200,7 +200,7 @@ TEST_F(ForceDimensionTest, MovesTheArmWhereThatIsAllowedAlone) {
   EXPECT_EQ(fake_->auto_inits, 2);
 }
 
-TEST_F(ForceDimensionTest, AStopIsZeroUntilTheNextWrite) {
+TEST_F(ForceDimensionTest, StopIsZeroUntilTheNextWrite) {
   OpenAndStart();
   wanted_[0] = 2;
   EXPECT_TRUE(trial_->TicksUntil([&] {
@@ -217,7 +217,7 @@ TEST_F(ForceDimensionTest, AStopIsZeroUntilTheNextWrite) {
   }));
 }
 
-TEST_F(ForceDimensionTest, WritesNoForceThatIsNone) {
+TEST_F(ForceDimensionTest, NeverWritesANonFiniteForce) {
   OpenAndStart();
   wanted_[0] = std::numeric_limits<double>::quiet_NaN();
   wanted_[1] = 1;

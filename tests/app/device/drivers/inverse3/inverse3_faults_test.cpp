@@ -14,7 +14,7 @@ namespace {
 
 using nlohmann::json;
 
-TEST(Inverse3, SaysThatTheServiceDoesNotFollow) {
+TEST(Inverse3, ReportsAServiceThatLagsBehind) {
   Inverse3Trial it("", [](FakeWorld& world) {
     world.follows = "values";
   });
@@ -25,7 +25,7 @@ TEST(Inverse3, SaysThatTheServiceDoesNotFollow) {
   EXPECT_TRUE(it.AsksFor(Vec3::Zero()));
 }
 
-TEST(Inverse3, EachConditionOfTheArmHasItsCodeAndLine) {
+TEST(Inverse3, EachArmConditionHasItsCodeAndMessage) {
   Inverse3Trial it;
   it.Ask(1, 0, 0);
   struct Case {
@@ -68,7 +68,7 @@ TEST(Inverse3, EachConditionOfTheArmHasItsCodeAndLine) {
   }
 }
 
-TEST(Inverse3, AGripThatSleepsIsAnUnpluggedDevice) {
+TEST(Inverse3, SleepingGripCountsAsUnplugged) {
   Inverse3Trial it("grip=wireless", [](FakeWorld& world) {
     world.grip_kind = "wireless_verse_grip";
   });
@@ -86,7 +86,7 @@ TEST(Inverse3, AGripThatSleepsIsAnUnpluggedDevice) {
   }
 }
 
-TEST(Inverse3, EventsTakeTheForceOff) {
+TEST(Inverse3, EventsRemoveTheForce) {
   Inverse3Trial it;
   ASSERT_TRUE(it.Reads(TANDEM_OK));
   ASSERT_TRUE(it.trial.TicksUntil([&] {
@@ -127,7 +127,7 @@ TEST(Inverse3, EventsTakeTheForceOff) {
   EXPECT_TRUE(it.AsksFor(Vec3(1, 0, 0)));
 }
 
-TEST(Inverse3, GoesOnAfterTheServiceWasRestarted) {
+TEST(Inverse3, ContinuesAfterAServiceRestart) {
   Inverse3Trial it;
   ASSERT_TRUE(it.Reads(TANDEM_OK));
   it.Ask(1, 0, 0);
@@ -150,7 +150,7 @@ TEST(Inverse3, GoesOnAfterTheServiceWasRestarted) {
   it.trial.ExpectRealtime();
 }
 
-TEST(Inverse3, ASilentServiceIsAnUnpluggedDevice) {
+TEST(Inverse3, SilentServiceCountsAsUnplugged) {
   Inverse3Trial it;
   ASSERT_TRUE(it.Reads(TANDEM_OK));
   it.service.Change([](FakeWorld& world) {
@@ -164,7 +164,7 @@ TEST(Inverse3, ASilentServiceIsAnUnpluggedDevice) {
   EXPECT_LT(std::chrono::steady_clock::now() - begun, std::chrono::seconds(2));
 }
 
-TEST(Inverse3, UnsoundMessagesAreNoStatesAndEndTheConnection) {
+TEST(Inverse3, InvalidMessagesEndTheConnection) {
   const std::string head = R"({"inverse3":[{"device_id":"049D","state":{"cursor_position":)";
   const std::string tail = R"(,"cursor_velocity":{"x":0,"y":0,"z":0}}}]})";
   const std::string unsound[] = {

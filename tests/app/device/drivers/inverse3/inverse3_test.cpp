@@ -3,18 +3,18 @@
 //
 // | fault | test |
 // |---|---|
-// | no service; a service without devices | ListSaysWhatIsThereAndWhatMendsIt |
-// | wrong options, no arm, no service | OpenSaysWhatIsMissing |
-// | a service that restarts | GoesOnAfterTheServiceWasRestarted |
-// | a service that is silent | ASilentServiceIsAnUnpluggedDevice |
-// | no device in states; no power; not ready | EachConditionOfTheArmHasItsCodeAndLine |
-// | not calibrated | EachConditionOfTheArmHasItsCodeAndLine |
-// | grip asleep, not connected | AGripThatSleepsIsAnUnpluggedDevice |
-// | forces in a form that the service does not read | SaysThatTheServiceDoesNotFollow |
-// | events: safety, busy, disconnected, calibration failed | EventsTakeTheForceOff |
+// | no service; a service without devices | ListNamesDevicesAndRemedies |
+// | wrong options, no arm, no service | OpenReportsWhatIsMissing |
+// | a service that restarts | ContinuesAfterAServiceRestart |
+// | a service that is silent | SilentServiceCountsAsUnplugged |
+// | no device in states; no power; not ready | EachArmConditionHasItsCodeAndMessage |
+// | not calibrated | EachArmConditionHasItsCodeAndMessage |
+// | grip asleep, not connected | SleepingGripCountsAsUnplugged |
+// | forces in a form that the service does not read | ReportsAServiceThatLagsBehind |
+// | events: safety, busy, disconnected, calibration failed | EventsRemoveTheForce |
 // | no JSON, wrong types, NaN, infinite numbers | UnsoundMessagesAreNoStates… |
 // | deep and long messages | UnsoundMessagesAreNoStates… |
-// | a force that is no number | NeverAsksForAForceThatIsNoNumber |
+// | a force that is no number | NeverRequestsANonFiniteForce |
 #include <chrono>
 #include <cmath>
 #include <limits>
@@ -122,7 +122,7 @@ TEST(Inverse3, ReadsGripsOfBothKinds) {
   }
 }
 
-TEST(Inverse3, StopTakesTheForceOffUntilTheNextWrite) {
+TEST(Inverse3, StopRemovesTheForceUntilTheNextWrite) {
   Inverse3Trial it;
   ASSERT_TRUE(it.Reads(TANDEM_OK));
   it.Ask(0, 0, 2);
@@ -142,7 +142,7 @@ TEST(Inverse3, StopTakesTheForceOffUntilTheNextWrite) {
   EXPECT_EQ(it.Asked(), Vec3::Zero());
 }
 
-TEST(Inverse3, NeverAsksForAForceThatIsNoNumber) {
+TEST(Inverse3, NeverRequestsANonFiniteForce) {
   Inverse3Trial it;
   ASSERT_TRUE(it.Reads(TANDEM_OK));
   it.Ask(1, 1, 1);
@@ -154,7 +154,7 @@ TEST(Inverse3, NeverAsksForAForceThatIsNoNumber) {
   EXPECT_EQ(it.Asked(), Vec3::Zero());
 }
 
-TEST(Inverse3, OpenSaysWhatIsMissing) {
+TEST(Inverse3, OpenReportsWhatIsMissing) {
   const auto refused = [](const FakeService& service, const std::string& options) {
     DriverTrial trial("inverse3");
     EXPECT_EQ(trial.Open(service.ports() + "," + options), TANDEM_FAILED) << options;
@@ -175,7 +175,7 @@ TEST(Inverse3, OpenSaysWhatIsMissing) {
   EXPECT_NE(refused(service, "").find("systemctl start"), std::string::npos);
 }
 
-TEST(Inverse3, ListSaysWhatIsThereAndWhatMendsIt) {
+TEST(Inverse3, ListNamesDevicesAndRemedies) {
   const DriverTrial trial("inverse3");
   std::vector<TandemDeviceFound> found = trial.List();
   ASSERT_EQ(found.size(), 1U);

@@ -1,5 +1,5 @@
 // The driver `keyboard` against a pipe of input events. Faults that are injected: repetitions
-// (RepeatedKeysAreOne), events that were lost (LostEventsLeaveNothingPressed), unplugged with keys
+// (KeyRepeatIsIgnored), events that were lost (LostEventsLeaveNothingPressed), unplugged with keys
 // down and plugged in again (AnUnpluggedKeyboardStandsStill).
 #include <cmath>
 
@@ -63,7 +63,7 @@ TEST_F(KeyboardTest, KeysMoveTheHandWhileTheGuardKeyIsDown) {
   trial_.ExpectRealtime();
 }
 
-TEST_F(KeyboardTest, WithShiftKeysTurnTheHand) {
+TEST_F(KeyboardTest, ShiftedKeysRotateTheHand) {
   Begin("guard=no,turn_deg_s=90");
   file_.Press({KEY_LEFTSHIFT, KEY_RIGHT});
   EXPECT_TRUE(Turns(Vec3(0, M_PI / 2, 0)));
@@ -73,7 +73,7 @@ TEST_F(KeyboardTest, WithShiftKeysTurnTheHand) {
   EXPECT_TRUE(Turns(Vec3(-M_PI / 2, 0, 0)));
 }
 
-TEST_F(KeyboardTest, RepeatedKeysAreOne) {
+TEST_F(KeyboardTest, KeyRepeatIsIgnored) {
   Begin("guard=no");
   file_.Press({KEY_RIGHT});
   for (int i = 0; i < 5; ++i) file_.Send(EV_KEY, KEY_RIGHT, 2);
@@ -107,7 +107,7 @@ TEST_F(KeyboardTest, AnUnpluggedKeyboardStandsStill) {
   EXPECT_TRUE(Moves(Vec3::Zero()));
 }
 
-TEST_F(KeyboardTest, SaysWhatIsWrong) {
+TEST_F(KeyboardTest, ReportsErrors) {
   EXPECT_EQ(trial_.Open("path=/nonexistent/event0"), TANDEM_FAILED);
   EXPECT_THAT(trial_.Error(), HasSubstr("No such file"));
   EXPECT_EQ(trial_.Open("guard=perhaps"), TANDEM_FAILED);

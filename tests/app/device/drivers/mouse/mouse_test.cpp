@@ -1,5 +1,5 @@
 // The driver `mouse` against a pipe of input events. Faults that are injected: no right and no
-// device (SaysWhatIsWrong), events that were lost (LostEventsLeaveNothingPressed), unplugged while
+// device (ReportsErrors), events that were lost (LostEventsLeaveNothingPressed), unplugged while
 // it moves and plugged in again (AnUnpluggedMouseStandsStill), events of other kinds
 // (MovesWhileTheButtonIsHeld).
 #include <cmath>
@@ -60,7 +60,7 @@ TEST_F(MouseTest, MovesWhileTheButtonIsHeld) {
   trial_.ExpectRealtime();
 }
 
-TEST_F(MouseTest, TurnsWhileTheLeftButtonIsHeldToo) {
+TEST_F(MouseTest, RotatesWithTheLeftButtonHeld) {
   Begin("hold=none,deg_per_count=0.5");
   file_.Press({BTN_LEFT});
   file_.Send(EV_REL, REL_X, 20);  // 10 degrees about the axis upwards
@@ -101,7 +101,7 @@ TEST_F(MouseTest, AnUnpluggedMouseStandsStill) {
   EXPECT_EQ(trial_.Error(), "");
 }
 
-TEST_F(MouseTest, SaysWhatIsWrong) {
+TEST_F(MouseTest, ReportsErrors) {
   EXPECT_EQ(trial_.Open("path=/nonexistent/event0"), TANDEM_FAILED);
   EXPECT_THAT(trial_.Error(), HasSubstr("No such file"));
   EXPECT_EQ(trial_.Open("hold=left"), TANDEM_FAILED);

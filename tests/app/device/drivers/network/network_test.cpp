@@ -3,12 +3,12 @@
 //
 // | fault | test |
 // |---|---|
-// | no device; wrong key, address, option | OpenSaysWhatIsMissing |
-// | loss, reordering, duplicates | GoesOnUnderLossReorderingAndDuplicates |
-// | a loop that hangs | AForceIsVoidOnceTheLoopHangs |
+// | no device; wrong key, address, option | OpenReportsWhatIsMissing |
+// | loss, reordering, duplicates | SurvivesLossReorderingAndDuplicates |
+// | a loop that hangs | HungLoopInvalidatesTheForce |
 // | a device that is silent, and goes on; that says goodbye; that begins anew | ADeviceThat… |
 // | replays and forgeries while it works | ForgeriesAndReplaysChangeNothing |
-// | another port | AKeyedDeviceMayMove |
+// | another port | DeviceWithAKeyMayMove |
 #include <algorithm>
 #include <atomic>
 #include <chrono>
@@ -139,7 +139,7 @@ TEST(Network, StartsMovesAndGivesForce) {
   }
 }
 
-TEST(Network, GoesOnUnderLossReorderingAndDuplicates) {
+TEST(Network, SurvivesLossReorderingAndDuplicates) {
   NetworkTrial it;
   ASSERT_TRUE(it.IsAt(0.1));
   it.far->SetNetwork({.loss = 0.3, .twice = 0.3, .swapped = 0.3});
@@ -159,7 +159,7 @@ TEST(Network, GoesOnUnderLossReorderingAndDuplicates) {
   it.trial.ExpectRealtime();
 }
 
-TEST(Network, AForceIsVoidOnceTheLoopHangs) {
+TEST(Network, HungLoopInvalidatesTheForce) {
   NetworkTrial it;
   ASSERT_TRUE(it.FeelsX(1));
   // the loop stands; the driver's thread goes on, but no force follows from a new state
@@ -170,7 +170,7 @@ TEST(Network, AForceIsVoidOnceTheLoopHangs) {
   EXPECT_TRUE(it.FeelsX(1));
 }
 
-TEST(Network, ADeviceThatIsSilentIsUnpluggedAndGoesOn) {
+TEST(Network, SilentDeviceIsUnpluggedAndCanReturn) {
   NetworkTrial it;
   ASSERT_TRUE(it.FeelsX(1));
   it.far->SetSilent(true);
@@ -186,7 +186,7 @@ TEST(Network, ADeviceThatIsSilentIsUnpluggedAndGoesOn) {
   EXPECT_TRUE(it.FeelsX(1));
 }
 
-TEST(Network, ADeviceThatSaysGoodbyeAndOneThatBeginsAnew) {
+TEST(Network, DeviceMayLeaveAndRestart) {
   NetworkTrial it(true);
   ASSERT_TRUE(it.FeelsX(1));
   it.far->End();
@@ -231,7 +231,7 @@ TEST(Network, ForgeriesAndReplaysChangeNothing) {
   EXPECT_NE(it.trial.said()[0].find("packets were refused"), std::string::npos);
 }
 
-TEST(Network, AKeyedDeviceMayMove) {
+TEST(Network, DeviceWithAKeyMayMove) {
   NetworkTrial keyed(true);
   ASSERT_TRUE(keyed.IsAt(0.1));
   keyed.far->Move();
@@ -246,7 +246,7 @@ TEST(Network, AKeyedDeviceMayMove) {
   EXPECT_NE(open.trial.position().x(), 0.3);
 }
 
-TEST(Network, StopTakesTheForceOffUntilTheNextWrite) {
+TEST(Network, StopRemovesTheForceUntilTheNextWrite) {
   NetworkTrial it;
   ASSERT_TRUE(it.FeelsX(1));
   const std::uint64_t before = it.far->forces();
@@ -268,7 +268,7 @@ TEST(Network, StopTakesTheForceOffUntilTheNextWrite) {
   EXPECT_EQ(it.far->force().force[0], 0);
 }
 
-TEST(Network, OpenSaysWhatIsMissing) {
+TEST(Network, OpenReportsWhatIsMissing) {
   const ScratchFolder folder;
   const auto refused = [](const std::string& options) {
     DriverTrial trial("network");
@@ -300,7 +300,7 @@ TEST(Network, OpenSaysWhatIsMissing) {
                   "give both ends the same key"));
 }
 
-TEST(Network, ListSaysThatADeviceCalls) {
+TEST(Network, ListShowsACallingDevice) {
   const DriverTrial trial("network");
   const std::vector<TandemDeviceFound> found = trial.List();
   ASSERT_EQ(found.size(), 1U);
@@ -309,7 +309,7 @@ TEST(Network, ListSaysThatADeviceCalls) {
 }
 
 // The examples in Python are written from the document alone.
-TEST(Network, TheExamplesInPythonAreDevices) {
+TEST(Network, PythonExamplesWorkAsDevices) {
   if (!std::filesystem::exists("/usr/bin/python3")) GTEST_SKIP() << "no python3";
   for (const auto& [example, keyed] :
        {std::pair("smallest_device.py", false), std::pair("network_device.py", false),

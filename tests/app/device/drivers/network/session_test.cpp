@@ -2,16 +2,16 @@
 //
 // | fault | test |
 // |---|---|
-// | short, long, foreign packet; another version | RefusesWhatIsNoPacket |
+// | short, long, foreign packet; another version | RefusesMalformedPackets |
 // | forged code, each byte | RefusesAPacketWithAnyByteChanged |
 // | our own packets, sent back | RefusesItsOwnPackets |
-// | duplicate, older packet | TakesNoPacketTwice |
+// | duplicate, older packet | RefusesRepeatedPackets |
 // | packets of an earlier session, or of an earlier run of Tandem | RefusesAnEarlier… |
-// | a hello that is played again | AHelloThatIsPlayedAgainBeginsNothing |
-// | packets that were held up | RefusesWhatWasHeldUp |
-// | another address, with and without a key | OnlyAKeyLetsADeviceMove |
-// | a second device; a device that can other things | OneDeviceAtATime, ADeviceThatComesBack… |
-// | numbers that are none | RefusesUnsoundNumbers |
+// | a hello that is played again | ReplayedHelloIsIgnored |
+// | packets that were held up | RefusesDelayedPackets |
+// | another address, with and without a key | MotionNeedsAKey |
+// | a second device; a device that can other things | AcceptsOneDeviceAtATime,
+// ADeviceThatComesBack… | | numbers that are none | RefusesInvalidNumbers |
 #include "app/device/drivers/network/session.h"
 
 #include <cstring>
@@ -137,7 +137,7 @@ TEST(NetworkSession, BeginsWithAGreetingAndTakesStates) {
   }
 }
 
-TEST(NetworkSession, RefusesWhatIsNoPacket) {
+TEST(NetworkSession, RefusesMalformedPackets) {
   Tandem tandem;
   DeviceEnd device;
   ASSERT_EQ(tandem.Greet(device), Refusal::kNone);
@@ -195,7 +195,7 @@ TEST(NetworkSession, RefusesItsOwnPackets) {
   EXPECT_FALSE(device.Take(device.State(1, StateAt(0)), 1));
 }
 
-TEST(NetworkSession, TakesNoPacketTwice) {
+TEST(NetworkSession, RefusesRepeatedPackets) {
   Tandem tandem(KeyOf(kKey));
   DeviceEnd device(KeyOf(kKey));
   ASSERT_EQ(tandem.Greet(device), Refusal::kNone);
@@ -207,7 +207,7 @@ TEST(NetworkSession, TakesNoPacketTwice) {
   EXPECT_EQ(tandem.session.state().position[0], 2);
 }
 
-TEST(NetworkSession, RefusesAnEarlierSessionOfTheSameKey) {
+TEST(NetworkSession, RefusesPacketsOfAnEarlierSession) {
   Tandem tandem(KeyOf(kKey));
   DeviceEnd device(KeyOf(kKey), 7);
   std::vector<Bytes> heard{device.Hello(tandem.device_ns())};
@@ -231,7 +231,7 @@ TEST(NetworkSession, RefusesAnEarlierSessionOfTheSameKey) {
   EXPECT_EQ(tandem.Take(heard.back()), Refusal::kSession);
 }
 
-TEST(NetworkSession, RefusesAnEarlierRunOfTandem) {
+TEST(NetworkSession, RefusesPacketsOfAnEarlierRun) {
   DeviceEnd device(KeyOf(kKey));
   Tandem before(KeyOf(kKey), "the secret of a run");
   ASSERT_EQ(before.Greet(device), Refusal::kNone);
@@ -243,7 +243,7 @@ TEST(NetworkSession, RefusesAnEarlierRunOfTandem) {
   EXPECT_FALSE(now.session.on());
 }
 
-TEST(NetworkSession, AHelloThatIsPlayedAgainBeginsNothing) {
+TEST(NetworkSession, ReplayedHelloIsIgnored) {
   Tandem tandem(KeyOf(kKey));
   DeviceEnd old(KeyOf(kKey), 5);
   const Bytes hello = old.Hello(tandem.device_ns());
@@ -260,7 +260,7 @@ TEST(NetworkSession, AHelloThatIsPlayedAgainBeginsNothing) {
   EXPECT_EQ(tandem.session.sessions(), 1U);
 }
 
-TEST(NetworkSession, RefusesWhatWasHeldUp) {
+TEST(NetworkSession, RefusesDelayedPackets) {
   Tandem tandem(KeyOf(kKey));
   DeviceEnd device(KeyOf(kKey));
   ASSERT_EQ(tandem.Greet(device), Refusal::kNone);
@@ -277,7 +277,7 @@ TEST(NetworkSession, RefusesWhatWasHeldUp) {
   EXPECT_EQ(tandem.Take(device.State(tandem.device_ns(), StateAt(3))), Refusal::kUnsound);
 }
 
-TEST(NetworkSession, OnlyAKeyLetsADeviceMove) {
+TEST(NetworkSession, MotionNeedsAKey) {
   const net::Address elsewhere = At("127.0.0.1:5001");
   Tandem bare;
   DeviceEnd device;
@@ -295,7 +295,7 @@ TEST(NetworkSession, OnlyAKeyLetsADeviceMove) {
   EXPECT_TRUE(tandem.session.address() == elsewhere);  // an old packet moves nothing
 }
 
-TEST(NetworkSession, OneDeviceAtATime) {
+TEST(NetworkSession, AcceptsOneDeviceAtATime) {
   Tandem tandem;
   DeviceEnd first({}, 1), second({}, 2);
   ASSERT_EQ(tandem.Take(second.Hello(1), At("127.0.0.1:6000")), Refusal::kNone);
@@ -309,7 +309,7 @@ TEST(NetworkSession, OneDeviceAtATime) {
   EXPECT_EQ(tandem.Greet(second), Refusal::kNone);
 }
 
-TEST(NetworkSession, ADeviceThatComesBackCanWhatItCould) {
+TEST(NetworkSession, ReturningDeviceKeepsItsCapabilities) {
   Tandem tandem;
   DeviceEnd device;
   ASSERT_EQ(tandem.Greet(device), Refusal::kNone);
@@ -322,7 +322,7 @@ TEST(NetworkSession, ADeviceThatComesBackCanWhatItCould) {
   EXPECT_EQ(tandem.session.sessions(), 2U);
 }
 
-TEST(NetworkSession, RefusesUnsoundNumbers) {
+TEST(NetworkSession, RefusesInvalidNumbers) {
   Tandem tandem;
   DeviceEnd device;
   ASSERT_EQ(tandem.Greet(device), Refusal::kNone);

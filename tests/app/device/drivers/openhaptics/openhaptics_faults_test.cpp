@@ -11,7 +11,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-TEST_F(OpenHapticsTest, AForceErrorEndsTheForceAndItRampsBack) {
+TEST_F(OpenHapticsTest, ForceErrorEndsTheForceThenRamps) {
   OpenAndStart();
   wanted_[0] = 2;
   const std::pair<unsigned, const char*> errors[] = {{0x200, "too warm"},
@@ -37,7 +37,7 @@ TEST_F(OpenHapticsTest, AForceErrorEndsTheForceAndItRampsBack) {
   }
 }
 
-TEST_F(OpenHapticsTest, TheWorstOfSeveralErrorsCounts) {
+TEST_F(OpenHapticsTest, WorstErrorCounts) {
   OpenAndStart();
   fake_->frame_error = 0x302;
   fake_->later_error = 0x104;  // the handle is bad because the device is gone
@@ -48,7 +48,7 @@ TEST_F(OpenHapticsTest, TheWorstOfSeveralErrorsCounts) {
   EXPECT_TRUE(Reads(TANDEM_BROKEN));
 }
 
-TEST_F(OpenHapticsTest, AnUnpluggedDeviceIsOpenedAnew) {
+TEST_F(OpenHapticsTest, UnpluggedDeviceIsReopened) {
   OpenAndStart();
   const int inits = fake_->inits;
   fake_->plugged = false;
@@ -70,7 +70,7 @@ TEST_F(OpenHapticsTest, AnUnpluggedDeviceIsOpenedAnew) {
   }
 }
 
-TEST_F(OpenHapticsTest, AFatalErrorIsForGood) {
+TEST_F(OpenHapticsTest, FatalErrorIsPermanent) {
   wanted_[0] = 2;
   for (const unsigned code : {0x402U, 0x500U, 0x501U}) {
     OpenAndStart();
@@ -85,7 +85,7 @@ TEST_F(OpenHapticsTest, AFatalErrorIsForGood) {
   }
 }
 
-TEST_F(OpenHapticsTest, WarmMotorsGetLess) {
+TEST_F(OpenHapticsTest, WarmMotorsGetLessForce) {
   OpenAndStart();
   wanted_[0] = 2;
   ASSERT_TRUE(Gives(Vec3(2, 0, 0)));
@@ -98,7 +98,7 @@ TEST_F(OpenHapticsTest, WarmMotorsGetLess) {
   EXPECT_TRUE(Gives(Vec3(2, 0, 0)));
 }
 
-TEST_F(OpenHapticsTest, UncalibratedIsSaidWithWhatToDo) {
+TEST_F(OpenHapticsTest, ReportsMissingCalibrationWithRemedy) {
   fake_->calibration = 0x5002;  // a person has to
   OpenAndStart();
   EXPECT_TRUE(Reads(TANDEM_UNCALIBRATED));
@@ -130,7 +130,7 @@ TEST_F(OpenHapticsTest, UncalibratedIsSaidWithWhatToDo) {
   EXPECT_THAT(trial_->Error(), HasSubstr("calibrate=yes"));
 }
 
-TEST_F(OpenHapticsTest, ANewCalibrationComesWithoutForce) {
+TEST_F(OpenHapticsTest, RecalibrationDisablesForce) {
   fake_->style = 2;
   OpenAndStart();
   wanted_[0] = 2;
@@ -147,7 +147,7 @@ TEST_F(OpenHapticsTest, ANewCalibrationComesWithoutForce) {
   EXPECT_TRUE(Gives(Vec3(2, 0, 0)));
 }
 
-TEST_F(OpenHapticsTest, ASchedulerThatStandsStillIsAFailure) {
+TEST_F(OpenHapticsTest, StalledSchedulerIsAFailure) {
   OpenAndStart();
   fake_->hang_ms = 60;
   EXPECT_TRUE(Reads(TANDEM_FAILED));

@@ -4,27 +4,27 @@
 //
 // | fault | test |
 // |---|---|
-// | no library | DevicesCommand.ListsEachDriverWithWhatMendsIt, where there is none |
-// | libncurses.so.5 or the vendor's driver missing | SaysWhatTheLibraryLacks |
-// | no function; two libraries in one process | SaysWhatTheLibraryLacks |
-// | no right to the device's file | UsbTouch.ATouchWithoutARightIsTold |
-// | nothing set up | SaysWhatIsMissingAndWhatMendsIt |
-// | the other default name; NULL, which fails on Linux | OpensWhateverTheDefaultIsCalled |
-// | not plugged in (300), in use (301), no licence (600) | SaysWhyADeviceDoesNotOpen |
-// | no place in the scheduler (500, 501), it fails (304) | SaysWhyADeviceDoesNotOpen |
-// | the scheduler's rate refused (101) | GoesOnAtTheDevicesOwnRate |
-// | a device that lacks a figure or a speed (100) | GoesOnWithoutWhatADeviceHasNot |
+// | no library | DevicesCommand.ListsEachDriverWithItsRemedy, where there is none |
+// | libncurses.so.5 or the vendor's driver missing | ReportsMissingLibraryFunctions |
+// | no function; two libraries in one process | ReportsMissingLibraryFunctions |
+// | no right to the device's file | UsbTouch.InaccessibleTouchIsReported |
+// | nothing set up | ReportsMissingPartsAndRemedies |
+// | the other default name; NULL, which fails on Linux | OpensTheDefaultDeviceUnderAnyName |
+// | not plugged in (300), in use (301), no licence (600) | ReportsWhyOpenFails |
+// | no place in the scheduler (500, 501), it fails (304) | ReportsWhyOpenFails |
+// | the scheduler's rate refused (101) | KeepsTheDevicesRate |
+// | a device that lacks a figure or a speed (100) | WorksWithoutOptionalFeatures |
 // | a skewed transform | ReadsTheHandleAndGivesTheForceInEachFrame |
-// | force errors 200 to 204 | AForceErrorEndsTheForceAndItRampsBack |
-// | 300, 302, 303, 304 while it runs; unplugged, plugged in | AnUnpluggedDeviceIsOpenedAnew |
-// | several errors in a frame | TheWorstOfSeveralErrorsCounts |
-// | fatal errors 402, 500, 501 | AFatalErrorIsForGood |
-// | warm motors | WarmMotorsGetLess |
-// | not calibrated: by hand, by inkwell, by itself | UncalibratedIsSaidWithWhatToDo |
-// | a new calibration while it runs | ANewCalibrationComesWithoutForce |
-// | stuck at (0, -110, -35) mm | UncalibratedIsSaidWithWhatToDo |
-// | a turn of the scheduler of 60 ms | ASchedulerThatStandsStillIsAFailure |
-// | a force that is no number | WritesNoForceThatIsNone |
+// | force errors 200 to 204 | ForceErrorEndsTheForceThenRamps |
+// | 300, 302, 303, 304 while it runs; unplugged, plugged in | UnpluggedDeviceIsReopened |
+// | several errors in a frame | WorstErrorCounts |
+// | fatal errors 402, 500, 501 | FatalErrorIsPermanent |
+// | warm motors | WarmMotorsGetLessForce |
+// | not calibrated: by hand, by inkwell, by itself | ReportsMissingCalibrationWithRemedy |
+// | a new calibration while it runs | RecalibrationDisablesForce |
+// | stuck at (0, -110, -35) mm | ReportsMissingCalibrationWithRemedy |
+// | a turn of the scheduler of 60 ms | StalledSchedulerIsAFailure |
+// | a force that is no number | NeverWritesANonFiniteForce |
 // | a set outside a frame (402), no force in one, a wrong thread | counted by the fake |
 // | a wrong order of calls or unit of force | counted by the fake |
 #include <chrono>
@@ -46,7 +46,7 @@ namespace {
 using ::testing::Contains;
 using ::testing::HasSubstr;
 
-TEST_F(OpenHapticsTest, SaysWhatIsMissingAndWhatMendsIt) {
+TEST_F(OpenHapticsTest, ReportsMissingPartsAndRemedies) {
   EXPECT_EQ(trial_->List()[0].present, 1U);
   setenv("GTDD_HOME", "/nonexistent", 1);
   auto found = trial_->List();
@@ -58,7 +58,7 @@ TEST_F(OpenHapticsTest, SaysWhatIsMissingAndWhatMendsIt) {
 }
 
 // A library stays loaded, so each try is in a process of its own.
-TEST_F(OpenHapticsTest, SaysWhatTheLibraryLacks) {
+TEST_F(OpenHapticsTest, ReportsMissingLibraryFunctions) {
   GTEST_FLAG_SET(death_test_style, "threadsafe");
   const auto said_of = [this](const char* library) {
     setenv("TANDEM_LIBHD", library, 1);
@@ -83,7 +83,7 @@ TEST_F(OpenHapticsTest, SaysWhatTheLibraryLacks) {
   EXPECT_THAT(trial_->Error(), HasSubstr("another libHD is loaded"));
 }
 
-TEST_F(OpenHapticsTest, OpensWhateverTheDefaultIsCalled) {
+TEST_F(OpenHapticsTest, OpensTheDefaultDeviceUnderAnyName) {
   fake_->opens_as = 1;
   OpenAndStart();
   EXPECT_EQ(fake_->inits, 2);
@@ -93,7 +93,7 @@ TEST_F(OpenHapticsTest, OpensWhateverTheDefaultIsCalled) {
   EXPECT_EQ(fake_->inits, 3);
 }
 
-TEST_F(OpenHapticsTest, SaysWhyADeviceDoesNotOpen) {
+TEST_F(OpenHapticsTest, ReportsWhyOpenFails) {
   fake_->plugged = false;
   EXPECT_EQ(trial_->Open(""), TANDEM_FAILED);
   EXPECT_THAT(trial_->Error(), HasSubstr("plug it in"));
@@ -148,7 +148,7 @@ TEST_F(OpenHapticsTest, ReadsTheHandleAndGivesTheForceInEachFrame) {
   trial_->ExpectRealtime();
 }
 
-TEST_F(OpenHapticsTest, ADeviceOfSixFreedomsGetsMomentsInItsUnit) {
+TEST_F(OpenHapticsTest, SixAxisDeviceGetsTorquesInItsUnit) {
   fake_->output_dof = 6;
   OpenAndStart();
   EXPECT_EQ(trial_->Capabilities().freedoms_out, 6U);
@@ -158,14 +158,14 @@ TEST_F(OpenHapticsTest, ADeviceOfSixFreedomsGetsMomentsInItsUnit) {
   }));
 }
 
-TEST_F(OpenHapticsTest, GoesOnAtTheDevicesOwnRate) {
+TEST_F(OpenHapticsTest, KeepsTheDevicesRate) {
   fake_->refuses_rate = true;
   OpenAndStart();
   EXPECT_THAT(trial_->said(), Contains(HasSubstr("its own rate")));
   EXPECT_EQ(trial_->read(), TANDEM_OK);
 }
 
-TEST_F(OpenHapticsTest, GoesOnWithoutWhatADeviceHasNot) {
+TEST_F(OpenHapticsTest, WorksWithoutOptionalFeatures) {
   // velocity, angular velocity, temperature, stiffness, forces, degrees of freedom, style
   for (const unsigned what :
        {0x2051U, 0x2053U, 0x2605U, 0x2602U, 0x2603U, 0x2604U, 0x2554U, 0x2555U}) {
@@ -181,7 +181,7 @@ TEST_F(OpenHapticsTest, GoesOnWithoutWhatADeviceHasNot) {
   }
 }
 
-TEST_F(OpenHapticsTest, ResetsEncodersBeforeTheSchedulerStartsWhereThatIsAsked) {
+TEST_F(OpenHapticsTest, ResetsEncodersBeforeTheSchedulerOnRequest) {
   fake_->style = 1;
   ASSERT_EQ(trial_->Open("calibrate=yes"), TANDEM_OK);
   EXPECT_EQ(fake_->updates, 1);
@@ -189,7 +189,7 @@ TEST_F(OpenHapticsTest, ResetsEncodersBeforeTheSchedulerStartsWhereThatIsAsked) 
   EXPECT_FALSE(fake_->running);
 }
 
-TEST_F(OpenHapticsTest, ButtonsAreTheClutchAndTheStopAsAsked) {
+TEST_F(OpenHapticsTest, ButtonsMapToClutchAndStop) {
   OpenAndStart("clutch=1,stop=0");
   fake_->buttons = 2;
   EXPECT_TRUE(trial_->TicksUntil([&] {
@@ -201,7 +201,7 @@ TEST_F(OpenHapticsTest, ButtonsAreTheClutchAndTheStopAsAsked) {
   }));
 }
 
-TEST_F(OpenHapticsTest, AStopIsZeroUntilTheNextWriteAndCloseLeavesNoForce) {
+TEST_F(OpenHapticsTest, StopAndCloseLeaveNoForce) {
   OpenAndStart();
   wanted_[0] = 2;
   ASSERT_TRUE(Gives(Vec3(2, 0, 0)));
@@ -216,7 +216,7 @@ TEST_F(OpenHapticsTest, AStopIsZeroUntilTheNextWriteAndCloseLeavesNoForce) {
   EXPECT_EQ(fake_->disabled, 1);
 }
 
-TEST_F(OpenHapticsTest, WritesNoForceThatIsNone) {
+TEST_F(OpenHapticsTest, NeverWritesANonFiniteForce) {
   OpenAndStart();
   wanted_[0] = std::numeric_limits<double>::quiet_NaN();
   wanted_[1] = 1;

@@ -19,7 +19,7 @@ void WriteTo(const std::filesystem::path& file, const char* text) {
   std::ofstream(file) << text;
 }
 
-TEST(UsbTouch, ATouchWithoutARightIsTold) {
+TEST(UsbTouch, InaccessibleTouchIsReported) {
   const ScratchFolder root;
   EXPECT_FALSE(FindUsbTouch(root.path()).is_plugged);
   WriteTo(root.path() / "sys/class/tty/ttyACM0/idVendor", "1d6b\n");
@@ -38,7 +38,7 @@ TEST(UsbTouch, ATouchWithoutARightIsTold) {
   EXPECT_EQ(allowed.mend, "");
 }
 
-TEST(UsbTouch, ATouchHidIsFoundAmongOtherHidDevices) {
+TEST(UsbTouch, TouchIsFoundAmongOtherHidDevices) {
   const ScratchFolder root;
   WriteTo(root.path() / "sys/class/hidraw/hidraw0/device/uevent",
           "DRIVER=hid-generic\nHID_ID=0003:0000046D:0000C52B\n");

@@ -2,15 +2,15 @@
 //
 // | fault | test |
 // |---|---|
-// | no daemon, no device | SaysWhatIsMissingAndWhatMendsIt |
+// | no daemon, no device | ReportsMissingPartsAndRemedies |
 // | a daemon of protocol version 0 | SpeaksBothVersionsOfTheProtocol |
 // | a daemon that does not answer the handshake | SpeaksBothVersionsOfTheProtocol |
 // | an event before an answer | SpeaksBothVersionsOfTheProtocol |
-// | a puck held still tells nothing more | APuckThatIsHeldStillGoesOnMoving |
-// | an event in two parts; unknown events; an all-zero packet | ReadsWhateverPartsEventsComeIn |
-// | unplugged without a last zero; plugged in again | APulledPuckStandsStillAndGoesOnWhenItIsBack |
-// | the daemon dies as the puck is pushed, and is back | ADeadDaemonStopsTheHandAndIsFoundAgain |
-// | buttons beyond all numbers | ButtonsAreTheClutchAndTheStopAsAsked |
+// | a puck held still tells nothing more | ConstantDeflectionKeepsMoving |
+// | an event in two parts; unknown events; an all-zero packet | ReadsFragmentedEvents |
+// | unplugged without a last zero; plugged in again | UnpluggedPuckStopsAndResumes |
+// | the daemon dies as the puck is pushed, and is back | DeadDaemonStopsTheHandUntilItReturns |
+// | buttons beyond all numbers | ButtonsMapToClutchAndStop |
 #include <cmath>
 #include <cstdlib>
 #include <memory>
@@ -59,7 +59,7 @@ class SpaceMouseTest : public ::testing::Test {
   DriverTrial trial_;
 };
 
-TEST_F(SpaceMouseTest, SaysWhatIsMissingAndWhatMendsIt) {
+TEST_F(SpaceMouseTest, ReportsMissingPartsAndRemedies) {
   auto found = trial_.List();
   ASSERT_EQ(found.size(), 1U);
   EXPECT_EQ(found[0].present, 0U);
@@ -97,7 +97,7 @@ TEST_F(SpaceMouseTest, SpeaksBothVersionsOfTheProtocol) {
   EXPECT_TRUE(Moves(Vec3(0, 0.1, 0)));
 }
 
-TEST_F(SpaceMouseTest, AnEventBeforeTheHandshakesAnswerDoesNotShiftWhatFollows) {
+TEST_F(SpaceMouseTest, EventBeforeTheHandshakesAnswerIsNotMisread) {
   daemon_ = std::make_unique<FakeDaemon>(socket_, 1);
   daemon_->event_before_hello = true;
   ASSERT_EQ(trial_.Open("dead_zone=0"), TANDEM_OK) << trial_.Error();
@@ -109,7 +109,7 @@ TEST_F(SpaceMouseTest, AnEventBeforeTheHandshakesAnswerDoesNotShiftWhatFollows) 
   EXPECT_TRUE(Moves(Vec3::Zero()));
 }
 
-TEST_F(SpaceMouseTest, ALateAnswerToTheHandshakeBeginsAnew) {
+TEST_F(SpaceMouseTest, LateHandshakeAnswerRestartsIt) {
   daemon_ = std::make_unique<FakeDaemon>(socket_, 1);
   daemon_->hello_ms = 400;
   ASSERT_EQ(trial_.Open("dead_zone=0"), TANDEM_OK) << trial_.Error();
@@ -122,7 +122,7 @@ TEST_F(SpaceMouseTest, ALateAnswerToTheHandshakeBeginsAnew) {
   EXPECT_TRUE(Moves(Vec3(0.1, 0, 0)));
 }
 
-TEST_F(SpaceMouseTest, ADaemonThatHangsStopsTheHand) {
+TEST_F(SpaceMouseTest, HungDaemonStopsTheHand) {
   Begin("dead_zone=0");
   daemon_->Motion(350, 0, 0);
   ASSERT_TRUE(Moves(Vec3(0.1, 0, 0)));
@@ -142,7 +142,7 @@ TEST_F(SpaceMouseTest, OneOfTwoDevicesRemovedLeavesTheOther) {
   EXPECT_TRUE(Reads(TANDEM_OK));
 }
 
-TEST_F(SpaceMouseTest, MovesTheHandInItsAxesAtTheSpeedsThatAreSet) {
+TEST_F(SpaceMouseTest, MovesTheHandAtTheConfiguredSpeeds) {
   Begin("dead_zone=0,speed_mm_s=200,turn_deg_s=90");
   daemon_->Motion(175, 350, 350);  // right, up, away
   EXPECT_TRUE(Moves(Vec3(0.1, 0.2, -0.2)));
@@ -159,20 +159,20 @@ TEST_F(SpaceMouseTest, MovesTheHandInItsAxesAtTheSpeedsThatAreSet) {
   trial_.ExpectRealtime();
 }
 
-TEST_F(SpaceMouseTest, ThePartGoesTheOtherWayWhereTheViewSeemsToMove) {
+TEST_F(SpaceMouseTest, ViewModeInvertsTheMotion) {
   Begin("dead_zone=0,mode=camera");
   daemon_->Motion(350, 0, 0);
   EXPECT_TRUE(Moves(Vec3(-0.1, 0, 0)));
 }
 
-TEST_F(SpaceMouseTest, TheDominantAxisAloneMovesTheHandWhereThatIsAsked) {
+TEST_F(SpaceMouseTest, DominantAxisModeMovesOneAxis) {
   Begin("dead_zone=0,dominant=yes");
   daemon_->Motion(200, 300, -250, 100, 0, 0);
   EXPECT_TRUE(Moves(Vec3(0, 0.1 * 300 / 350, 0)));
   EXPECT_EQ(trial_.state().angular_velocity[0], 0);
 }
 
-TEST_F(SpaceMouseTest, ADeadZoneIsLeftWithoutAJump) {
+TEST_F(SpaceMouseTest, DeadZoneIsLeftWithoutAJump) {
   Begin("dead_zone=0.2");
   daemon_->Motion(69, 0, 0);
   trial_.Ticks(30);
@@ -181,7 +181,7 @@ TEST_F(SpaceMouseTest, ADeadZoneIsLeftWithoutAJump) {
   EXPECT_TRUE(Moves(Vec3(0.1, 0, 0)));
 }
 
-TEST_F(SpaceMouseTest, APuckThatIsHeldStillGoesOnMoving) {
+TEST_F(SpaceMouseTest, ConstantDeflectionKeepsMoving) {
   Begin("dead_zone=0");
   daemon_->Motion(350, 0, 0);
   ASSERT_TRUE(Moves(Vec3(0.1, 0, 0)));
@@ -190,7 +190,7 @@ TEST_F(SpaceMouseTest, APuckThatIsHeldStillGoesOnMoving) {
   EXPECT_NEAR(trial_.position().x() - from, 0.05, 0.02);
 }
 
-TEST_F(SpaceMouseTest, ReadsWhateverPartsEventsComeIn) {
+TEST_F(SpaceMouseTest, ReadsFragmentedEvents) {
   Begin("dead_zone=0");
   for (const std::size_t first : {1U, 4U, 31U}) {
     daemon_->Send({0, 350, 0, 0, 0, 0, 0, 8}, first);
@@ -203,7 +203,7 @@ TEST_F(SpaceMouseTest, ReadsWhateverPartsEventsComeIn) {
   EXPECT_TRUE(Moves(Vec3(0, 0.1, 0)));
 }
 
-TEST_F(SpaceMouseTest, APulledPuckStandsStillAndGoesOnWhenItIsBack) {
+TEST_F(SpaceMouseTest, UnpluggedPuckStopsAndResumes) {
   Begin("dead_zone=0");
   daemon_->Motion(350, 0, 0);
   ASSERT_TRUE(Moves(Vec3(0.1, 0, 0)));
@@ -221,7 +221,7 @@ TEST_F(SpaceMouseTest, APulledPuckStandsStillAndGoesOnWhenItIsBack) {
   EXPECT_EQ(trial_.Error(), "");
 }
 
-TEST_F(SpaceMouseTest, ADeadDaemonStopsTheHandAndIsFoundAgain) {
+TEST_F(SpaceMouseTest, DeadDaemonStopsTheHandUntilItReturns) {
   Begin("dead_zone=0");
   daemon_->Motion(350, 0, 0);
   ASSERT_TRUE(Moves(Vec3(0.1, 0, 0)));
@@ -235,7 +235,7 @@ TEST_F(SpaceMouseTest, ADeadDaemonStopsTheHandAndIsFoundAgain) {
   EXPECT_TRUE(Moves(Vec3(0, 0.1, 0)));
 }
 
-TEST_F(SpaceMouseTest, ButtonsAreTheClutchAndTheStopAsAsked) {
+TEST_F(SpaceMouseTest, ButtonsMapToClutchAndStop) {
   Begin("clutch=1,stop=0");
   daemon_->Send({1, 1});
   EXPECT_TRUE(trial_.TicksUntil([&] {
@@ -265,7 +265,7 @@ TEST_F(SpaceMouseTest, ForceHoldsTheHandBack) {
   EXPECT_NEAR(velocity().x(), 0.1, 1e-9);
 }
 
-TEST_F(SpaceMouseTest, AnotherAxisTakesOverWhenItIsClearlyStronger) {
+TEST_F(SpaceMouseTest, ClearlyStrongerAxisTakesOver) {
   Begin("dead_zone=0,dominant=yes");
   daemon_->Motion(300, 200, 0);
   EXPECT_TRUE(Moves(Vec3(0.1 * 300 / 350, 0, 0)));

@@ -36,7 +36,7 @@ TEST(ControllerLog, StaysWithinItsBoundAndKeepsTheLastLine) {
   EXPECT_EQ(log->LastLine(), "the newest line");
 }
 
-TEST(ControllerLog, IsWholeBelowItsBound) {
+TEST(ControllerLog, IsCompleteBelowItsBound) {
   Result<ControllerLog> log = ControllerLog::Open();
   ASSERT_TRUE(log) << log.error().what;
   Say(*log, std::string(1000, 'x') + "\n");

@@ -44,7 +44,7 @@ TEST_F(Hand, StartsAControllerAndAttachesToIt) {
 }
 
 // Another user of the machine may answer plainly under the controller's name.
-TEST_F(Hand, AttachesToNoPlainControllerWhereItHasStartedASecuredOne) {
+TEST_F(Hand, RefusesAPlainControllerAfterStartingASecuredOne) {
   Begin();
   EXPECT_FALSE(controller_.wanted_secured);
   HandRequest request = hand_.request();
@@ -67,7 +67,7 @@ TEST_F(Hand, AttachesToNoPlainControllerWhereItHasStartedASecuredOne) {
   EXPECT_FALSE(controller_.wanted_secured);
 }
 
-TEST_F(Hand, TakesABodyAndMovesItsGoal) {
+TEST_F(Hand, GrabsABodyAndMovesItsGoal) {
   Begin();
   Take();
   const auto grabs = controller_.Asked<GrabRequest>();
@@ -82,7 +82,7 @@ TEST_F(Hand, TakesABodyAndMovesItsGoal) {
   EXPECT_LT((ToPose(hand_.snapshot().hand.goal).p - goal.p).norm(), 1e-12);
 }
 
-TEST_F(Hand, TellsWhyAGrabIsRefusedAndForgetsTheGoal) {
+TEST_F(Hand, ReportsWhyAGrabIsRefusedAndDropsTheGoal) {
   controller_.refuse = "ben holds it";
   Begin();
   hand_.Grab(kBallInHand, kGrabbedAt);
@@ -94,7 +94,7 @@ TEST_F(Hand, TellsWhyAGrabIsRefusedAndForgetsTheGoal) {
   EXPECT_FALSE(hand_.held().has_value());
 }
 
-TEST_F(Hand, ARefusalOfAnythingElseNamesWhatWasAskedFor) {
+TEST_F(Hand, RefusalNamesTheRequest) {
   Begin();
   Take();
   hand_.Give("ben");
@@ -104,7 +104,7 @@ TEST_F(Hand, ARefusalOfAnythingElseNamesWhatWasAskedFor) {
   EXPECT_TRUE(hand_.word().contains("ben"));
 }
 
-TEST_F(Hand, ASilentControllerIsSaidAndTakenUpAgain) {
+TEST_F(Hand, ReportsASilentControllerAndReconnects) {
   Begin();
   controller_.heard = false;
   ASSERT_TRUE(ProcessEventsUntil([&] {
@@ -120,7 +120,7 @@ TEST_F(Hand, ASilentControllerIsSaidAndTakenUpAgain) {
   }));
 }
 
-TEST_F(Hand, AControllerThatEndedIsSaidInItsOwnWords) {
+TEST_F(Hand, ReportsTheControllersLastMessage) {
   controller_.reachable = false;
   HandRequest request;
   request.control = "test";
@@ -136,7 +136,7 @@ TEST_F(Hand, AControllerThatEndedIsSaidInItsOwnWords) {
   Begin();  // and another one can be started
 }
 
-TEST_F(Hand, EndsAControllerOfItsOwnAndLeavesAnothersAlone) {
+TEST_F(Hand, EndsOnlyItsOwnController) {
   Begin();
   hand_.Leave();
   EXPECT_EQ(controller_.Asked<QuitRequest>().size(), 1U);
@@ -150,7 +150,7 @@ TEST_F(Hand, EndsAControllerOfItsOwnAndLeavesAnothersAlone) {
   EXPECT_EQ(controller_.Asked<QuitRequest>().size(), 1U);
 }
 
-TEST_F(Hand, LetsGoStopsAndResumes) {
+TEST_F(Hand, ReleasesStopsAndResumes) {
   Begin();
   Take();
   hand_.Stop();
@@ -169,7 +169,7 @@ TEST_F(Hand, LetsGoStopsAndResumes) {
   }));
 }
 
-TEST(HandPicture, ShowsOthersInstancesAsGhostsAndTheirBodiesAsTheirs) {
+TEST(HandPicture, ShowsOtherPeersInstancesAsGhosts) {
   ControllerSnapshot now;
   now.self = 7;
   now.bodies.resize(3);
@@ -202,7 +202,7 @@ TEST(HandPicture, ShowsOthersInstancesAsGhostsAndTheirBodiesAsTheirs) {
   EXPECT_DOUBLE_EQ(list.ghosts[0].X_W.p.x(), 0.01);
 }
 
-TEST(HandPicture, NamesWhoHoldsAPartAndNobodyWhereNobodyDoes) {
+TEST(HandPicture, NamesTheHolderOfAPart) {
   ControllerSnapshot now;
   now.self = 7;
   now.bodies.resize(2);
@@ -223,7 +223,7 @@ TEST(HandPicture, NamesWhoHoldsAPartAndNobodyWhereNobodyDoes) {
   EXPECT_EQ(list.labels[0].body, 0U);
 }
 
-TEST(HandPicture, TheGoalIsAGhostOfThePartWithATether) {
+TEST(HandPicture, GoalIsATetheredGhostOfThePart) {
   ControllerSnapshot now;
   now.self = 7;
   now.bodies.resize(1);

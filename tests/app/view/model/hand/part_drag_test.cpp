@@ -33,7 +33,7 @@ double AngleBetween(const Pose& a, const Pose& b) {
   return RotationVector(a.q * b.q.conjugate()).norm();
 }
 
-TEST(PartDrag, KeepsTheGrabbedPointUnderTheCursorInThePlaneOfThePicture) {
+TEST(PartDrag, KeepsTheGrabbedPointUnderTheCursor) {
   for (const StandardView from : {StandardView::kFront, StandardView::kTop, StandardView::kIso}) {
     const CameraModel camera = FrontCamera(from);
     const Vec3 p_W(0.03, -0.06, 0.02);
@@ -64,7 +64,7 @@ TEST(PartDrag, TheWheelMovesInDepthAndLeavesThePointUnderTheCursor) {
   EXPECT_TRUE(camera.Project(drag.point_W()).has_value());
 }
 
-TEST(PartDrag, ShiftMovesATenthAsFar) {
+TEST(PartDrag, ShiftMovesAtATenthOfTheSpeed) {
   const CameraModel camera = FrontCamera();
   const Vec3 p_W(0.0, -0.05, 0.0);
   PartDrag fast = Grabbed(camera, p_W);
@@ -78,7 +78,7 @@ TEST(PartDrag, ShiftMovesATenthAsFar) {
   EXPECT_NEAR(fine.goal().p.y() - kPart.p.y(), fast.goal().p.y() - kPart.p.y(), 1e-9);
 }
 
-TEST(PartDrag, ATurnLeavesTheGrabbedPointWhereItIs) {
+TEST(PartDrag, RotationKeepsTheGrabbedPoint) {
   const CameraModel camera = FrontCamera();
   const Vec3 p_W(0.03, -0.06, 0.02);
   PartDrag drag = Grabbed(camera, p_W);
@@ -90,7 +90,7 @@ TEST(PartDrag, ATurnLeavesTheGrabbedPointWhereItIs) {
   EXPECT_LT((turned - Vec3(0, 0, 0.25 * std::numbers::pi)).norm(), 1e-9);
 }
 
-TEST(PartDrag, DownwardsTurnsTheUpperSideTowardsTheOnlooker) {
+TEST(PartDrag, DownwardDragRotatesTheTopTowardsTheViewer) {
   const CameraModel camera = FrontCamera();
   const Vec3 p_W(0, 0, 0);
   PartDrag drag = Grabbed(camera, p_W);
@@ -99,7 +99,7 @@ TEST(PartDrag, DownwardsTurnsTheUpperSideTowardsTheOnlooker) {
   EXPECT_LT(upper.y(), -0.02);  // the eye is at -Y
 }
 
-TEST(PartDrag, ALockKeepsTheMotionOnItsAxisAndTheCursorAtItsFoot) {
+TEST(PartDrag, AxisLockProjectsTheCursorOntoTheAxis) {
   const CameraModel camera = FrontCamera(StandardView::kIso);
   const Vec3 p_W(0.03, -0.06, 0.02);
   for (int axis = 0; axis < 3; ++axis) {
@@ -115,7 +115,7 @@ TEST(PartDrag, ALockKeepsTheMotionOnItsAxisAndTheCursorAtItsFoot) {
   }
 }
 
-TEST(PartDrag, APlaneLockKeepsToThePlane) {
+TEST(PartDrag, PlaneLockKeepsToThePlane) {
   const CameraModel camera = FrontCamera(StandardView::kIso);
   const Vec3 p_W(0.03, -0.06, 0.02);
   PartDrag drag = Grabbed(camera, p_W);
@@ -127,7 +127,7 @@ TEST(PartDrag, APlaneLockKeepsToThePlane) {
   EXPECT_NEAR(drag.point_W().z(), p_W.z(), 1e-12);
 }
 
-TEST(PartDrag, ALockOfThePartFollowsThePartsOwnAxis) {
+TEST(PartDrag, PartLockFollowsThePartsAxis) {
   const CameraModel camera = FrontCamera(StandardView::kIso);
   const Vec3 p_W(0.03, -0.06, 0.02);
   PartDrag drag = Grabbed(camera, p_W);
@@ -138,7 +138,7 @@ TEST(PartDrag, ALockOfThePartFollowsThePartsOwnAxis) {
   EXPECT_LT(moved.cross(kPart.q * Vec3::UnitX()).norm(), 1e-12);
 }
 
-TEST(PartDrag, AnAxisThatPointsAtTheEyeIsMovedAlongByUpAndDown) {
+TEST(PartDrag, AxisTowardsTheEyeFollowsVerticalMotion) {
   const CameraModel camera = FrontCamera();
   const Vec3 p_W = camera.target_W();
   PartDrag drag = Grabbed(camera, p_W);
@@ -149,7 +149,7 @@ TEST(PartDrag, AnAxisThatPointsAtTheEyeIsMovedAlongByUpAndDown) {
   EXPECT_LT(Vec2(moved.x(), moved.z()).norm(), 1e-12);
 }
 
-TEST(PartDrag, ATurnWithALockIsAboutItsAxis) {
+TEST(PartDrag, LockedRotationIsAboutItsAxis) {
   const CameraModel camera = FrontCamera(StandardView::kIso);
   const Vec3 p_W(0.03, -0.06, 0.02);
   for (int axis = 0; axis < 3; ++axis) {
@@ -162,7 +162,7 @@ TEST(PartDrag, ATurnWithALockIsAboutItsAxis) {
   }
 }
 
-TEST(PartDrag, NudgesGoAlongThePictureOrTheLockedAxis) {
+TEST(PartDrag, NudgesFollowThePictureOrTheLockedAxis) {
   const CameraModel camera = FrontCamera();
   PartDrag drag = Grabbed(camera, {0, 0, 0});
   drag.Nudge(camera, {0.001, 0, 0});
@@ -178,7 +178,7 @@ TEST(PartDrag, NudgesGoAlongThePictureOrTheLockedAxis) {
   EXPECT_LT((drag.goal() * (kPart.Inverse() * Vec3::Zero()) - drag.point_W()).norm(), 1e-12);
 }
 
-TEST(PartDrag, GoesOnFromAGoalThatWasDrivenBack) {
+TEST(PartDrag, ContinuesFromAReturnedGoal) {
   const CameraModel camera = FrontCamera();
   const Vec3 p_W(0.03, -0.06, 0.02);
   PartDrag drag = Grabbed(camera, p_W);
@@ -189,7 +189,7 @@ TEST(PartDrag, GoesOnFromAGoalThatWasDrivenBack) {
   EXPECT_LT((drag.goal().p - kPart.p).norm(), 1e-12);
 }
 
-TEST(PartDrag, AnAxisKeyGoesFromTheWorldsAxisToThePartsToNone) {
+TEST(PartDrag, AxisKeyCyclesWorldPartAndNone) {
   auto lock = NextLock({}, 0, false);
   EXPECT_EQ(lock, (AxisLock{0, false, false}));
   lock = NextLock(lock, 0, false);
@@ -199,7 +199,7 @@ TEST(PartDrag, AnAxisKeyGoesFromTheWorldsAxisToThePartsToNone) {
   EXPECT_EQ(NextLock(lock, 0, true), (AxisLock{0, true, false}));
 }
 
-TEST(Triad, IsPickedAtEachOfItsHandlesAndNowhereElse) {
+TEST(Triad, IsPickedOnlyAtItsHandles) {
   const CameraModel camera = FrontCamera(StandardView::kIso);
   const Pose at{Quat::Identity(), Vec3(0.02, 0.01, -0.03)};
   const auto picture = DrawTriad(camera, at);
@@ -219,7 +219,7 @@ TEST(Triad, IsPickedAtEachOfItsHandlesAndNowhereElse) {
   EXPECT_EQ(PickTriad(*picture, picture->origin + Vec2(150, 150)), std::nullopt);
 }
 
-TEST(Triad, HasTheSameSizeInThePictureHoweverFarItIs) {
+TEST(Triad, HasAConstantScreenSize) {
   CameraModel camera = FrontCamera();
   for (int zoom = 0; zoom < 3; ++zoom) {
     const auto picture = DrawTriad(camera, {});
@@ -229,7 +229,7 @@ TEST(Triad, HasTheSameSizeInThePictureHoweverFarItIs) {
   }
 }
 
-TEST(Triad, AnArrowMovesAlongItsAxisAndARingFollowsTheCursor) {
+TEST(Triad, ArrowMovesAlongItsAxisAndRingFollowsTheCursor) {
   const CameraModel camera = FrontCamera(StandardView::kIso);
   const Pose at{Quat::Identity(), Vec3(0.02, 0.01, -0.03)};
   PartDrag drag;

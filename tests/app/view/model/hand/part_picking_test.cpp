@@ -28,7 +28,7 @@ class Picking : public ::testing::Test {
   const Vec3 middle_W_{0, -0.1, 0};  // middle of the ball, 3 cm in radius
 };
 
-TEST_F(Picking, FindsTheSurfaceThatFacesTheEye) {
+TEST_F(Picking, FindsTheSurfaceFacingTheEye) {
   const auto hit = PickAt(middle_W_);
   ASSERT_TRUE(hit.has_value());
   EXPECT_EQ(hit->body, kBallBody);
@@ -36,7 +36,7 @@ TEST_F(Picking, FindsTheSurfaceThatFacesTheEye) {
   EXPECT_LT(hit->p_W.y(), -0.129);
 }
 
-TEST_F(Picking, FindsABodyWhereItWasMovedTo) {
+TEST_F(Picking, FindsAMovedBody) {
   list_.solids[kBallBody].X_W = {RotationBy(Vec3(0, 0, 0.3)), Vec3(0.05, 0.02, 0.04)};
   const Vec3 moved_W = list_.solids[kBallBody].X_W * middle_W_;
   const auto hit = PickAt(moved_W);
@@ -46,7 +46,7 @@ TEST_F(Picking, FindsABodyWhereItWasMovedTo) {
   EXPECT_EQ(PickAt(middle_W_)->body, kBlockBody);
 }
 
-TEST_F(Picking, ABodyHidesWhatIsBehindItAndEmptySpaceHidesNothing) {
+TEST_F(Picking, NearerBodyIsPicked) {
   list_.solids[kBallBody].X_W.p = Vec3(0, 0.2, 0);  // behind the block
   EXPECT_EQ(PickAt(Vec3(0, -0.02, 0))->body, kBlockBody);
   EXPECT_FALSE(PickAt(Vec3(0, 0, 0.14)).has_value());

@@ -26,7 +26,7 @@ class ProximityOfAScene : public ::testing::Test {
   ProximityModel model_;
 };
 
-TEST_F(ProximityOfAScene, DoesNothingUntilItIsSwitchedOn) {
+TEST_F(ProximityOfAScene, IsIdleUntilSwitchedOn) {
   model_.SetScene(scene_);
   model_.SetPoses(BallMovedBy(0));
   QCoreApplication::processEvents();
@@ -35,7 +35,7 @@ TEST_F(ProximityOfAScene, DoesNothingUntilItIsSwitchedOn) {
   EXPECT_TRUE(model_.message().isEmpty());
 }
 
-TEST_F(ProximityOfAScene, SaysThatItVoxelizesThenAnswersTheNewestPoses) {
+TEST_F(ProximityOfAScene, ReportsVoxelizationThenAnswersTheNewestPoses) {
   std::vector<QString> said;
   QObject::connect(&model_, &ProximityModel::Changed, [&] {
     if (said.empty() || said.back() != model_.message()) said.push_back(model_.message());
@@ -68,7 +68,7 @@ TEST_F(ProximityOfAScene, AnswersEachPoseOnce) {
   EXPECT_EQ(model_.picture(), first);
 }
 
-TEST_F(ProximityOfAScene, IsThereAtOnceWhenItIsSwitchedOnAgain) {
+TEST_F(ProximityOfAScene, IsImmediateWhenSwitchedOnAgain) {
   model_.SetScene(scene_);
   model_.SetPoses(BallMovedBy(0));
   model_.SwitchOn(true);
@@ -86,7 +86,7 @@ TEST_F(ProximityOfAScene, IsThereAtOnceWhenItIsSwitchedOnAgain) {
   EXPECT_FALSE(voxelized);
 }
 
-TEST_F(ProximityOfAScene, FollowsToAnotherSceneAndToNone) {
+TEST_F(ProximityOfAScene, FollowsSceneChanges) {
   DrawnScene other = BlockAndBall();
   other.bodies[0].name = "wall";
   model_.SetScene(scene_);
@@ -100,7 +100,7 @@ TEST_F(ProximityOfAScene, FollowsToAnotherSceneAndToNone) {
   EXPECT_EQ(model_.state(), ProximityModel::State::kNoScene);
 }
 
-TEST_F(ProximityOfAScene, SaysWhyASceneCannotBeVoxelized) {
+TEST_F(ProximityOfAScene, ReportsWhyVoxelizationFails) {
   DrawnScene fine = BlockAndBall();
   fine.voxel_size = 1e-7;
   model_.SetScene(std::make_shared<const DrawnScene>(fine));
@@ -114,7 +114,7 @@ TEST_F(ProximityOfAScene, SaysWhyASceneCannotBeVoxelized) {
   EXPECT_TRUE(Shows(0.05));
 }
 
-TEST(ProximityModel, MayBeDestroyedWhileItVoxelizes) {
+TEST(ProximityModel, CanBeDestroyedDuringVoxelization) {
   const auto scene = std::make_shared<const DrawnScene>(BlockAndBall());
   {
     ProximityModel model;

@@ -50,7 +50,7 @@ TEST_F(BlockAndBallNear, VerticesAreWarmWhereTheyAreNearAndColdBeyondTheRange) {
   }
 }
 
-TEST_F(BlockAndBallNear, TellsTheLeastDistanceAndBetweenWhom) {
+TEST_F(BlockAndBallNear, ReportsTheLeastDistanceAndItsBodies) {
   const ProximityPicture far = composer_.Compose(BallMovedBy(Vec3::Zero()));
   EXPECT_EQ(far.part, "ball");
   EXPECT_EQ(far.other, "block");
@@ -88,7 +88,7 @@ std::shared_ptr<const DrawnScene> WithASecondBall() {
   return std::make_shared<const DrawnScene>(std::move(scene));
 }
 
-TEST(SeveralMovingBodiesNear, ThePartInHandIsToldOfToo) {
+TEST(SeveralMovingBodiesNear, ReportsTheHeldPart) {
   const std::shared_ptr<const DrawnScene> scene = WithASecondBall();
   ProximityComposer composer = ComposerOf(scene);
   std::vector<Pose> X_W(3);

@@ -62,13 +62,13 @@ TEST(CameraModel, ProjectsAsItsMatricesDo) {
   }
 }
 
-TEST(CameraModel, HasNoPixelForWhatIsBehindTheEye) {
+TEST(CameraModel, PointBehindTheEyeHasNoPixel) {
   const CameraModel camera = CameraOn(Box({-1, -1, -1}, {1, 1, 1}));
   const Vec3 behind = camera.eye_W() + 0.5 * (camera.eye_W() - camera.target_W());
   EXPECT_FALSE(camera.Project(behind).has_value());
 }
 
-TEST(CameraModel, KeepsWhatIsUnderTheCursorWhenZooming) {
+TEST(CameraModel, ZoomKeepsThePointUnderTheCursor) {
   CameraModel camera = CameraOn(Box({-1, -1, -1}, {1, 1, 1}));
   const Vec2 cursor(130, 470);
   const Vec3 p_W = camera.PointAtTargetDepth(cursor);

@@ -20,7 +20,7 @@ Twist Going(const Pose& X_W, const Vec3& v, const Vec3& w) {
   return {w, v + w.cross(X_W.p - X_W * kMiddle)};
 }
 
-TEST(DeadReckoning, WhatStandsIsDrawnWhereItWasToldToBe) {
+TEST(DeadReckoning, RestingBodyIsDrawnAtItsReceivedPose) {
   DeadReckoning body;
   const Pose X_W = Moved(Vec3(0.1, 0.2, 0.3), Vec3(0.4, 0.5, 0.6));
   for (int i = 0; i < 10; ++i) {
@@ -30,7 +30,7 @@ TEST(DeadReckoning, WhatStandsIsDrawnWhereItWasToldToBe) {
   }
 }
 
-TEST(DeadReckoning, GoesAheadByTheTwistThenStopsAndGoesBack) {
+TEST(DeadReckoning, ExtrapolatesThenStopsAndReturns) {
   DeadReckoning body;
   const Vec3 v(0.2, 0, 0);
   const Vec3 w(0, 0, 1);
@@ -98,7 +98,7 @@ TEST(DeadReckoning, FollowsAHandSmoothlyOverLostFrames) {
   EXPECT_LT(most_jerk, 0.002);
 }
 
-TEST(DeadReckoning, AWrongGuessIsPutRightWithinAFewFramesNotAtOnce) {
+TEST(DeadReckoning, PredictionErrorIsCorrectedOverSeveralFrames) {
   DeadReckoning body;
   const Pose X_W;
   body.Show({1, X_W, Going(X_W, Vec3(0.3, 0, 0), Vec3::Zero())}, kMiddle, 0);
@@ -115,7 +115,7 @@ TEST(DeadReckoning, AWrongGuessIsPutRightWithinAFewFramesNotAtOnce) {
   EXPECT_EQ(body.Show({2, stopped, {}}, kMiddle, 2).p, stopped.p);
 }
 
-TEST(DeadReckoning, WhatIsSomewhereElseIsThereAtOnce) {
+TEST(DeadReckoning, DistantPoseIsTakenAtOnce) {
   DeadReckoning body;
   body.Show({1, {}, {}}, kMiddle, 0);
   const Pose far = Moved(Vec3(0.3, 0, 0), Vec3::Zero());

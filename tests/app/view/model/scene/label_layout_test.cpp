@@ -38,7 +38,7 @@ void ExpectLegible(const std::vector<LabelWish>& wishes, const std::vector<Label
   }
 }
 
-TEST(LabelLayout, ALoneLabelStandsAboveWhatItNames) {
+TEST(LabelLayout, SingleLabelIsAboveItsAnchor) {
   const std::vector<LabelWish> wishes{{{400, 300}, 250, kLabel}};
   const std::vector<LabelPlace> places = PlaceLabels(wishes, kPicture);
   ExpectLegible(wishes, places);
@@ -47,7 +47,7 @@ TEST(LabelLayout, ALoneLabelStandsAboveWhatItNames) {
 }
 
 // A shared body has one instance at each holder, and these are nearly at one place.
-TEST(LabelLayout, OfInstancesAtOnePlaceNoLineRunsThroughAText) {
+TEST(LabelLayout, LeaderLinesCrossNoText) {
   for (const std::size_t count : {2U, 3U, 4U, 5U}) {
     std::vector<LabelWish> wishes;
     for (std::size_t i = 0; i < count; ++i) {
@@ -57,7 +57,7 @@ TEST(LabelLayout, OfInstancesAtOnePlaceNoLineRunsThroughAText) {
   }
 }
 
-TEST(LabelLayout, AtThePicturesRimNoDotLiesUponAText) {
+TEST(LabelLayout, LabelsAtTheRimCoverNoDot) {
   for (const QPointF at : {QPointF(400, 12), QPointF(10, 10), QPointF(890, 20), QPointF(895, 690),
                            QPointF(450, 695), QPointF(3, 350)}) {
     const std::vector<LabelWish> wishes{{at, at.y() - 8, kLabel},
@@ -66,7 +66,7 @@ TEST(LabelLayout, AtThePicturesRimNoDotLiesUponAText) {
   }
 }
 
-TEST(LabelLayout, FourPeersWhereverTheyAreStayLegible) {
+TEST(LabelLayout, FourLabelsStayLegibleAnywhere) {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> x(0, kPicture.width());
   std::uniform_real_distribution<double> y(0, kPicture.height());
@@ -81,7 +81,7 @@ TEST(LabelLayout, FourPeersWhereverTheyAreStayLegible) {
   }
 }
 
-TEST(LabelLayout, InAPictureWithoutRoomAllAreStillPlaced) {
+TEST(LabelLayout, AllLabelsArePlacedInATinyPicture) {
   const std::vector<LabelWish> wishes(20, {{20, 20}, 10, kLabel});
   EXPECT_EQ(PlaceLabels(wishes, QSizeF(100, 40)).size(), 20U);
 }

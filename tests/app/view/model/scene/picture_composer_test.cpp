@@ -35,7 +35,7 @@ class Composed : public ::testing::Test {
   PeerPalette palette_;
 };
 
-TEST_F(Composed, BodiesThatNobodySentStandAtTheirInitialPose) {
+TEST_F(Composed, UnsentBodiesKeepTheirInitialPose) {
   const DrawList list = At(0);
   ASSERT_EQ(list.solids.size(), 2U);
   EXPECT_EQ(list.solids[1].X_W.p, Vec3::Zero());
@@ -58,7 +58,7 @@ TEST_F(Composed, TheFirstActivePeersInstanceIsSolidAndTheOthersAreGhostsInTheirC
 }
 
 // Anybody may send a picture of any body, and a low id costs nothing.
-TEST_F(Composed, TheInstanceOfThePeerThatClaimsABodyIsSolidWhateverOthersSend) {
+TEST_F(Composed, ClaimantsInstanceIsSolidWhateverOthersSend) {
   picture_.peers = {PeerAt(2, "Mallory", -kX), PeerAt(3, "Anna", kX), PeerAt(8, "Ben", 2 * kX)};
   picture_.peers[2].info.claims = {{1, 5, false}};
   DrawList list = At(0);
@@ -85,7 +85,7 @@ TEST_F(Composed, TheInstanceOfThePeerThatClaimsABodyIsSolidWhateverOthersSend) {
 }
 
 // An epoch costs nothing either, so the beliefs of the others decide first.
-TEST_F(Composed, AClaimThatTheOthersDoNotGoByIsNotSolid) {
+TEST_F(Composed, UnacceptedClaimIsNotDrawnSolid) {
   picture_.peers = {PeerAt(2, "Mallory", -kX), PeerAt(3, "Anna", kX), PeerAt(8, "Ben", 2 * kX)};
   picture_.peers[0].info.claims = {{1, 0xFFFFFFFF, true}};
   picture_.peers[1].info.claims = {{1, 6, true}};
@@ -101,12 +101,12 @@ TEST_F(Composed, AClaimThatTheOthersDoNotGoByIsNotSolid) {
   EXPECT_EQ(At(2).solids[1].X_W.p.x(), kX);
 }
 
-TEST_F(Composed, WhoMovesABodyAloneIsNeitherSolidNorGhost) {
+TEST_F(Composed, SoleInstanceIsNeitherSolidNorGhost) {
   picture_.peers = {PeerAt(3, "Anna", kX, 103.7)};
   EXPECT_EQ(At(0).labels[0].text, "Anna \u00b7 104 ms");
 }
 
-TEST_F(Composed, AfterOneHasLeftOneselfOthersFadeAndAreNotSaidToHaveLeft) {
+TEST_F(Composed, OwnLeaveFadesOthersWithoutMarkingThemAsLeft) {
   picture_.peers = {PeerAt(3, "Anna", kX), PeerAt(8, "Ben", 2 * kX)};
   At(0);
   for (ViewedPeer& peer : picture_.peers) peer.presence = Presence::kUnknown;
@@ -116,7 +116,7 @@ TEST_F(Composed, AfterOneHasLeftOneselfOthersFadeAndAreNotSaidToHaveLeft) {
   EXPECT_TRUE(At(5).labels.empty());
 }
 
-TEST_F(Composed, WhoComesBackKeepsTheColour) {
+TEST_F(Composed, ReturningPeerKeepsItsColour) {
   picture_.peers = {PeerAt(3, "Anna", kX), PeerAt(8, "Ben", 2 * kX)};
   const Colour colour = At(0).labels[1].colour;
   picture_.peers[1].info.peer = 12;
@@ -124,7 +124,7 @@ TEST_F(Composed, WhoComesBackKeepsTheColour) {
   EXPECT_EQ(At(1).labels[1].colour, colour);
 }
 
-TEST_F(Composed, TellsWhichBodiesAreInHand) {
+TEST_F(Composed, ReportsHeldBodies) {
   picture_.peers = {PeerAt(3, "Anna", kX)};
   EXPECT_TRUE(At(0).held.empty());
   picture_.peers[0].bodies[0].flags = ViewBody::kHeld;
@@ -134,7 +134,7 @@ TEST_F(Composed, TellsWhichBodiesAreInHand) {
 }
 
 // A body in hand is drawn ahead of its frame. Measured values stay at the pose that was told.
-TEST_F(Composed, WhatAHandMovesFreelyIsDrawnAhead) {
+TEST_F(Composed, FreelyMovedBodyIsPredicted) {
   picture_.peers = {PeerAt(3, "Anna", kX), PeerAt(8, "Ben", 2 * kX)};
   for (ViewedPeer& peer : picture_.peers) {
     peer.bodies[0].flags = ViewBody::kHeld;
@@ -158,13 +158,13 @@ TEST_F(Composed, WhatAHandMovesFreelyIsDrawnAhead) {
   EXPECT_EQ(list.ghosts[0].X_W.p.x(), 2 * kX);
 }
 
-TEST_F(Composed, AWallBetweenIsWrittenBesideTheName) {
+TEST_F(Composed, WallBetweenInstancesIsLabelled) {
   picture_.peers = {PeerAt(3, "Anna", kX, 20)};
   picture_.peers[0].bodies[0].flags = ViewBody::kHeld | ViewBody::kTrapped;
   EXPECT_EQ(At(0).labels[0].text, "Anna \u00b7 20 ms \u00b7 trapped");
 }
 
-TEST_F(Composed, APeerThatLeavesFadesAndTheNextOnesInstanceBecomesTheSolidOne) {
+TEST_F(Composed, LeavingPeerFadesAndTheNextInstanceIsSolid) {
   picture_.peers = {PeerAt(3, "Anna", kX), PeerAt(8, "Ben", 2 * kX)};
   At(10);
   picture_.peers[0].presence = Presence::kLeft;
@@ -182,7 +182,7 @@ TEST_F(Composed, APeerThatLeavesFadesAndTheNextOnesInstanceBecomesTheSolidOne) {
   EXPECT_EQ(list.labels[0].text, "Ben");
 }
 
-TEST_F(Composed, APeerThatWasLostAndComesBackIsShownAtOnce) {
+TEST_F(Composed, ReturningPeerIsShownAtOnce) {
   picture_.peers = {PeerAt(3, "Anna", kX), PeerAt(8, "Ben", 2 * kX)};
   At(0);
   picture_.peers[1].presence = Presence::kLost;
@@ -196,7 +196,7 @@ TEST_F(Composed, APeerThatWasLostAndComesBackIsShownAtOnce) {
 
 // A viewer keeps a limited number of peers. Nothing is kept here either of a peer that it has
 // forgotten.
-TEST_F(Composed, APeerThatWasForgottenIsNewWhenItComesBack) {
+TEST_F(Composed, ForgottenPeerReturnsAsNew) {
   picture_.peers = {PeerAt(3, "Anna", kX)};
   picture_.peers[0].presence = Presence::kLost;
   At(0);
@@ -212,7 +212,7 @@ TEST_F(Composed, APeerThatWasForgottenIsNewWhenItComesBack) {
   EXPECT_FLOAT_EQ(list.labels[0].opacity, 1.0F);
 }
 
-TEST_F(Composed, ABodyStaysWhereItWasLastSeenWhenEverybodyIsGone) {
+TEST_F(Composed, BodyKeepsItsLastPoseWhenAllPeersLeave) {
   picture_.peers = {PeerAt(3, "Anna", kX), PeerAt(8, "Ben", 2 * kX)};
   picture_.peers[0].heard_ns = 5;
   picture_.peers[1].heard_ns = 9;
@@ -221,7 +221,7 @@ TEST_F(Composed, ABodyStaysWhereItWasLastSeenWhenEverybodyIsGone) {
   EXPECT_EQ(At(9).solids[1].X_W.p.x(), 2 * kX);
 }
 
-TEST_F(Composed, ANameStandsBesideTheBodyThatTheHandHolds) {
+TEST_F(Composed, HoldersNameIsDrawnBesideTheBody) {
   ViewedPeer peer = PeerAt(3, "Anna", kX);
   ViewBody held;
   held.object = 2;
@@ -234,7 +234,7 @@ TEST_F(Composed, ANameStandsBesideTheBodyThatTheHandHolds) {
   EXPECT_EQ(list.labels[0].body, 2U);
 }
 
-TEST_F(Composed, PosesOfBodiesThatTheSceneHasNotAreLeftOut) {
+TEST_F(Composed, PosesOfUnknownBodiesAreIgnored) {
   ViewedPeer peer = PeerAt(3, "Anna", kX);
   peer.bodies[0].object = 17;
   picture_.peers = {peer};
@@ -244,7 +244,7 @@ TEST_F(Composed, PosesOfBodiesThatTheSceneHasNotAreLeftOut) {
 }
 
 // Body 2 is merged with body 1, which is what peers send.
-TEST_F(Composed, APartGoesWhereItsWholeGoesInItsOwnColour) {
+TEST_F(Composed, MergedPartMovesWithItsBodyInItsOwnColour) {
   const Colour blue{0.0F, 0.0F, 1.0F};
   std::vector<BodyLook> looks = kFixtureAndPart;
   looks.push_back({false, blue, 1});
@@ -259,7 +259,7 @@ TEST_F(Composed, APartGoesWhereItsWholeGoesInItsOwnColour) {
   EXPECT_EQ(list.ghosts[1].colour, palette_.Of(8));
 }
 
-TEST_F(Composed, EqualPicturesGiveEqualListsSoThatNothingIsDrawnAgain) {
+TEST_F(Composed, EqualPicturesGiveEqualDrawLists) {
   picture_.peers = {PeerAt(3, "Anna", kX), PeerAt(8, "Ben", 2 * kX)};
   const DrawList first = At(0);
   EXPECT_TRUE(first == At(1));

@@ -71,7 +71,7 @@ TEST(Refine, CutsLongSidesAndLeavesTheSurfaceClosedAndInPlace) {
   }
 }
 
-TEST(Refine, LeavesFineMeshesAsTheyAre) {
+TEST(Refine, LeavesFineMeshesUnchanged) {
   ShadedMesh mesh = Shade(SphereMesh(0.01, 16, 32), kCreaseAngle);
   const std::vector<std::uint32_t> before = mesh.triangles;
   Refine(mesh, 0.005, 100'000);
@@ -79,7 +79,7 @@ TEST(Refine, LeavesFineMeshesAsTheyAre) {
   EXPECT_TRUE(mesh.uncut_triangles.empty());
 }
 
-TEST(Refine, KeepsTheTrianglesThatItCutWithTheirVertices) {
+TEST(Refine, KeepsTheVerticesOfSplitTriangles) {
   ShadedMesh mesh = Shade(BoxMesh({0, 0, 0}, {0.04, 0.01, 0.003}), kCreaseAngle);
   const ShadedMesh before = mesh;
   Refine(mesh, 0.004, 100'000);

@@ -41,7 +41,7 @@ class SceneOfASession : public ::testing::Test {
   std::uint64_t hash_ = BlockAndBall().hash;
 };
 
-TEST_F(SceneOfASession, IsLoadedFromThePathThatTheSessionNamesWhenTheUserSaysSo) {
+TEST_F(SceneOfASession, IsLoadedFromTheSessionsPathWithConsent) {
   int loads = 0;
   SceneModel model([&loads](const std::filesystem::path& file, const LoadProgress& progress) {
     ++loads;
@@ -65,7 +65,7 @@ TEST_F(SceneOfASession, IsLoadedFromThePathThatTheSessionNamesWhenTheUserSaysSo)
 }
 
 // A session may name any path of this machine.
-TEST_F(SceneOfASession, IsNotReadFromAFileThatIsNoSceneFile) {
+TEST_F(SceneOfASession, IsReadFromSceneFilesOnly) {
   QTemporaryFile log(QDir::tempPath() + "/XXXXXX.log");
   ASSERT_TRUE(log.open());
   bool loaded = false;
@@ -79,7 +79,7 @@ TEST_F(SceneOfASession, IsNotReadFromAFileThatIsNoSceneFile) {
   EXPECT_FALSE(loaded);
 }
 
-TEST_F(SceneOfASession, IsNotShownWhenTheFileHereIsAnotherOne) {
+TEST_F(SceneOfASession, LocalFileWithOtherContentIsNotShown) {
   SceneModel model(LoadBlockAndBall);
   model.SetSessionScene(ManifestOf(here_.fileName().toStdString(), hash_ + 1));
   ASSERT_TRUE(Settled(model));
@@ -91,7 +91,7 @@ TEST_F(SceneOfASession, IsNotShownWhenTheFileHereIsAnotherOne) {
   EXPECT_TRUE(model.message().contains("differs from the session's scene"));
 }
 
-TEST_F(SceneOfASession, IsFetchedFromAPeerWhenTheUserSaysSo) {
+TEST_F(SceneOfASession, IsFetchedWithTheUsersConsent) {
   SceneModel model(LoadBlockAndBall);
   std::atomic<int> fetched{0};
   std::atomic<bool> fails{true};
@@ -122,7 +122,7 @@ TEST_F(SceneOfASession, IsFetchedFromAPeerWhenTheUserSaysSo) {
   EXPECT_EQ(fetched, 2);
 }
 
-TEST_F(SceneOfASession, IsSaidToBeMissingWithItsNameWhenItsFileIsNotHere) {
+TEST_F(SceneOfASession, MissingSceneIsReportedByName) {
   SceneModel model(LoadBlockAndBall);
   model.SetSessionScene(ManifestOf("/nowhere/bracket.json", hash_));
   ASSERT_TRUE(Settled(model));
@@ -131,7 +131,7 @@ TEST_F(SceneOfASession, IsSaidToBeMissingWithItsNameWhenItsFileIsNotHere) {
   EXPECT_TRUE(model.message().contains("--scene"));
 }
 
-TEST_F(SceneOfASession, IsFoundWhereItLiesOnThisMachine) {
+TEST_F(SceneOfASession, IsFoundOnThisMachine) {
   std::vector<std::uint64_t> wanted;
   SceneModel model(LoadBlockAndBall, [&](const SceneManifest& manifest) {
     wanted.push_back(manifest.content_hash);
@@ -145,7 +145,7 @@ TEST_F(SceneOfASession, IsFoundWhereItLiesOnThisMachine) {
   EXPECT_TRUE(model.warning().isEmpty());
 }
 
-TEST_F(SceneOfASession, IsLookedForAgainAndTheFoldersAreNamed) {
+TEST_F(SceneOfASession, IsSearchedAgainAndTheFoldersAreListed) {
   SceneSearchResult result{std::nullopt, {"/own/scenes", "/work"}};
   SceneModel model(LoadBlockAndBall, [&](const SceneManifest&) {
     return result;
@@ -166,7 +166,7 @@ TEST_F(SceneOfASession, IsLookedForAgainAndTheFoldersAreNamed) {
 }
 
 // A scene of one body, where the session's has another.
-TEST_F(SceneOfASession, IsComparedBodyByBodyWithTheOneThatTheUserNamed) {
+TEST_F(SceneOfASession, IsComparedWithTheUsersSceneBodyByBody) {
   SceneModel model(
       [](const std::filesystem::path& file, const LoadProgress&) -> Result<DrawnScene> {
         DrawnScene scene = BlockAndBall();
@@ -188,7 +188,7 @@ TEST_F(SceneOfASession, IsComparedBodyByBodyWithTheOneThatTheUserNamed) {
       << model.warning().toStdString();
 }
 
-TEST_F(SceneOfASession, GivesWayToTheSceneThatTheUserNamedWithAWarningWhenTheyDiffer) {
+TEST_F(SceneOfASession, UsersSceneTakesPrecedenceWithAWarning) {
   SceneModel model(LoadBlockAndBall);
   model.OpenNamed("mine.json");
   model.SetSessionScene(ManifestOf(here_.fileName().toStdString(), hash_ + 1));
@@ -200,7 +200,7 @@ TEST_F(SceneOfASession, GivesWayToTheSceneThatTheUserNamedWithAWarningWhenTheyDi
   EXPECT_TRUE(model.warning().isEmpty());
 }
 
-TEST_F(SceneOfASession, SaysInWordsWhyItCouldNotBeLoaded) {
+TEST_F(SceneOfASession, ReportsWhyLoadingFailed) {
   SceneModel model([](const std::filesystem::path&, const LoadProgress&) -> Result<DrawnScene> {
     return Error{"bodies[1].mesh: no file bracket.stl"};
   });
@@ -210,7 +210,7 @@ TEST_F(SceneOfASession, SaysInWordsWhyItCouldNotBeLoaded) {
   EXPECT_TRUE(model.message().contains("bodies[1].mesh: no file bracket.stl"));
 }
 
-TEST(SceneModel, LoadsInAnotherThreadAndShowsHowFarItIs) {
+TEST(SceneModel, LoadsInAnotherThreadWithProgress) {
   std::promise<void> disk;
   SceneModel model([&](const std::filesystem::path& file, const LoadProgress& progress) {
     progress(1, 4, "part.stl");
@@ -229,7 +229,7 @@ TEST(SceneModel, LoadsInAnotherThreadAndShowsHowFarItIs) {
   }));
 }
 
-TEST(SceneModel, GivesUpLoadingWhenItIsDestroyed) {
+TEST(SceneModel, DestructionCancelsLoading) {
   bool given_up = false;
   {
     SceneModel model(
@@ -244,7 +244,7 @@ TEST(SceneModel, GivesUpLoadingWhenItIsDestroyed) {
 }
 
 // A disk that does not answer holds the window up no longer than a second.
-TEST(SceneModel, EndsThoughItsFileCannotBeReadToTheEnd) {
+TEST(SceneModel, EndsOnAnEndlessFile) {
   const auto disk = std::make_shared<std::promise<void>>();
   const auto begun = std::make_shared<std::atomic<bool>>(false);
   const auto ended = std::make_shared<std::atomic<bool>>(false);

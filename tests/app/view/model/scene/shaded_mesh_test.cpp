@@ -33,7 +33,7 @@ TEST(Shade, GivesASphereSmoothNormalsAndNoEdges) {
   }
 }
 
-TEST(Shade, DrawsTheRimOfAnOpenMeshAndSkipsTrianglesOfNoArea) {
+TEST(Shade, DrawsOpenRimsAndSkipsDegenerateTriangles) {
   TriangleMesh mesh;
   mesh.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {2, 0, 0}};
   mesh.triangles = {{0, 1, 2}, {0, 1, 3}};  // the second lies on a line

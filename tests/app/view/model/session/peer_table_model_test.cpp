@@ -43,7 +43,7 @@ TEST_F(PeerTable, ShowsNameRolePresenceAndDelayWithItsUnit) {
   EXPECT_TRUE(model_.data(model_.index(0, PeerTableModel::kName), Qt::DecorationRole).isValid());
 }
 
-TEST_F(PeerTable, ShowsLagForceAndWhoIsTrapped) {
+TEST_F(PeerTable, ShowsLagForceAndTrappedPeers) {
   ViewedPeer anna = Peer(1, "Anna", Role::kActive, 20);
   anna.mirror_lag_mm = 12.34;
   anna.link_force = 2.96;
@@ -62,7 +62,7 @@ TEST_F(PeerTable, ShowsLagForceAndWhoIsTrapped) {
 }
 
 // The table tells what a mark means where the mouse rests on it.
-TEST_F(PeerTable, ShowsWhatAPeersFramesGaveUp) {
+TEST_F(PeerTable, ShowsAPeersFrameLimits) {
   ViewedPeer anna = Peer(1, "Anna", Role::kActive, 20);
   const FrameLimits limits{.travel_limited = 0.12, .over_capacity = 0, .contacts_full = 0.03};
   anna.bodies = {{0, ViewBody::kHeld | AsFlags(limits), {}, Vec3::Zero()}};
@@ -79,7 +79,7 @@ TEST_F(PeerTable, ShowsWhatAPeersFramesGaveUp) {
   EXPECT_EQ(Text(model_, 0, PeerTableModel::kLimits), "");
 }
 
-TEST_F(PeerTable, SaysOfAnotherProtocolOfAReplayAndOfWhoWasHereWhenOneLeft) {
+TEST_F(PeerTable, ShowsOtherProtocolsReplaysAndDepartedPeers) {
   ViewedPeer anna = Peer(1, "Anna", Role::kActive, 20);
   anna.info.protocol = kProtocol + 1;
   ViewedPeer ben = Peer(2, ReplayName("Ben"), Role::kActive, 20);
@@ -96,7 +96,7 @@ TEST_F(PeerTable, SaysOfAnotherProtocolOfAReplayAndOfWhoWasHereWhenOneLeft) {
   EXPECT_EQ(Text(model_, 2, PeerTableModel::kDelay), "\u2013");
 }
 
-TEST_F(PeerTable, WhoComesBackKeepsRowAndColour) {
+TEST_F(PeerTable, ReturningPeerKeepsRowAndColour) {
   model_.Update({Peer(5, "E", Role::kActive, 0), Peer(7, "G", Role::kActive, 0)}, palette_);
   const QPersistentModelIndex e = model_.index(0, 0);
   const QVariant colour = e.data(Qt::DecorationRole);
@@ -131,7 +131,7 @@ TEST_F(PeerTable, KeepsItsRowsInOrderWhilePeersComeAndGo) {
   EXPECT_EQ(model_.rowCount(), 0);
 }
 
-TEST_F(PeerTable, TellsOnlyOfRowsThatChanged) {
+TEST_F(PeerTable, ReportsOnlyChangedRows) {
   std::vector<ViewedPeer> peers{Peer(1, "Anna", Role::kActive, 100),
                                 Peer(2, "Ben", Role::kActive, 100)};
   model_.Update(peers, palette_);
@@ -150,7 +150,7 @@ TEST_F(PeerTable, TellsOnlyOfRowsThatChanged) {
   EXPECT_EQ(Text(model_, 1, PeerTableModel::kDelay), "\u2013");
 }
 
-TEST_F(PeerTable, APeerWithoutANameYetIsCalledByItsNumber) {
+TEST_F(PeerTable, UnnamedPeerIsShownByNumber) {
   model_.Update({Peer(0x12ab34, "", Role::kActive, 0)}, palette_);
   EXPECT_EQ(Text(model_, 0, PeerTableModel::kName), "peer ab34");
 }

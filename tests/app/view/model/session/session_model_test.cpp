@@ -9,7 +9,7 @@
 namespace tandem {
 namespace {
 
-TEST(SessionModel, JoinsWithoutBlockingAndTellsItsNameAsAViewer) {
+TEST(SessionModel, JoinsWithoutBlockingAsANamedViewer) {
   FakeSession fake;
   std::promise<void> network_answers;
   SessionModel session([&](const JoinRequest& request, PeerId peer, Inbox& inbox) {
@@ -33,7 +33,7 @@ TEST(SessionModel, JoinsWithoutBlockingAndTellsItsNameAsAViewer) {
   EXPECT_NE(fake.peer, 0U);
 }
 
-TEST(SessionModel, SaysAgainAndAgainThatItIsHere) {
+TEST(SessionModel, AnnouncesItselfPeriodically) {
   FakeSession fake;
   SessionModel session(fake.Join());
   session.Join({"s", "Dora", 42, ""});
@@ -43,7 +43,7 @@ TEST(SessionModel, SaysAgainAndAgainThatItIsHere) {
   EXPECT_LT(fake.said[0].beat, fake.said[2].beat);
 }
 
-TEST(SessionModel, SaysWhyItCouldNotJoinAndCanTryAgain) {
+TEST(SessionModel, ReportsAFailedJoinAndCanRetry) {
   FakeSession fake;
   fake.refuse = "no interface called eth7";
   SessionModel session(fake.Join());
@@ -60,7 +60,7 @@ TEST(SessionModel, SaysWhyItCouldNotJoinAndCanTryAgain) {
   EXPECT_TRUE(session.error().isEmpty());
 }
 
-TEST(SessionModel, LeavesWithAGoodbyeKeepsTheLastPictureAndCanJoinAgain) {
+TEST(SessionModel, LeaveKeepsTheLastPictureAndAllowsARejoin) {
   FakeSession fake;
   SessionModel session(fake.Join());
   session.Join({"s", "Dora", 42, ""});
@@ -88,7 +88,7 @@ TEST(SessionModel, LeavesWithAGoodbyeKeepsTheLastPictureAndCanJoinAgain) {
   EXPECT_TRUE(session.Picture().peers.empty());
 }
 
-TEST(SessionModel, LeavesWhenItsKeysEndAndSaysSo) {
+TEST(SessionModel, LeavesAndReportsWhenItsKeysExpire) {
   FakeSession fake;
   SessionModel session(fake.Join());
   session.Join({"s", "Dora", 42, ""});
@@ -118,7 +118,7 @@ struct FakeNearby : SessionsNearby {
   const std::vector<AnnouncedSession>& sessions;
 };
 
-TEST(SessionModel, SaysOfASessionThatNobodyWasHeardInWhichOthersThereAre) {
+TEST(SessionModel, EmptySessionListsOtherSessions) {
   FakeSession fake;
   std::vector<AnnouncedSession> others;
   SessionModel session(fake.Join(), [&](const JoinRequest& request) {
@@ -158,7 +158,7 @@ TEST(SessionModel, SaysOfASessionThatNobodyWasHeardInWhichOthersThereAre) {
   }));
 }
 
-TEST(SessionModel, SaysGoodbyeWhenItIsDestroyedEvenIfNobodyHeardThatItHadJoined) {
+TEST(SessionModel, DestructionSaysGoodbyeDuringAJoin) {
   FakeSession joined;
   {
     SessionModel session(joined.Join());

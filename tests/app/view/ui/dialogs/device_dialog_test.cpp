@@ -26,7 +26,7 @@ T* ChildOf(const DeviceDialog& dialog, const char* name) {
   return child;
 }
 
-TEST(DeviceDialogTest, ListsTheMouseAndTheDevicesWithWhatMendsThem) {
+TEST(DeviceDialogTest, ListsMouseAndDevicesWithRemedies) {
   DeviceDialog dialog("");
   dialog.ShowDevices(kDevices);
   auto* list = ChildOf<QTreeWidget>(dialog, "devices");
@@ -45,14 +45,14 @@ TEST(DeviceDialogTest, ListsTheMouseAndTheDevicesWithWhatMendsThem) {
   EXPECT_EQ(dialog.device(), "");
 }
 
-TEST(DeviceDialogTest, KeepsTheOptionsThatWereTypedWhenTheListComes) {
+TEST(DeviceDialogTest, DeviceListKeepsTypedOptions) {
   DeviceDialog dialog("spacemouse:mode=camera");
   dialog.ShowDevices(kDevices);
   EXPECT_EQ(dialog.device(), "spacemouse:mode=camera");
   EXPECT_EQ(ChildOf<QTreeWidget>(dialog, "devices")->currentItem()->text(0), "spacemouse");
 }
 
-TEST(DeviceDialogTest, OutlivesAProgramThatIsNoneAndAnAnswerThatIsNone) {
+TEST(DeviceDialogTest, SurvivesAMissingProgramAndAnInvalidAnswer) {
   DeviceDialog dialog("");
   dialog.Look("/nonexistent/tandem");
   EXPECT_TRUE(ProcessEventsUntil([&] {

@@ -40,7 +40,7 @@ Invitation Plain() {
   return invitation;
 }
 
-TEST(InviteDialog, MakesALineByTheProgramAndCopiesIt) {
+TEST(InviteDialog, CreatesAndCopiesAnInvitation) {
   InviteDialog dialog(OnLoopback(), TANDEM_PROGRAM);
   EXPECT_EQ(dialog.Fault(), QString());
   dialog.findChild<QComboBox*>("invite_role")->setCurrentIndex(1);
@@ -57,7 +57,7 @@ TEST(InviteDialog, MakesALineByTheProgramAndCopiesIt) {
   EXPECT_EQ(QGuiApplication::clipboard()->text(), line);
 }
 
-TEST(InviteDialog, OfASecuredSessionAsksWhomAndForTheSessionsKeys) {
+TEST(InviteDialog, SecuredSessionAsksForNameAndKeys) {
   const ScratchFolder folder;
   HandRequest request = OnLoopback();
   request.secure = (folder.path() / "anna").string();
@@ -82,7 +82,7 @@ TEST(InviteDialog, OfASecuredSessionAsksWhomAndForTheSessionsKeys) {
   })) << state->text().toStdString();
 }
 
-TEST(JoinDialog, ALineSaysMostOfIt) {
+TEST(JoinDialog, InvitationFillsMostFields) {
   JoinDialog dialog;
   HandRequest request;
   request.name = "ben";
@@ -105,7 +105,7 @@ TEST(JoinDialog, ALineSaysMostOfIt) {
   EXPECT_FALSE(dialog.active());
 }
 
-TEST(JoinDialog, ListsOpenSessionsAndTakesTheChosenOne) {
+TEST(JoinDialog, ListsOpenSessionsAndUsesTheChosenOne) {
   JoinDialog dialog;
   auto* list = dialog.findChild<QListWidget*>("join_sessions");
   dialog.ShowSessions("{\"sessions\":[]}");

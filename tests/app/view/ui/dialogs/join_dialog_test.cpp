@@ -15,7 +15,7 @@
 namespace tandem {
 namespace {
 
-TEST_F(HandWindow, TakingPartInASessionLooksForItsSceneFirst) {
+TEST_F(HandWindow, JoiningLooksForTheSceneFirst) {
   HandRequest request;
   request.session = "bracket";
   request.name = "anna";
@@ -29,7 +29,7 @@ TEST_F(HandWindow, TakingPartInASessionLooksForItsSceneFirst) {
 }
 
 // The program `tandem` itself, which lies beside this test, reads the invitation.
-TEST_F(HandWindow, AnInvitationLeadsIntoItsSession) {
+TEST_F(HandWindow, InvitationOpensItsSession) {
   const std::size_t launched = controller_.launched.size();
   Action("join_session_action")->trigger();
   auto* dialog = window_.findChild<JoinDialog*>();
@@ -54,7 +54,7 @@ TEST_F(HandWindow, AnInvitationLeadsIntoItsSession) {
   EXPECT_EQ(request.secure, "");
 }
 
-TEST(JoinDialog, GivesAllThatTheCommandLineHasAndSaysWhatIsWrong) {
+TEST(JoinDialog, OffersAllCommandLineOptionsAndReportsErrors) {
   JoinDialog dialog;
   EXPECT_FALSE(dialog.Fault().isEmpty());
   HandRequest request;

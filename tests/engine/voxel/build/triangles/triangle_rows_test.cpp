@@ -43,7 +43,7 @@ SnappedTriangle RandomTriangle(std::mt19937_64& random) {
 }
 
 // The oracle is the separating-axis test in whole numbers, voxel by voxel.
-TEST(TriangleRows, MarkTheVoxelsThatSeparatingAxesGive) {
+TEST(TriangleRows, MatchTheSeparatingAxisTest) {
   std::mt19937_64 random(5);
   std::vector<std::uint64_t> rows(kBrickRows + TriangleRows::kPadding);
   long met_in_all = 0;
@@ -116,7 +116,7 @@ std::vector<std::tuple<int, int, int>> Sorted(const std::vector<Crossing>& cross
 }
 
 // The oracle is one triangle after another, which separating axes judge above.
-TEST(TriangleBatch, MarksAndCrossesAsOneTriangleAfterAnotherOnEveryInstructionSet) {
+TEST(TriangleBatch, MatchesSingleTrianglesOnEveryInstructionSet) {
   std::mt19937_64 random(7);
   const GridIndex first{64, -128, 0};
   std::size_t crossings_in_all = 0;
