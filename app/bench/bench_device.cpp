@@ -17,10 +17,10 @@
 #include "app/bench/measure/bench_scene.h"
 #include "app/bench/measure/empty_work.h"
 #include "app/bench/measure/timed_frames.h"
+#include "app/common/console.h"
 #include "app/common/exit_codes.h"
 #include "app/common/option_checks.h"
 #include "app/common/scene_files.h"
-#include "app/common/talk.h"
 #include "app/process/device_process.h"
 #include "engine/base/text/json_text.h"
 #include "engine/haptics/hand_script.h"
@@ -108,12 +108,12 @@ class DeviceFrame {
     inputs_ = ParkedInputs(world.model());
     inputs_.instances[0].drive = BodyDrive::kSimulated;
     inputs_.capacity = capacity.tests;
-    inputs_.look_price = capacity.look_price;
-    inputs_.hand = {
-        .body = 0,
-        .X_BD = X_BD,
-        .goal = {},
-        .gains = BorneBy(device.capabilities(), DefaultHandGains(world.model().bodies[0].inertia))};
+    inputs_.query_price = capacity.query_price;
+    inputs_.hand = {.body = 0,
+                    .X_BD = X_BD,
+                    .goal = {},
+                    .gains = LimitGains(device.capabilities(),
+                                        DefaultHandGains(world.model().bodies[0].inertia))};
   }
   /// Runs a frame and returns the step's report. `cpu_ns`, `wall_ns`: its times without the link to
   /// the device.
@@ -193,7 +193,7 @@ void Add(const DeviceTimes& round, DeviceTimes& all) {
   all.unanswered += round.unanswered;
   all.late += round.late;
   all.missed += round.missed;
-  all.asked += round.asked;
+  all.requested += round.requested;
   all.read_to_write_p50_ns = std::max(all.read_to_write_p50_ns, round.read_to_write_p50_ns);
   all.read_to_write_p99_ns = std::max(all.read_to_write_p99_ns, round.read_to_write_p99_ns);
   all.read_to_write_max_ns = std::max(all.read_to_write_max_ns, round.read_to_write_max_ns);
@@ -229,12 +229,12 @@ std::optional<Error> RunRound(const std::shared_ptr<const WorldModel>& model,
 
 int RunDeviceBench(const DeviceBenchArguments& arguments) {
   const BusyProcesses busy(arguments.busy);  // before there are threads
-  BenchScene asked = arguments.scene;
-  asked.needs_fixture = true;
-  const auto model = LoadBenchScene(asked);
+  BenchScene requested = arguments.scene;
+  requested.needs_fixture = true;
+  const auto model = LoadBenchScene(requested);
   if (!model) return Fail(kExitFile, model.error().what);
   if ((*model)->scene.hands.empty())
-    return Fail(kExitFile, asked.scene + ": the scene has no hand");
+    return Fail(kExitFile, requested.scene + ": the scene has no hand");
   const std::string file = (*model)->scene.hands[0].file;
   const Result<HandScript> script = LoadHandScript(file);
   if (!script) return Fail(kExitFile, script.error().what);
@@ -255,7 +255,7 @@ int RunDeviceBench(const DeviceBenchArguments& arguments) {
       static_cast<double>(figures.in_contact) / static_cast<double>(figures.frames);
   if (arguments.json) {
     const nlohmann::ordered_json json{
-        {"scene", asked.scene},
+        {"scene", requested.scene},
         {"scheduler", figures.scheduler},
         {"ticks", figures.frames},
         {"busy_processes", arguments.busy},
@@ -276,7 +276,7 @@ int RunDeviceBench(const DeviceBenchArguments& arguments) {
         {"unanswered_share", times.unanswered_share()},
         {"late", times.late},
         {"device_scheduler", figures.device_scheduler},
-        {"asked", times.asked},
+        {"asked", times.requested},
         {"asked_age_mean_us", InUs(times.asked_mean_ns)},
         {"asked_age_max_us", InUs(times.asked_max_ns)},
         {"device_missed", times.missed}};
@@ -291,7 +291,7 @@ int RunDeviceBench(const DeviceBenchArguments& arguments) {
               InUs(times.read_to_write_max_ns));
   std::printf("  not answered in their tick: %.3f %% of the inputs; their times count too\n",
               100 * times.unanswered_share());
-  if (times.asked > 0) {
+  if (times.requested > 0) {
     std::printf(
         "  the vendor's thread takes forces that are %.1f us old in the mean, at most %.1f us\n",
         InUs(times.asked_mean_ns), InUs(times.asked_max_ns));

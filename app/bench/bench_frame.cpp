@@ -16,10 +16,10 @@
 #include "app/bench/measure/timed_frames.h"
 #include "app/bench/reference/printed_schedule.h"
 #include "app/capacity/capacity.h"
+#include "app/common/console.h"
 #include "app/common/exit_codes.h"
 #include "app/common/option_checks.h"
 #include "app/common/scene_files.h"
-#include "app/common/talk.h"
 #include "engine/base/text/json_text.h"
 #include "engine/world/world.h"
 
@@ -136,13 +136,13 @@ std::optional<Error> LeaveOut(const std::vector<std::string>& savings, FrameSetu
 
 /// Runs frames in which the hand leads the body by the script.
 void RunAmongParts(const FrameArguments& arguments, const FrameSetup& setup,
-                   const HandScript& script, const FrameHelpers& helpers, FrameRuns& runs) {
+                   const HandScript& script, const WorkerPool& workers, FrameRuns& runs) {
   World world(setup.model, setup.schedule);
   const double seconds = 1e-3 * (arguments.frames + kWarmUp);
   const HandScript working = Working(script, seconds);
   ScriptedHand hand(world, working);
   RunFrames(world, std::ref(hand), working.X_BD, setup.capacity, setup.budget_s, arguments.frames,
-            arguments.check_every, helpers, runs.figures);
+            arguments.check_every, workers, runs.figures);
   runs.prices = IsPlain(*setup.model) ? MeasureTestPrices(world.point_pair(0)) : TestPrices{};
   runs.back_to_back =
       BackToBackJson(LeastOfPasses(setup.model, setup.schedule, working, setup.capacity,
@@ -152,7 +152,7 @@ void RunAmongParts(const FrameArguments& arguments, const FrameSetup& setup,
 
 /// Runs frames at a place with nothing near, if there is one.
 void RunInFreeSpace(const FrameArguments& arguments, const FrameSetup& setup,
-                    const FrameHelpers& helpers, FrameRuns& runs) {
+                    const WorkerPool& workers, FrameRuns& runs) {
   World world(setup.model, setup.schedule);
   const std::optional<Pose> place = FreePlace(world);
   runs.has_free = place.has_value();
@@ -167,7 +167,7 @@ void RunInFreeSpace(const FrameArguments& arguments, const FrameSetup& setup,
         const Vec3 turn = 0.5 * Vec3(std::sin(0.5 * t), std::sin(0.4 * t), std::sin(0.3 * t));
         return Anchor{{RotationBy(turn) * place->q, place->p + way}, {}};
       },
-      Pose{}, setup.capacity, setup.budget_s, kFreeFrames, arguments.check_every, helpers,
+      Pose{}, setup.capacity, setup.budget_s, kFreeFrames, arguments.check_every, workers,
       runs.free);
 }
 
@@ -175,9 +175,9 @@ nlohmann::ordered_json LongestJson(const FrameFigures& figures) {
   return {{"cpu_us", 1e-3 * static_cast<double>(figures.worst_ns)},
           {"contacts", figures.worst.contact_points},
           {"clear", 0},
-          {"looks", figures.worst.looks},
+          {"looks", figures.worst.exact_queries},
           {"sifted", 0},
-          {"loaded", figures.worst.loaded_points},
+          {"loaded", figures.worst.pushing_points},
           {"tests", figures.worst.tests.looked_up + figures.worst.tests.compared},
           {"drifted", figures.worst.tests.drifted},
           {"chunks", figures.worst.tests.chunks}};
@@ -200,10 +200,10 @@ nlohmann::ordered_json FrameJson(const FrameArguments& arguments, const FrameSet
       {"budget_us", arguments.budget_us},
       {"capacity", setup.capacity.tests},
       {"capacity_mean", figures.capacity / count},
-      {"look_price", setup.capacity.look_price},
+      {"look_price", setup.capacity.query_price},
       {"contacts", figures.contacts / count},
       {"clear", 0},  // no point is known to be clear; the key is for readers of older figures
-      {"looks", figures.looks / count},
+      {"looks", figures.exact_queries / count},
       {"sifted", 0},  // likewise
       {"loaded", figures.loaded / count},
       {"cpu_p50_us", Us(figures.cpu, 0.5)},
@@ -244,7 +244,7 @@ void PrintTimes(const FrameArguments& arguments, const FrameRuns& runs, int thre
   if (threads > 1) {
     std::printf("  helpers     p50 %.1f us, of %s together beside the haptic thread\n",
                 Us(figures.helpers_cpu, 0.5),
-                Counted(static_cast<std::uint64_t>(threads) - 1, "thread").c_str());
+                WithPlural(static_cast<std::uint64_t>(threads) - 1, "thread").c_str());
   }
   std::printf("  wall        p99.9 %.1f us; empty work of the same length %.1f us\n",
               Us(figures.wall, 0.999), Us(figures.noise, 0.999));
@@ -287,9 +287,9 @@ void PrintFrame(const FrameArguments& arguments, const FrameSetup& setup, const 
 }
 
 int RunFrame(const FrameArguments& arguments) {
-  BenchScene asked = arguments.scene;
-  asked.needs_fixture = true;
-  const auto loaded = LoadBenchScene(asked);
+  BenchScene requested = arguments.scene;
+  requested.needs_fixture = true;
+  const auto loaded = LoadBenchScene(requested);
   if (!loaded) return Fail(kExitFile, loaded.error().what);
   FrameSetup setup;
   setup.model = *loaded;
@@ -302,21 +302,21 @@ int RunFrame(const FrameArguments& arguments) {
     return Fail(kExitFile, arguments.scene.scene + ": the scene has no hand");
   const Result<HandScript> script = LoadHandScript(scene.hands[0].file);
   if (!script) return Fail(kExitFile, script.error().what);
-  FrameHelpers helpers({.threads = arguments.threads, .priority = kFramePriority});
-  if (helpers.threads() > 1) setup.schedule.helpers = &helpers;
+  WorkerPool workers({.threads = arguments.threads, .priority = kFramePriority});
+  if (workers.threads() > 1) setup.schedule.workers = &workers;
   setup.budget_s = arguments.capacity > 0 ? 0.0 : 1e-6 * arguments.budget_us;
   setup.capacity = arguments.capacity > 0
                        ? FrameCapacity{.tests = arguments.capacity}
-                       : MeasureCapacity(*setup.model, setup.budget_s, setup.schedule.helpers);
+                       : MeasureCapacity(*setup.model, setup.budget_s, setup.schedule.workers);
 
   FrameRuns runs;
-  RunAmongParts(arguments, setup, *script, helpers, runs);
-  RunInFreeSpace(arguments, setup, helpers, runs);
+  RunAmongParts(arguments, setup, *script, workers, runs);
+  RunInFreeSpace(arguments, setup, workers, runs);
   if (arguments.json) {
-    const nlohmann::ordered_json out = FrameJson(arguments, setup, runs, helpers.threads());
+    const nlohmann::ordered_json out = FrameJson(arguments, setup, runs, workers.threads());
     std::printf("%s\n", JsonText(out, 2).c_str());
   } else {
-    PrintFrame(arguments, setup, runs, helpers.threads());
+    PrintFrame(arguments, setup, runs, workers.threads());
   }
   return kExitOk;
 }
@@ -363,7 +363,7 @@ void AddBenchFrame(CLI::App& bench, int& exit_code) {
       ->capture_default_str();
   command
       ->add_option("--threads", arguments->threads, "number of threads that share a frame's work")
-      ->check(WholeNumberFrom(1, FrameHelpers::kMostThreads))
+      ->check(WholeNumberFrom(1, WorkerPool::kMostThreads))
       ->capture_default_str();
   command
       ->add_option("--passes", arguments->passes,

@@ -11,10 +11,10 @@
 #include <unistd.h>
 
 #include "app/bench/bench_commands.h"
+#include "app/common/console.h"
 #include "app/common/exit_codes.h"
 #include "app/common/option_checks.h"
 #include "app/common/scene_files.h"
-#include "app/common/talk.h"
 #include "app/process/child_processes.h"
 #include "collab/dds/diagnostics/attack.h"
 #include "engine/base/files/whole_file.h"
@@ -49,7 +49,7 @@ struct HostileRun {
   std::uint64_t sent = 0;
   double sent_per_s = 0;
   std::uint64_t refused = 0;
-  std::uint64_t told = 0;              // lines that tell of refusals
+  std::uint64_t reported = 0;          // lines that tell of refusals
   double lines_per_s = 0;              // lines of any kind during the flood
   std::int64_t memory_bytes = 0;       // largest memory, above that before the flood
   std::int64_t memory_kept_bytes = 0;  // memory after the flood, above that before it
@@ -214,10 +214,10 @@ Result<HostileRun> RunKind(Attack attack, const HostileArguments& arguments) {
   peer->Signal(SIGTERM);
   empty.Stop();
   empty.Join();
-  const std::string said = TextOf(folder.path() / "said");
+  const std::string output = TextOf(folder.path() / "said");
   if (attacker->Poll() != kExitOk) return Error{"the attacker failed"};
   const std::optional<int> code = peer->Wait(std::chrono::seconds(20));
-  if (code != kExitOk) return Error{"the peer did not end as it should: " + said};
+  if (code != kExitOk) return Error{"the peer did not end as it should: " + output};
   std::ifstream stream(folder.path() / "report");
   const ordered_json report = ordered_json::parse(stream, nullptr, false);
   if (report.is_discarded()) return Error{"the peer left no report"};
@@ -225,8 +225,8 @@ Result<HostileRun> RunKind(Attack attack, const HostileArguments& arguments) {
   run.sent = std::stoull(TextOf(folder.path() / "sent"));
   run.sent_per_s = static_cast<double>(run.sent) / arguments.seconds;
   run.refused = SumOfCounts(report.at("drops")) + SumOfCounts(report.at("packets_refused"));
-  run.told = LinesWith(TextOf(folder.path() / "said"), "refuse") +
-             LinesWith(TextOf(folder.path() / "said"), "ignored for a second");
+  run.reported = LinesWith(TextOf(folder.path() / "said"), "refuse") +
+                 LinesWith(TextOf(folder.path() / "said"), "ignored for a second");
   run.memory_bytes = most - before;
   run.frames = report.at("judged_frames").get<std::int64_t>();
   run.missed = report.at("judged_missed").get<std::int64_t>();
@@ -240,7 +240,7 @@ ordered_json AsJson(const HostileRun& run) {
           {"sent", run.sent},
           {"sent_per_s", run.sent_per_s},
           {"refused", run.refused},
-          {"told", run.told},
+          {"told", run.reported},
           {"lines_per_s", run.lines_per_s},
           {"memory_bytes", run.memory_bytes},
           {"memory_kept_bytes", run.memory_kept_bytes},
@@ -281,7 +281,8 @@ int RunBenchHostile(const HostileArguments& arguments) {
         "%-8s %9llu sent (%.0f/s), %9llu refused, reported %llu times, %+.1f MB, kept %+.1f MB "
         "after %.1f s, missed %lld of %lld (empty loop %lld of %lld), %.1f lines/s\n",
         run->name.c_str(), static_cast<unsigned long long>(run->sent), run->sent_per_s,
-        static_cast<unsigned long long>(run->refused), static_cast<unsigned long long>(run->told),
+        static_cast<unsigned long long>(run->refused),
+        static_cast<unsigned long long>(run->reported),
         1e-6 * static_cast<double>(run->memory_bytes),
         1e-6 * static_cast<double>(run->memory_kept_bytes), run->memory_back_s,
         static_cast<long long>(run->missed), static_cast<long long>(run->frames),

@@ -6,10 +6,10 @@
 
 #include "app/bench/bench_commands.h"
 #include "app/bench/measure/bench_scene.h"
+#include "app/common/console.h"
 #include "app/common/exit_codes.h"
 #include "app/common/option_checks.h"
 #include "app/common/scene_files.h"
-#include "app/common/talk.h"
 #include "engine/base/text/json_text.h"
 
 namespace tandem {

@@ -6,10 +6,10 @@
 #include <unistd.h>
 
 #include "app/bench/bench_commands.h"
+#include "app/common/console.h"
 #include "app/common/exit_codes.h"
 #include "app/common/option_checks.h"
 #include "app/common/stop_signal.h"
-#include "app/common/talk.h"
 #include "app/process/child_processes.h"
 #include "collab/dds/diagnostics/round_trip.h"
 #include "engine/base/text/json_text.h"

@@ -10,12 +10,12 @@
 
 #include "app/bench/bench_commands.h"
 #include "app/bench/measure/bench_scene.h"
+#include "app/common/console.h"
 #include "app/common/exit_codes.h"
 #include "app/common/option_checks.h"
 #include "app/common/scene_files.h"
-#include "app/common/talk.h"
 #include "app/process/child_processes.h"
-#include "app/process/peer_words.h"
+#include "app/process/peer_command_line.h"
 #include "collab/controller/controller.h"
 #include "engine/base/text/json_text.h"
 #include "engine/base/units.h"
@@ -138,7 +138,7 @@ int RunOpeningBench(const OpeningArguments& arguments) {
   alone.scene = scene->file;
   alone.name = "bench";
   alone.report = folder.path() / "peer.json";
-  const std::vector<std::string> without = WordsOf(alone, {"--control", control});
+  const std::vector<std::string> without = CommandLineOf(alone, {"--control", control});
   const std::vector<std::string> with{(ProgramFolder() / "tandem").string(), "open",
                                       scene->file.string(), "--name", "bench"};
   std::vector<Opening> windows;

@@ -13,10 +13,10 @@
 
 #include "app/bench/bench_commands.h"
 #include "app/bench/measure/voxelize_times.h"
+#include "app/common/console.h"
 #include "app/common/exit_codes.h"
 #include "app/common/option_checks.h"
 #include "app/common/scene_files.h"
-#include "app/common/talk.h"
 #include "app/picture/svg.h"
 #include "engine/base/files/whole_file.h"
 #include "engine/base/text/json_text.h"

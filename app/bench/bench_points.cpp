@@ -12,9 +12,9 @@
 #include "app/bench/measure/field_bench.h"
 #include "app/bench/measure/memory_limit.h"
 #include "app/bench/reference/gathered_lookup.h"
+#include "app/common/console.h"
 #include "app/common/exit_codes.h"
 #include "app/common/option_checks.h"
-#include "app/common/talk.h"
 #include "engine/base/text/json_text.h"
 #include "engine/contact/schedule/voxmap_lookup.h"
 
@@ -182,10 +182,10 @@ PointsFigures Measure(const WorldModel& world, int rounds_asked) {
 }
 
 int RunPoints(const PointsArguments& arguments) {
-  BenchScene asked = arguments.scene;
-  asked.needs_fixture = true;
-  asked.needs_plain_parts = true;
-  const auto world = LoadBenchScene(asked);
+  BenchScene requested = arguments.scene;
+  requested.needs_fixture = true;
+  requested.needs_plain_parts = true;
+  const auto world = LoadBenchScene(requested);
   if (!world) return Fail(kExitFile, world.error().what);
   if (!(*world)->has_fixture)
     return Fail(kExitFile, arguments.scene.scene + ": the scene has no fixed body");

@@ -15,11 +15,11 @@
 #include "app/bench/measure/removal_pictures.h"
 #include "app/bench/measure/scripted_frames.h"
 #include "app/capacity/capacity.h"
+#include "app/common/console.h"
 #include "app/common/exit_codes.h"
 #include "app/common/option_checks.h"
 #include "app/common/program_cache.h"
 #include "app/common/scene_files.h"
-#include "app/common/talk.h"
 #include "app/judgement/demo_judgement.h"
 #include "app/picture/svg.h"
 #include "engine/base/files/whole_file.h"
@@ -147,7 +147,7 @@ Result<Removal> PrepareRemoval(const RemovalArguments& arguments) {
 }
 
 /// Runs the removal once at 1 kHz. Error: voxels did not come.
-std::optional<Error> RunOnceTimed(const Removal& removal, const FrameHelpers& helpers,
+std::optional<Error> RunOnceTimed(const Removal& removal, const WorkerPool& workers,
                                   RemovalRun& run) {
   World world(removal.model, ScheduleOptions());
   ScriptedHand hand(world, removal.script);
@@ -164,10 +164,10 @@ std::optional<Error> RunOnceTimed(const Removal& removal, const FrameHelpers& he
         return hand(frame, report);
       },
       removal.script.X_BD, removal.capacity, removal.budget_s, removal.frames, removal.frames,
-      helpers, run.figures);
+      workers, run.figures);
   run.voxel_bytes = VoxelMemory(world);
   if (world.resident_voxels() != nullptr) run.paged = world.resident_voxels()->counts();
-  if (run.figures.waits.longest >= kLongestVoxelWait) return Error{world.WhyVoxelsLack()};
+  if (run.figures.waits.longest >= kLongestVoxelWait) return Error{world.MissingVoxelsReason()};
   run.outcome = OutcomeOf(*removal.model, 0, world.state(0).X_WB);
   for (const RemovalTrace::Frame& frame : run.trace.frames) {
     run.most_contacts = std::max(run.most_contacts, frame.contacts);
@@ -254,9 +254,9 @@ void PrintRemoval(const RemovalArguments& arguments, const Removal& removal,
 int RunRemoval(const RemovalArguments& arguments) {
   const Result<Removal> removal = PrepareRemoval(arguments);
   if (!removal) return Fail(kExitFile, removal.error().what);
-  const FrameHelpers helpers({.threads = 1, .priority = kFramePriority});
+  const WorkerPool workers({.threads = 1, .priority = kFramePriority});
   RemovalRun run;
-  if (const auto fault = RunOnceTimed(*removal, helpers, run)) return Fail(kExitFile, fault->what);
+  if (const auto fault = RunOnceTimed(*removal, workers, run)) return Fail(kExitFile, fault->what);
   // the first world is gone: else its voxels would be in memory twice
   run.least = LeastOfPasses(removal->model, ScheduleOptions(), removal->script, removal->capacity,
                             removal->frames, arguments.passes);

@@ -9,15 +9,15 @@
 #include <nlohmann/json.hpp>
 #include <unistd.h>
 
-#include "app/bench/bench_audience.h"
 #include "app/bench/bench_commands.h"
+#include "app/bench/bench_viewers.h"
 #include "app/bench/measure/paired_ratios.h"
+#include "app/common/console.h"
 #include "app/common/exit_codes.h"
 #include "app/common/option_checks.h"
 #include "app/common/scene_files.h"
-#include "app/common/talk.h"
 #include "app/process/child_processes.h"
-#include "app/process/peer_words.h"
+#include "app/process/peer_command_line.h"
 #include "collab/session/messages.h"
 #include "engine/base/text/json_text.h"
 
@@ -71,7 +71,7 @@ Result<std::vector<ordered_json>> RunPeers(const SessionArguments& arguments, co
                           .seconds = arguments.seconds,
                           .report = reports.back()};
     const std::vector<std::string> command =
-        WordsOf(local, {"--capacity", "20000", "--publish-hz", std::to_string(arguments.hz)});
+        CommandLineOf(local, {"--capacity", "20000", "--publish-hz", std::to_string(arguments.hz)});
     Result<ChildProcess> peer = ChildProcess::Start(command);
     if (!peer) return peer.error();
     peers.push_back(std::move(*peer));
@@ -105,13 +105,13 @@ ordered_json Delivery(const SessionArguments& arguments, const std::vector<order
   std::uint64_t over_1ms = 0;
   std::uint64_t pairs_heard = 0;
   for (const ordered_json& report : reports) {
-    const ordered_json& heard = report.at("heard");
-    const ordered_json& said = report.at("said");
-    least_said = std::min(
-        least_said, said.at("sent").get<double>() / std::max(1.0, said.at("wanted").get<double>()));
-    sent += heard.at("sent").get<std::uint64_t>();
-    received += heard.at("received").get<std::uint64_t>();
-    least = std::min(least, heard.at("least_delivered").get<double>());
+    const ordered_json& listeners = report.at("heard");
+    const ordered_json& output = report.at("said");
+    least_said = std::min(least_said, output.at("sent").get<double>() /
+                                          std::max(1.0, output.at("wanted").get<double>()));
+    sent += listeners.at("sent").get<std::uint64_t>();
+    received += listeners.at("received").get<std::uint64_t>();
+    least = std::min(least, listeners.at("least_delivered").get<double>());
     cpu_us.push_back(report.at("frame_cpu_us").at("p99"));
     frames += report.at("frames").get<std::uint64_t>();
     missed += report.at("missed").get<std::uint64_t>();
@@ -119,8 +119,8 @@ ordered_json Delivery(const SessionArguments& arguments, const std::vector<order
     judged_missed += report.at("judged_missed").get<std::uint64_t>();
     wall_us.push_back(report.at("frame_wall_us").at("p999"));
     over_1ms += report.at("frames_over_1ms").get<std::uint64_t>();
-    pairs_heard += heard.at("peers").get<std::uint64_t>();
-    socket_dropped += heard.at("socket_dropped").get<std::uint64_t>();
+    pairs_heard += listeners.at("peers").get<std::uint64_t>();
+    socket_dropped += listeners.at("socket_dropped").get<std::uint64_t>();
   }
   return {{"peers", arguments.peers},
           {"hz", arguments.hz},
@@ -245,14 +245,14 @@ Result<ordered_json> Watched(const SessionArguments& arguments, const Scene& sce
   for (int round = 0; round < arguments.rounds; ++round) {
     for (std::size_t i = 0; i < counts.size(); ++i) {
       const std::string session = NewSession();
-      Result<Audience> audience = Audience::Gather(session, counts[i]);
+      Result<ViewerProcesses> audience = ViewerProcesses::Launch(session, counts[i]);
       if (!audience) return audience.error();
       const auto reports = [&] {
         const HalfOfTheCores apart(HalfOfTheCores::Half::kFirst);
         return RunPeers(arguments, scene, scene.hands, session, 2);
       }();
       if (!reports) return reports.error();
-      const Result<std::uint64_t> least = audience->Leave();
+      const Result<std::uint64_t> least = audience->End();
       if (!least) return least.error();
       least_pictures[i] = std::min(least_pictures[i], *least);
       times[i].Add(*reports);

@@ -7,10 +7,10 @@
 
 #include "app/bench/bench_commands.h"
 #include "app/bench/measure/bench_scene.h"
+#include "app/common/console.h"
 #include "app/common/exit_codes.h"
 #include "app/common/mesh_unit.h"
 #include "app/common/option_checks.h"
-#include "app/common/talk.h"
 #include "engine/base/text/json_text.h"
 #include "engine/contact/kept/surface_file.h"
 #include "engine/geometry/import/mesh_file.h"
@@ -169,13 +169,14 @@ int RunVoxelizeBench(const VoxelizeBenchArguments& arguments) {
     return kExitOk;
   }
   std::printf("%s: %s, voxels of %g m, three fields, %s, median of %s\n", arguments.file.c_str(),
-              Counted(mesh->triangles.size(), "triangle").c_str(), arguments.voxel_size,
-              Counted(arguments.threads, "thread").c_str(), Counted(seconds.size(), "run").c_str());
+              WithPlural(mesh->triangles.size(), "triangle").c_str(), arguments.voxel_size,
+              WithPlural(arguments.threads, "thread").c_str(),
+              WithPlural(seconds.size(), "run").c_str());
   std::printf("%.4f s, %.4f s of processor time\n", Median(seconds), Median(cpu_seconds));
   std::printf("%zu band voxels, %.1f points a chunk, %.1f MB, %.3f bytes a band voxel\n", band,
               per_chunk, 1e-6 * static_cast<double>(counts.bytes), per_band);
   std::printf("%s: %zu edge and %zu vertex voxels instead of %zu and %zu\n",
-              Counted(merged.polygons, "polygon").c_str(), counts.edge, counts.vertex,
+              WithPlural(merged.polygons, "polygon").c_str(), counts.edge, counts.vertex,
               saved_of.edge, saved_of.vertex);
   if (surface) Print(*surface);
   return kExitOk;

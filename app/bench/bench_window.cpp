@@ -10,12 +10,12 @@
 #include <unistd.h>
 
 #include "app/bench/bench_commands.h"
+#include "app/common/console.h"
 #include "app/common/exit_codes.h"
 #include "app/common/option_checks.h"
 #include "app/common/scene_files.h"
-#include "app/common/talk.h"
 #include "app/process/child_processes.h"
-#include "app/process/peer_words.h"
+#include "app/process/peer_command_line.h"
 #include "engine/base/text/json_text.h"
 
 namespace tandem {
@@ -77,7 +77,7 @@ Result<bool> RunPeerOnce(const WindowBenchArguments& arguments, const Scene& sce
                         .seconds = arguments.seconds,
                         .report = folder.path() / "peer.json"};
   Result<ChildProcess> peer =
-      ChildProcess::Start(WordsOf(local, {"--control", control, "--capacity", "20000"}));
+      ChildProcess::Start(CommandLineOf(local, {"--control", control, "--capacity", "20000"}));
   if (!peer) return peer.error();
   std::optional<ChildProcess> beside;
   const std::filesystem::path seen = folder.path() / "window.json";

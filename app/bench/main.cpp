@@ -6,11 +6,11 @@
 
 #include "app/bench/bench_commands.h"
 #include "app/common/command_reference.h"
+#include "app/common/console.h"
 #include "app/common/end_of_output.h"
 #include "app/common/exit_codes.h"
 #include "app/common/option_checks.h"
 #include "app/common/stop_signal.h"
-#include "app/common/talk.h"
 #include "engine/geometry/import/mesh_file.h"
 
 namespace tandem {

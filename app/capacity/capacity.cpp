@@ -41,7 +41,7 @@ double TimeAlone(std::size_t points, const Test& test) {
 
 /// Returns the same for several threads. It takes the median of rounds, each of which ends when all
 /// threads have done, because any thread may be held up. Its thread is as urgent as the haptic
-/// thread: an ordinary one would wait for the processor of its own helpers.
+/// thread: an ordinary one would wait for the processor of its own workers.
 template <class Test>
 double TimeShared(std::size_t points, const Test& test) {
   std::vector<double> rounds;
@@ -80,12 +80,12 @@ std::unique_ptr<ResidentVoxels> VoxelsNear(const WorldModel& world, const BodyMo
   for (const PointBlocks::Chunk& chunk : blocks.chunks()) {
     reader.Announce(X_VS * chunk.p_BC / s, chunk.radius / s + 1, 0);
   }
-  (*made)->WaitUntilThere();
+  (*made)->WaitUntilResident();
   return std::move(*made);
 }
 
 /// Measures a frame of the plain model, by tests of the largest pointshell's blocks.
-FrameCapacity OfPoints(const WorldModel& world, double seconds, FrameHelpers* helpers) {
+FrameCapacity OfPoints(const WorldModel& world, double seconds, WorkerPool* workers) {
   const auto largest = std::ranges::max_element(world.bodies, {}, [](const BodyModel& body) {
     return body.points.size();
   });
@@ -109,10 +109,10 @@ FrameCapacity OfPoints(const WorldModel& world, double seconds, FrameHelpers* he
   const double alone = TimeAlone(points, [&] {
     test(0, list.size(), 0);
   });
-  const double shared = helpers == nullptr ? alone : TimeShared(points, [&] {
-    helpers->Summon();
-    helpers->Share(list.size(), kPiece, test);
-    helpers->Dismiss();
+  const double shared = workers == nullptr ? alone : TimeShared(points, [&] {
+    workers->WakeWorkers();
+    workers->ParallelFor(list.size(), kPiece, test);
+    workers->ReleaseWorkers();
   });
   const double test_s = (1 + kQueueShare) * shared + kAloneShare * alone;
   return {.tests = std::max(1000.0, seconds / test_s)};
@@ -120,15 +120,15 @@ FrameCapacity OfPoints(const WorldModel& world, double seconds, FrameHelpers* he
 
 /// Measures a frame of the refined model, by look-ups of a body's features in its own field. The
 /// body stands beside that field.
-FrameCapacity OfFeatures(const WorldModel& world, double seconds, FrameHelpers* helpers) {
+FrameCapacity OfFeatures(const WorldModel& world, double seconds, WorkerPool* workers) {
   const auto largest = std::ranges::max_element(world.bodies, {}, [](const BodyModel& body) {
     return body.surface.features.point_count();
   });
   if (largest == world.bodies.end() || largest->surface.features.point_count() == 0) return {};
   const BodyFeatures& features = largest->surface.features;
   const DistanceField& field = largest->surface.field;
-  const auto time_all = [&](FrameHelpers* of_helpers, const auto& timed) {
-    FieldSchedule schedule(features, field, nullptr, {}, {.helpers = of_helpers});
+  const auto time_all = [&](WorkerPool* of_helpers, const auto& timed) {
+    FieldSchedule schedule(features, field, nullptr, {}, {.workers = of_helpers});
     const auto read = [&] {
       for (const double aside : kAside) {
         schedule.Read({Quat::Identity(), Vec3::Constant(aside)}, 0);
@@ -141,35 +141,35 @@ FrameCapacity OfFeatures(const WorldModel& world, double seconds, FrameHelpers* 
     return TimeAlone(count, test);
   });
   const double shared =
-      helpers == nullptr ? alone : time_all(helpers, [&](std::size_t count, const auto& test) {
+      workers == nullptr ? alone : time_all(workers, [&](std::size_t count, const auto& test) {
         return TimeShared(count, [&] {
           test();
-          helpers->Dismiss();
+          workers->ReleaseWorkers();
         });
       });
   const double test_s = (1 + kQueueShare) * shared + kAloneShare * alone;
   FrameCapacity capacity{.tests = std::max(1000.0, seconds / test_s)};
-  // a look reads how a point is pushed, a third of a voxel off the surface
+  // a query reads how a point is pushed, a third of a voxel off the surface
   FieldPushes pushes;
   std::vector<Vec3> places_V;
   for (std::size_t b = 0; b < features.blocks().size(); ++b) {
     const Vec3 off = -features.point(b, 0).inward.cast<double>() / 3;
     places_V.push_back(features.place(b, 0) + off);
   }
-  const double look_s = TimeAlone(places_V.size(), [&] {
+  const double query_s = TimeAlone(places_V.size(), [&] {
     for (std::size_t at = 0; at < places_V.size(); at += FieldPushes::kMostPlaces) {
       const std::size_t count = std::min(FieldPushes::kMostPlaces, places_V.size() - at);
       field.Pushes(std::span(places_V).subspan(at, count), 0.45, pushes);
     }
   });
-  capacity.look_price = look_s / test_s;
+  capacity.query_price = query_s / test_s;
   return capacity;
 }
 }  // namespace
 
-FrameCapacity MeasureCapacity(const WorldModel& world, double seconds, FrameHelpers* helpers) {
-  return world.scene.contact == ContactModel::kPlain ? OfPoints(world, seconds, helpers)
-                                                     : OfFeatures(world, seconds, helpers);
+FrameCapacity MeasureCapacity(const WorldModel& world, double seconds, WorkerPool* workers) {
+  return world.scene.contact == ContactModel::kPlain ? OfPoints(world, seconds, workers)
+                                                     : OfFeatures(world, seconds, workers);
 }
 
 }  // namespace tandem

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "engine/realtime/frame_helpers.h"
+#include "engine/realtime/worker_pool.h"
 #include "engine/world/step_inputs.h"
 #include "engine/world/world_model.h"
 
@@ -12,14 +12,14 @@ inline constexpr double kFrameBudget = 800e-6;
 /// The work that fits into a frame.
 struct FrameCapacity {
   double tests = kDefaultCapacity;  // nCapacity (paper §5)
-  double look_price = kDefaultLookPrice;
+  double query_price = kDefaultQueryPrice;
 };
 
 /// Measures the capacity of this machine for a scene (paper §5): how many points the calling thread
-/// and its helpers, if any, can test in `seconds`. The tests are spread over the body with the most
-/// points, as in a frame. It also measures the price of an exact look, in such tests. Takes some
+/// and its workers, if any, can test in `seconds`. The tests are spread over the body with the most
+/// points, as in a frame. It also measures the price of an exact query, in such tests. Takes some
 /// tens of milliseconds. Call it before the loop begins.
 FrameCapacity MeasureCapacity(const WorldModel& world, double seconds,
-                              FrameHelpers* helpers = nullptr);
+                              WorkerPool* workers = nullptr);
 
 }  // namespace tandem

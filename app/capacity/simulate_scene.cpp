@@ -58,14 +58,14 @@ Result<nlohmann::ordered_json> SimulateScene(const std::string& name, double mos
     cpu_s += took_s;
     bool all_push = true;
     for (std::size_t p = 0; p < session.size(); ++p) {
-      all_push = all_push && session.node(p).peer().report().loaded_points > 0;
+      all_push = all_push && session.node(p).peer().report().pushing_points > 0;
     }
     if (!all_push) continue;
     contact_s += kFrame;
     contact_cpu_s += took_s;
     for (std::size_t p = 0; p < session.size(); ++p) {
       points += session.node(p).peer().report().contact_points;
-      pushing += session.node(p).peer().report().loaded_points;
+      pushing += session.node(p).peer().report().pushing_points;
       peer_frames += 1;
     }
   }

@@ -8,10 +8,10 @@
 #include <nlohmann/json.hpp>
 
 #include "app/cli/commands.h"
+#include "app/common/console.h"
 #include "app/common/exit_codes.h"
 #include "app/common/program_cache.h"
-#include "app/common/talk.h"
-#include "app/reach/scene_search.h"
+#include "app/connection/scene_search.h"
 #include "collab/transfer/scene_store.h"
 #include "engine/base/files/regular_file.h"
 #include "engine/base/text/json_text.h"
@@ -82,7 +82,7 @@ int ListCache(const VoxelCache& cache, bool as_json) {
   } else {
     ListScenes(false);
     std::printf("%s in %s, at most %s, in %s\n", Megabytes(sum).c_str(),
-                Counted(files.size(), "file").c_str(), Megabytes(cache.most_bytes()).c_str(),
+                WithPlural(files.size(), "file").c_str(), Megabytes(cache.most_bytes()).c_str(),
                 cache.folder().c_str());
   }
   return kExitOk;
@@ -103,7 +103,7 @@ int VerifyCache(const VoxelCache& cache, bool as_json) {
     std::printf("%s\n", JsonText(out, 2).c_str());
   } else {
     std::printf("%s, %zu of them damaged or of another version%s\n",
-                Counted(files.size(), "file").c_str(), faults.size(),
+                WithPlural(files.size(), "file").c_str(), faults.size(),
                 faults.empty() ? "" : "; programs make them again when they need them");
   }
   return faults.empty() ? kExitOk : kExitFailed;
@@ -119,8 +119,8 @@ int ClearCache(const VoxelCache& cache, bool as_json) {
                                      {"fetched_scenes_removed", scenes}};
     std::printf("%s\n", JsonText(out, 2).c_str());
   } else {
-    std::printf("%s%s removed from %s\n", Counted(count, "file").c_str(),
-                scenes > 0 ? (" and " + Counted(scenes, "fetched scene")).c_str() : "",
+    std::printf("%s%s removed from %s\n", WithPlural(count, "file").c_str(),
+                scenes > 0 ? (" and " + WithPlural(scenes, "fetched scene")).c_str() : "",
                 cache.folder().c_str());
   }
   return kExitOk;

@@ -7,9 +7,9 @@
 #include <nlohmann/json.hpp>
 
 #include "app/cli/commands.h"
+#include "app/common/console.h"
 #include "app/common/exit_codes.h"
-#include "app/common/talk.h"
-#include "app/judgement/hand_room.h"
+#include "app/judgement/hand_free_space.h"
 #include "app/judgement/nearest_body.h"
 #include "app/judgement/start_gaps.h"
 #include "app/recording/recorded_scene.h"
@@ -40,7 +40,8 @@ std::string NameOfOther(const WorldModel& model, const NearestPlace& nearest) {
   return other ? other->name : std::string();
 }
 
-std::string DescribePath(const HandRoom& room, const std::string& body, const std::string& other) {
+std::string DescribePath(const HandFreeSpace& room, const std::string& body,
+                         const std::string& other) {
   const NearestPlace& nearest = room.nearest;
   if (!std::isfinite(nearest.distance)) return body + ": the scene has no other body";
   char place[120];
@@ -57,7 +58,7 @@ std::string DescribePath(const HandRoom& room, const std::string& body, const st
          place;
 }
 
-std::string DescribeClearance(const HandRoom& room) {
+std::string DescribeClearance(const HandFreeSpace& room) {
   if (!room.contact) return "the bodies were not solid, so no clearance was tried";
   if (!room.passes_with && !room.crosses) {
     return "no clearance was tried, because the depth where surfaces touch is not judged";
@@ -73,7 +74,7 @@ std::string DescribeClearance(const HandRoom& room) {
          (room.at_least ? ", the most that can be tried" : "") + kept;
 }
 
-nlohmann::ordered_json AsJson(const HandRoom& room, const std::string& body,
+nlohmann::ordered_json AsJson(const HandFreeSpace& room, const std::string& body,
                               const std::string& other) {
   nlohmann::ordered_json json{{"frames", room.frames},
                               {"torn", room.torn},
@@ -108,8 +109,8 @@ int RunClearance(const ClearanceArguments& arguments) {
   if (!model) return Fail(kExitFile, model.error().what);
   if (reader->header().contact) TellStart(FindStartGaps(**model));
   kHapticThread.Enter();
-  const Result<HandRoom> room =
-      MeasureHandRoom(arguments.file, *model, [](double clearance, bool passes) {
+  const Result<HandFreeSpace> room =
+      MeasureHandFreeSpace(arguments.file, *model, [](double clearance, bool passes) {
         Say("with " + AsMillimetres(clearance) + " it " + (passes ? "passes" : "does not pass"));
       });
   if (!room) return Fail(kExitFailed, room.error().what);

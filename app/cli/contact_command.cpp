@@ -6,11 +6,11 @@
 #include <optional>
 
 #include "app/cli/commands.h"
+#include "app/common/console.h"
 #include "app/common/exit_codes.h"
 #include "app/common/mesh_unit.h"
 #include "app/common/option_checks.h"
 #include "app/common/poses_file.h"
-#include "app/common/talk.h"
 #include "engine/contact/pair/contact_pair.h"
 #include "engine/geometry/exact/exact_surface.h"
 #include "engine/geometry/import/mesh_file.h"
@@ -191,7 +191,7 @@ int RunContact(const ContactArguments& arguments) {
     for (const FilePose& pose : poses) {
       if (arguments.csv) PrintRow(pose.row, PoseReading{});
     }
-    Say("0 of " + Counted(poses.size(), "pose") +
+    Say("0 of " + WithPlural(poses.size(), "pose") +
         " touch: the parts are out of range of one another");
     return kExitOk;
   }
@@ -206,8 +206,8 @@ int RunContact(const ContactArguments& arguments) {
     touching += reading.touching_points > 0 ? 1 : 0;
     if (arguments.csv) PrintRow(pose.row, reading);
   }
-  Say(std::to_string(touching) + " of " + Counted(poses.size(), "pose") + " touch; " +
-      Counted(parts->points, "point"));
+  Say(std::to_string(touching) + " of " + WithPlural(poses.size(), "pose") + " touch; " +
+      WithPlural(parts->points, "point"));
   return kExitOk;
 }
 

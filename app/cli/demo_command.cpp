@@ -8,18 +8,18 @@
 #include <thread>
 
 #include "app/cli/commands.h"
+#include "app/common/console.h"
 #include "app/common/exit_codes.h"
 #include "app/common/option_checks.h"
 #include "app/common/program_cache.h"
 #include "app/common/scene_files.h"
-#include "app/common/talk.h"
 #include "app/judgement/demo_judgement.h"
 #include "app/judgement/proximity_bodies.h"
 #include "app/judgement/start_gaps.h"
 #include "app/judgement/verdict.h"
 #include "app/peer/text/peer_report.h"
 #include "app/process/child_processes.h"
-#include "app/process/peer_words.h"
+#include "app/process/peer_command_line.h"
 #include "app/recording/trace_file.h"
 #include "collab/coupling/coupling_law.h"
 #include "engine/base/text/json_text.h"
@@ -73,7 +73,7 @@ std::string WhyNoDemo(const Scene& scene) {
       ": the demo needs two hands on one body: \"hands\": [{\"body\": NAME, \"file\": HAND}, "
       "{\"body\": NAME, \"file\": HAND}] with one name twice (one file may do for both)";
   if (scene.hands.size() != 2 || scene.hands[0].body != scene.hands[1].body) {
-    return scene.file.string() + kHow + "; it has " + Counted(scene.hands.size(), "hand") +
+    return scene.file.string() + kHow + "; it has " + WithPlural(scene.hands.size(), "hand") +
            (scene.hands.size() == 2 ? " on two bodies" : "");
   }
   const std::string& body = scene.hands[0].body;
@@ -102,14 +102,14 @@ std::vector<std::string> PeerCommand(const DemoArguments& arguments, const Scene
   more.emplace_back("--as-part");
   if (peer > 0) more.emplace_back("--repeats");
   if (arguments.no_contact) more.emplace_back("--no-contact");
-  return WordsOf({.session = session,
-                  .scene = scene.file,
-                  .name = kNames[peer],
-                  .hand = scene.hands[peer],
-                  .wait_for = 1,
-                  .seconds = arguments.seconds,
-                  .report = report},
-                 more);
+  return CommandLineOf({.session = session,
+                        .scene = scene.file,
+                        .name = kNames[peer],
+                        .hand = scene.hands[peer],
+                        .wait_for = 1,
+                        .seconds = arguments.seconds,
+                        .report = report},
+                       more);
 }
 
 std::vector<std::string> ViewerCommand(const DemoArguments& arguments, const std::string& session,

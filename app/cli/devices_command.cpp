@@ -14,9 +14,9 @@
 #include <unistd.h>
 
 #include "app/cli/commands.h"
+#include "app/common/console.h"
 #include "app/common/exit_codes.h"
 #include "app/common/option_checks.h"
-#include "app/common/talk.h"
 #include "app/process/child_processes.h"
 #include "engine/base/text/json_text.h"
 
@@ -93,20 +93,20 @@ std::vector<ListedDevice> Listed(const std::string& driver, std::optional<int> c
   };
   if (!code) return fault("the driver did not answer within 5 s");
   if (*code != kExitOk) return fault("the driver ended with exit code " + std::to_string(*code));
-  const nlohmann::json said = nlohmann::json::parse(answer, nullptr, false);
-  if (!said.is_object()) return fault("the driver's list cannot be read");
-  if (said.contains("error")) return fault(said.at("error").get<std::string>());
+  const nlohmann::json output = nlohmann::json::parse(answer, nullptr, false);
+  if (!output.is_object()) return fault("the driver's list cannot be read");
+  if (output.contains("error")) return fault(output.at("error").get<std::string>());
   std::vector<ListedDevice> devices;
-  for (const nlohmann::json& one : said.at("devices")) {
+  for (const nlohmann::json& one : output.at("devices")) {
     const std::string options = one.at("options").get<std::string>();
     devices.push_back({.name = options.empty() ? driver : driver + ":" + options,
-                       .kind = said.at("kind").get<std::string>(),
+                       .kind = output.at("kind").get<std::string>(),
                        .model = one.at("model").get<std::string>(),
                        .present = one.at("present").get<bool>(),
                        .missing = one.at("missing").get<std::string>(),
                        .mend = one.at("mend").get<std::string>()});
   }
-  if (devices.empty()) devices.push_back({.name = driver, .kind = said.at("kind")});
+  if (devices.empty()) devices.push_back({.name = driver, .kind = output.at("kind")});
   return devices;
 }
 

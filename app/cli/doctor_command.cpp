@@ -8,19 +8,19 @@
 #include <nlohmann/json.hpp>
 
 #include "app/cli/commands.h"
+#include "app/common/console.h"
 #include "app/common/exit_codes.h"
 #include "app/common/option_checks.h"
 #include "app/common/stop_signal.h"
-#include "app/common/talk.h"
-#include "app/doctor/doctor_reach.h"
+#include "app/connection/connection_options.h"
+#include "app/doctor/doctor_connectivity.h"
 #include "app/doctor/doctor_realtime.h"
 #include "app/doctor/doctor_trace.h"
 #include "app/doctor/findings.h"
-#include "app/join/hear_sessions.h"
+#include "app/join/discover_sessions.h"
 #include "app/join/reach_inviter.h"
-#include "app/reach/reach_options.h"
 #include "collab/dds/cyclone/socket_drops.h"
-#include "collab/dds/diagnostics/reach.h"
+#include "collab/dds/diagnostics/reachability.h"
 #include "collab/dds/transport/domain.h"
 #include "engine/base/text/clean_text.h"
 #include "engine/base/text/json_text.h"
@@ -36,7 +36,7 @@ constexpr double kAnnouncedWithin = 2;       // s
 constexpr std::int64_t kDoctorListensNs = 2'000'000'000;  // for the members of the session
 
 struct DoctorArguments {
-  ReachOptions reach;
+  ConnectionOptions connection;
   std::string session;
   std::string invitation;
   std::string scene;
@@ -75,9 +75,9 @@ class Listener final : public Inbox {
 
 void CheckInterfaces(const DoctorArguments& arguments, Findings& findings) {
   bool beyond = false;
-  const bool needs_multicast = arguments.reach.peers.empty();
+  const bool needs_multicast = arguments.connection.peers.empty();
   for (const InterfaceFacts& interface : UsableInterfaces()) {
-    const std::string& wanted = arguments.reach.interface;
+    const std::string& wanted = arguments.connection.interface;
     if (!wanted.empty() && wanted != interface.name) continue;
     beyond = beyond || !interface.loopback;
     const std::string what = "interface " + interface.name;
@@ -92,20 +92,21 @@ void CheckInterfaces(const DoctorArguments& arguments, Findings& findings) {
       findings.Add(Finding::kGood, what, found + ", multicast");
     }
   }
-  if (!beyond && arguments.reach.interface != "lo") {
+  if (!beyond && arguments.connection.interface != "lo") {
     findings.Add(Finding::kWarning, "interfaces", "only this machine's own",
                  "connect to a network; to stay on this machine, give --interface lo");
   }
 }
 
 void CheckPorts(const DoctorArguments& arguments, Findings& findings) {
-  if (const std::uint16_t port = arguments.reach.port; port != 0) {  // others are refused already
+  if (const std::uint16_t port = arguments.connection.port;
+      port != 0) {  // others are refused already
     findings.Add(Finding::kGood, "ports",
                  "UDP " + std::to_string(port) + " and " + std::to_string(port + 1) + " are free");
     return;
   }
-  const std::vector<std::uint16_t> taken = PortsTaken(arguments.reach.domain, kPortsLookedAt);
-  const std::uint32_t first = DiscoveryPort(arguments.reach.domain, 0);
+  const std::vector<std::uint16_t> taken = PortsTaken(arguments.connection.domain, kPortsLookedAt);
+  const std::uint32_t first = DiscoveryPort(arguments.connection.domain, 0);
   if (taken.empty()) {
     findings.Add(Finding::kGood, "ports",
                  "UDP " + std::to_string(first) + " and the next are free");
@@ -165,9 +166,9 @@ void CheckDiscovery(const DoctorArguments& arguments, Findings& findings) {
   DdsOptions dds;
   dds.session = arguments.session.empty() ? "tandem-doctor" : arguments.session;
   dds.role = Role::kViewer;
-  ApplyReach(arguments.reach, dds);
+  ApplyConnection(arguments.connection, dds);
   std::string name = "doctor";
-  const Result<PeerId> id = Identify(arguments.reach, Role::kViewer, name);
+  const Result<PeerId> id = Identify(arguments.connection, Role::kViewer, name);
   if (!id) {
     findings.Add(Finding::kBad, "keys", id.error().what,
                  "the doctor looks on, so give it keys of a viewer");
@@ -197,20 +198,21 @@ void CheckDiscovery(const DoctorArguments& arguments, Findings& findings) {
 /// Says whether the session is announced on this network, where the doctor cannot look on.
 void CheckAnnounced(const DoctorArguments& arguments, Findings& findings) {
   if (arguments.session.empty()) return;
-  bool heard = false;
-  HearSessions(arguments.reach, kAnnouncedWithin, [&](const std::vector<AnnouncedSession>& all) {
-    heard = std::ranges::find(all, AnnouncedSession{arguments.session, true}) != all.end();
-    return heard;
-  });
+  bool received = false;
+  DiscoverSessions(
+      arguments.connection, kAnnouncedWithin, [&](const std::vector<AnnouncedSession>& all) {
+        received = std::ranges::find(all, AnnouncedSession{arguments.session, true}) != all.end();
+        return received;
+      });
   findings.Add(
       Finding::kGood, "session " + CleanText(arguments.session),
-      heard
+      received
           ? "announced on this network"
           : "not announced on this network; only 'tandem peer' can tell more, with a peer's keys");
 }
 
 int AnswerOthers() {
-  Result<ProbeAnswerer> answerer = ProbeAnswerer::Open(kAnswerPort);
+  Result<ProbeResponder> answerer = ProbeResponder::Open(kAnswerPort);
   if (!answerer) return Fail(kExitNetwork, answerer.error().what);
   const std::atomic<bool>& stop_asked = StopOnSignals();
   Say("answering at UDP port " + std::to_string(kAnswerPort) +
@@ -223,7 +225,7 @@ int AnswerOthers() {
 int RunDoctor(DoctorArguments arguments) {
   if (arguments.answer) return AnswerOthers();
   if (!arguments.line.file.empty()) {
-    return RunDoctorTrace(arguments.line, arguments.reach.peers, kAnswerPort, arguments.json);
+    return RunDoctorTrace(arguments.line, arguments.connection.peers, kAnswerPort, arguments.json);
   }
   Findings findings;
   Invitation invitation;
@@ -231,32 +233,32 @@ int RunDoctor(DoctorArguments arguments) {
       !arguments.invitation.empty() && CheckInvitation(arguments.invitation, invitation, findings);
   if (invited) {
     arguments.session = invitation.session;
-    ReachInviter(invitation, arguments.reach);
+    ReachInviter(invitation, arguments.connection);
   }
   CheckScene(arguments.scene, invitation.scene, findings);
   DdsOptions dds;
   dds.session = "tandem-doctor";
-  ApplyReach(arguments.reach, dds);
+  ApplyConnection(arguments.connection, dds);
   if (const std::optional<Error> wrong = CheckOptions(dds)) {
     findings.Add(Finding::kBad, "options", wrong->what);
   } else {
     CheckInterfaces(arguments, findings);
-    CheckOwnAddress(arguments.reach, !arguments.reach.peers.empty(), findings);
+    CheckOwnAddress(arguments.connection, !arguments.connection.peers.empty(), findings);
     CheckPorts(arguments, findings);
-    const auto usual = static_cast<std::uint16_t>(arguments.reach.port != 0
-                                                      ? arguments.reach.port
-                                                      : DiscoveryPort(arguments.reach.domain, 0));
+    const auto usual = static_cast<std::uint16_t>(
+        arguments.connection.port != 0 ? arguments.connection.port
+                                       : DiscoveryPort(arguments.connection.domain, 0));
     CheckEnrolPort(arguments.enrol_port != 0 ? arguments.enrol_port : usual, findings);
     CheckRealtime(findings);
     CheckSocketBuffers(findings);
-    if (invited && invitation.secured && arguments.reach.secure.empty()) {
+    if (invited && invitation.secured && arguments.connection.secure.empty()) {
       // without keys nobody is heard: the line gives them
-    } else if (CheckKeys(arguments.reach, findings)) {
+    } else if (CheckKeys(arguments.connection, findings)) {
       CheckDiscovery(arguments, findings);
     } else {
       CheckAnnounced(arguments, findings);
     }
-    for (const std::string& peer : arguments.reach.peers) CheckPath(peer, findings);
+    for (const std::string& peer : arguments.connection.peers) CheckPath(peer, findings);
   }
   if (arguments.json) {
     std::printf("%s\n", JsonText(findings.json(), 2).c_str());
@@ -273,7 +275,7 @@ void AddDoctorCommand(CLI::App& app, int& exit_code) {
   CLI::App* command = app.add_subcommand(
       "doctor", "Check what a session needs of this machine and network, and print remedies");
   AddSessionOption(*command, arguments->session, "name of a session: list its participants");
-  AddReachOptions(*command, arguments->reach);
+  AddConnectionOptions(*command, arguments->connection);
   command->add_option(
       "--invitation", arguments->invitation,
       "line of 'tandem invite': check that it is valid and that its inviter answers");

@@ -10,15 +10,15 @@
 #include <nlohmann/json.hpp>
 
 #include "app/cli/commands.h"
+#include "app/common/console.h"
 #include "app/common/exit_codes.h"
 #include "app/common/option_checks.h"
 #include "app/common/scene_files.h"
 #include "app/common/stop_signal.h"
-#include "app/common/talk.h"
+#include "app/connection/connection_options.h"
 #include "app/invite/enrolment_listener.h"
 #include "app/invite/invitation.h"
-#include "app/reach/reach_options.h"
-#include "collab/dds/diagnostics/reach.h"
+#include "collab/dds/diagnostics/reachability.h"
 #include "collab/dds/security/keys.h"
 #include "collab/dds/transport/announcements.h"
 #include "collab/dds/transport/domain.h"
@@ -37,7 +37,7 @@ constexpr int kMinute = 60;
 constexpr int kMostMinutes = 7 * 24 * 60;
 
 struct InviteArguments {
-  ReachOptions reach;
+  ConnectionOptions connection;
   std::string session;
   std::string scene;
   std::string keys;  // folder of the session's keys; empty: the session is plain
@@ -50,59 +50,60 @@ struct InviteArguments {
 };
 
 /// Returns the addresses of this machine that others can reach, as far as it knows.
-std::vector<std::string> OwnHosts(const ReachOptions& reach) {
-  const std::string port = reach.port == 0 ? "" : ":" + std::to_string(reach.port);
-  if (!reach.external_address.empty()) return {reach.external_address + port};
+std::vector<std::string> OwnHosts(const ConnectionOptions& connection) {
+  const std::string port = connection.port == 0 ? "" : ":" + std::to_string(connection.port);
+  if (!connection.external_address.empty()) return {connection.external_address + port};
   std::vector<std::string> hosts;
   for (const InterfaceFacts& interface : UsableInterfaces()) {
     const bool wanted =
-        reach.interface.empty() ? !interface.loopback : interface.name == reach.interface;
+        connection.interface.empty() ? !interface.loopback : interface.name == connection.interface;
     if (wanted && hosts.size() < Invitation::kMostHosts) hosts.push_back(interface.address + port);
   }
   return hosts;
 }
 
 /// The facts of a session that the inviter hears within a moment.
-struct HeardOf {
+struct DiscoveredSession {
   std::optional<SceneManifest> scene;
   bool as_secured = false;
 };
 
 /// Listens to a plain session, in which nobody sees the listener.
-Result<HeardOf> HearOf(const InviteArguments& arguments) {
-  ReachOptions reach = arguments.reach;
+Result<DiscoveredSession> HearOf(const InviteArguments& arguments) {
+  ConnectionOptions connection = arguments.connection;
   // a program on this machine with a fixed port or named peers hears no multicast: it is sought by
   // address
-  if (reach.port != 0 || !reach.peers.empty()) {
+  if (connection.port != 0 || !connection.peers.empty()) {
     for (const InterfaceFacts& interface : UsableInterfaces()) {
-      reach.peers.push_back(interface.address +
-                            (reach.port == 0 ? "" : ":" + std::to_string(reach.port)));
+      connection.peers.push_back(
+          interface.address + (connection.port == 0 ? "" : ":" + std::to_string(connection.port)));
     }
   }
-  reach.port = 0;
-  reach.external_address.clear();
+  connection.port = 0;
+  connection.external_address.clear();
   EarlyInbox inbox;
   DdsOptions dds;
   dds.session = arguments.session;
   dds.role = Role::kViewer;
   std::string nobody = "invite";
-  dds.peer = *Identify(reach, Role::kViewer, nobody);
-  ApplyReach(reach, dds);
+  dds.peer = *Identify(connection, Role::kViewer, nobody);
+  ApplyConnection(connection, dds);
   Result<std::unique_ptr<Transport>> joined = JoinOverDds(dds, inbox);
   if (!joined) return joined.error();
   const std::unique_ptr<SessionsNearby> nearby = ListenForSessions(dds);
-  HeardOf heard;
+  DiscoveredSession received;
   const std::int64_t until_ns = MonotonicNowNs() + kHearSceneNs;
   StopOnSignals();
-  while (!heard.scene && MonotonicNowNs() < until_ns) {
-    heard.scene = inbox.SessionScene();
+  while (!received.scene && MonotonicNowNs() < until_ns) {
+    received.scene = inbox.SessionScene();
     for (const AnnouncedSession& session : nearby->Heard()) {
-      heard.as_secured = heard.as_secured || (session.secured && session.name == arguments.session);
+      received.as_secured =
+          received.as_secured || (session.secured && session.name == arguments.session);
     }
-    if (heard.as_secured || StopAskedWithin(std::chrono::nanoseconds(kHearTurnNs))) break;
+    if (received.as_secured || StopRequestedWithin(std::chrono::nanoseconds(kHearTurnNs))) break;
   }
   (*joined)->Leave();
-  return heard;
+  return received;
 }
 
 void Tell(const SceneManifest& scene, Invitation& invitation) {
@@ -117,9 +118,9 @@ void Tell(const SceneManifest& scene, Invitation& invitation) {
 int PrepareLine(const InviteArguments& arguments, Invitation& invitation) {
   invitation.session = arguments.session;
   invitation.role = arguments.role == "viewer" ? Role::kViewer : Role::kActive;
-  invitation.domain = arguments.reach.domain;
-  invitation.hosts = OwnHosts(arguments.reach);
-  invitation.others = arguments.reach.peers;
+  invitation.domain = arguments.connection.domain;
+  invitation.hosts = OwnHosts(arguments.connection);
+  invitation.others = arguments.connection.peers;
   if (invitation.hosts.empty()) {
     invitation.hosts = {"127.0.0.1"};
     Say("this machine is in no network, so the line works on this machine alone");
@@ -168,15 +169,15 @@ int InvitePlainly(const InviteArguments& arguments) {
   Invitation invitation;
   if (const int failed = PrepareLine(arguments, invitation); failed != kExitOk) return failed;
   if (invitation.scene.digest == 0) {
-    const Result<HeardOf> heard = HearOf(arguments);
-    if (!heard) return Fail(kExitNetwork, heard.error().what);
-    if (heard->as_secured) {
+    const Result<DiscoveredSession> received = HearOf(arguments);
+    if (!received) return Fail(kExitNetwork, received.error().what);
+    if (received->as_secured) {
       return Fail(kExitSecurity, "session " + CleanText(arguments.session) +
                                      " is secured: give the folder of its keys with --keys, and "
                                      "the invited person's name with --name");
     }
-    if (heard->scene) {
-      Tell(*heard->scene, invitation);
+    if (received->scene) {
+      Tell(*received->scene, invitation);
     } else {
       Say("nobody is in session " + CleanText(arguments.session) +
           " yet, so the line does not name its scene: join first, or name the scene with --scene");
@@ -216,7 +217,8 @@ int InviteWithKeys(const InviteArguments& arguments) {
   if (const int failed = PrepareLine(arguments, invitation); failed != kExitOk) return failed;
   const bool fixed = arguments.enrol_port != 0;
   const auto usual = static_cast<std::uint16_t>(
-      arguments.reach.port != 0 ? arguments.reach.port : DiscoveryPort(arguments.reach.domain, 0));
+      arguments.connection.port != 0 ? arguments.connection.port
+                                     : DiscoveryPort(arguments.connection.domain, 0));
   Result<EnrolmentListener> listener =
       EnrolmentListener::Open(fixed ? arguments.enrol_port : usual, !fixed);
   if (!listener) return Fail(kExitNetwork, listener.error().what);
@@ -297,7 +299,7 @@ void AddInviteCommand(CLI::App& app, int& exit_code) {
   command->add_option("--scene", arguments->scene,
                       "scene of the session, by name or file; default: the scene that the peers of "
                       "a plain session offer");
-  AddReachOptions(*command, arguments->reach);
+  AddConnectionOptions(*command, arguments->connection);
   command->remove_option(command->get_option("--secure"));
   command->add_flag("--json", arguments->json, "print one JSON object, which contains the line");
   command->callback([arguments, &exit_code] {

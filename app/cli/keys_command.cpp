@@ -8,9 +8,9 @@
 #include <unistd.h>
 
 #include "app/cli/commands.h"
+#include "app/common/console.h"
 #include "app/common/exit_codes.h"
 #include "app/common/option_checks.h"
-#include "app/common/talk.h"
 #include "app/join/member_files.h"
 #include "collab/dds/security/keys.h"
 #include "collab/dds/security/revocation.h"
@@ -171,14 +171,14 @@ void AddKeysCommand(CLI::App& app, int& exit_code) {
         Member{Part::kViewer, "viewer", "Make the keys of a viewer"},
         Member{Part::kRelay, "relay",
                "Make the keys of a relay, for the session of the viewers behind it"}}) {
-    auto asked = std::make_shared<KeysArguments>();
+    auto requested = std::make_shared<KeysArguments>();
     CLI::App* command = keys->add_subcommand(member.name, member.what);
     command
-        ->add_option("FOLDER", asked->folder,
+        ->add_option("FOLDER", requested->folder,
                      member.part == Part::kRelay ? "folder made by 'tandem keys session --audience'"
                                                  : "folder of the session")
         ->required();
-    command->add_option("NAME", asked->name, "name that others see")
+    command->add_option("NAME", requested->name, "name that others see")
         ->required()
         ->check(CLI::Validator(
             [](std::string& name) -> std::string {
@@ -188,13 +188,13 @@ void AddKeysCommand(CLI::App& app, int& exit_code) {
                                "' is not a member's name: use letters, digits, '.', '_' and '-'";
             },
             ""));
-    command->add_option("--out", asked->out, "new folder for the keys; default: FOLDER/NAME");
+    command->add_option("--out", requested->out, "new folder for the keys; default: FOLDER/NAME");
     command
-        ->add_option("--days", asked->days,
+        ->add_option("--days", requested->days,
                      "validity of the keys, days; at most that of the session's authorities")
         ->check(WholeNumberFrom(1, 36'500));
-    command->callback([asked, part = member.part, &exit_code] {
-      exit_code = MakeMember(*asked, part);
+    command->callback([requested, part = member.part, &exit_code] {
+      exit_code = MakeMember(*requested, part);
     });
   }
 }

@@ -12,17 +12,17 @@
 #include <unistd.h>
 
 #include "app/cli/commands.h"
+#include "app/common/console.h"
 #include "app/common/exit_codes.h"
 #include "app/common/option_checks.h"
 #include "app/common/program_folders.h"
 #include "app/common/scene_files.h"
 #include "app/common/stop_signal.h"
-#include "app/common/talk.h"
+#include "app/connection/connection_options.h"
+#include "app/connection/hand_request.h"
 #include "app/invite/invitation.h"
 #include "app/join/join_line.h"
 #include "app/process/headless.h"
-#include "app/reach/hand_request.h"
-#include "app/reach/reach_options.h"
 
 namespace tandem {
 
@@ -34,7 +34,7 @@ constexpr int kMostNewWindows = 3;
 /// The options of `tandem open` and `tandem join`.
 struct TakePartArguments {
   HandRequest hand;
-  ReachOptions reach;
+  ConnectionOptions connection;
   std::string role = "active";
   std::string peer_options;
   bool headless = false;
@@ -44,12 +44,12 @@ struct TakePartArguments {
 
 void FillReach(TakePartArguments& arguments) {
   HandRequest& hand = arguments.hand;
-  hand.domain = arguments.reach.domain;
-  hand.interface = arguments.reach.interface;
-  hand.peers = arguments.reach.peers;
-  hand.external_address = arguments.reach.external_address;
-  hand.port = arguments.reach.port;
-  hand.secure = arguments.reach.secure;
+  hand.domain = arguments.connection.domain;
+  hand.interface = arguments.connection.interface;
+  hand.peers = arguments.connection.peers;
+  hand.external_address = arguments.connection.external_address;
+  hand.port = arguments.connection.port;
+  hand.secure = arguments.connection.secure;
   std::istringstream words(arguments.peer_options);
   for (std::string word; words >> word;) hand.further.push_back(word);
   hand.control = "window-" + std::to_string(getpid());
@@ -94,14 +94,14 @@ pid_t StartWindow(const std::vector<std::string>& words) {
 /// Waits for a window, and passes a request to end on to it. Returns its status.
 int WatchWindow(pid_t window) {
   const std::atomic<bool>& stop = StopOnSignals();
-  bool told = false;
+  bool reported = false;
   int status = 0;
   while (waitpid(window, &status, WNOHANG) == 0) {
-    if (stop.load() && !told) {
+    if (stop.load() && !reported) {
       kill(window, SIGTERM);
-      told = true;
+      reported = true;
     }
-    if (told) StillEnding();
+    if (reported) SayStillEnding();
     std::this_thread::sleep_for(kWatchPeriod);
   }
   return status;
@@ -200,7 +200,7 @@ int JoinWhat(TakePartArguments& arguments, const CLI::App& given) {
   if (given.count("--role") > 0) line.role = arguments.role;
   line.scene = arguments.hand.scene;
   line.device = arguments.hand.device;
-  line.reach = arguments.reach;
+  line.connection = arguments.connection;
   return JoinByLine(line);
 }
 
@@ -212,7 +212,7 @@ void AddCommon(CLI::App& command, TakePartArguments& arguments) {
                      "device that moves the hand, as for tandem peer; default: the mouse");
   command.add_option("--peer-options", arguments.peer_options,
                      "further options of the controller (see tandem peer --help), in one text");
-  AddReachOptions(command, arguments.reach);
+  AddConnectionOptions(command, arguments.connection);
 }
 
 }  // namespace

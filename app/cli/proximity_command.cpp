@@ -6,11 +6,11 @@
 #include <nlohmann/json.hpp>
 
 #include "app/cli/commands.h"
+#include "app/common/console.h"
 #include "app/common/exit_codes.h"
 #include "app/common/option_checks.h"
 #include "app/common/poses_file.h"
 #include "app/common/scene_files.h"
-#include "app/common/talk.h"
 #include "app/judgement/proximity_bodies.h"
 #include "engine/base/text/json_text.h"
 #include "engine/realtime/clock.h"
@@ -232,7 +232,7 @@ int RunProximity(const ProximityArguments& arguments) {
   std::snprintf(costs_text, sizeof costs_text,
                 "; voxelized in %.2f s, then %.2f ms a pose (median; max %.2f)", costs.voxelize_s,
                 costs.median_ms, costs.most_ms);
-  Say(std::to_string(overlapping) + " of " + Counted(answers.size(), "pose") + " overlap" +
+  Say(std::to_string(overlapping) + " of " + WithPlural(answers.size(), "pose") + " overlap" +
       costs_text);
   return kExitOk;
 }

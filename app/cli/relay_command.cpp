@@ -6,11 +6,11 @@
 #include <unistd.h>
 
 #include "app/cli/commands.h"
+#include "app/common/console.h"
 #include "app/common/exit_codes.h"
 #include "app/common/option_checks.h"
 #include "app/common/stop_signal.h"
-#include "app/common/talk.h"
-#include "app/reach/reach_options.h"
+#include "app/connection/connection_options.h"
 #include "collab/dds/security/keys.h"
 #include "collab/dds/transport/dds_transport.h"
 #include "collab/dds/transport/relay.h"
@@ -25,36 +25,37 @@ constexpr std::int64_t kStatusNs = 5'000'000'000;  // period of a line on the wo
 
 struct RelayArguments {
   std::string session;
-  ReachOptions reach;
-  ReachOptions audience;  // interface, port and keys of the viewers' side
+  ConnectionOptions connection;
+  ConnectionOptions audience;  // interface, port and keys of the viewers' side
   std::string name;
   double seconds = 0;
 };
 
 /// Returns how the viewers' side is reached. It is on the session's domain and, by default, on its
 /// interface.
-ReachOptions AudienceOf(const RelayArguments& arguments) {
-  ReachOptions audience = arguments.audience;
-  audience.domain = arguments.reach.domain;
-  audience.external_address = arguments.reach.external_address;
-  if (audience.interface.empty()) audience.interface = arguments.reach.interface;
+ConnectionOptions AudienceOf(const RelayArguments& arguments) {
+  ConnectionOptions audience = arguments.audience;
+  audience.domain = arguments.connection.domain;
+  audience.external_address = arguments.connection.external_address;
+  if (audience.interface.empty()) audience.interface = arguments.connection.interface;
   return audience;
 }
 
 /// Opens the viewers' side. Returns the exit code.
 int OpenRelay(const RelayArguments& arguments, std::unique_ptr<Relay>& relay) {
-  const ReachOptions audience = AudienceOf(arguments);
+  const ConnectionOptions audience = AudienceOf(arguments);
   DdsOptions viewers;
   viewers.session = arguments.session;
-  ApplyReach(audience, viewers);
+  ApplyConnection(audience, viewers);
   GoToRelay(viewers);
   Result<std::unique_ptr<Relay>> opened = Relay::Open(viewers);
   if (!opened) {
     return Fail(audience.secure.empty() ? kExitNetwork : kExitSecurity, opened.error().what);
   }
   relay = *std::move(opened);
-  if (!arguments.reach.secure.empty()) {
-    const Result<bool> two = AreOfTwoSessions(arguments.reach.secure, arguments.audience.secure);
+  if (!arguments.connection.secure.empty()) {
+    const Result<bool> two =
+        AreOfTwoSessions(arguments.connection.secure, arguments.audience.secure);
     if (!two) return Fail(kExitSecurity, two.error().what);
   }
   return kExitOk;
@@ -70,17 +71,17 @@ int RelayUntilEnd(const RelayArguments& arguments, PeerId id, Relay& relay, Tran
   std::int64_t now_ns = opened_ns;
   std::int64_t turn_ns = opened_ns;  // due time, so that a turn's length does not add up
   std::int64_t status_ns = opened_ns;
-  std::uint64_t told = 0;
+  std::uint64_t reported = 0;
   do {
     joined.Publish(info);
     ++info.beat;
     if (now_ns - status_ns >= kStatusNs) {
       const std::uint64_t passed = relay.views_passed_on();
       const auto each_s =
-          static_cast<double>(passed - told) / (1e-9 * static_cast<double>(kStatusNs));
+          static_cast<double>(passed - reported) / (1e-9 * static_cast<double>(kStatusNs));
       Say(std::to_string(static_cast<long>(each_s)) + " pictures/s to " +
-          Counted(relay.viewers(), "viewer"));
-      told = passed;
+          WithPlural(relay.viewers(), "viewer"));
+      reported = passed;
       status_ns = now_ns;
     }
     turn_ns = std::max(turn_ns + kTurnNs, MonotonicNowNs());
@@ -88,7 +89,7 @@ int RelayUntilEnd(const RelayArguments& arguments, PeerId id, Relay& relay, Tran
     std::string ended = joined.KeysEnd();
     if (ended.empty()) ended = relay.KeysEnd();
     if (!ended.empty()) return Fail(kExitSecurity, ended);
-    if (StopAskedWithin(std::chrono::nanoseconds(left_ns))) break;
+    if (StopRequestedWithin(std::chrono::nanoseconds(left_ns))) break;
     now_ns = MonotonicNowNs();
   } while (arguments.seconds <= 0 ||
            static_cast<double>(now_ns - opened_ns) < 1e9 * arguments.seconds);
@@ -97,12 +98,12 @@ int RelayUntilEnd(const RelayArguments& arguments, PeerId id, Relay& relay, Tran
 
 int RunRelay(RelayArguments arguments) {
   StopOnSignals();
-  if (!arguments.reach.secure.empty() && arguments.audience.secure.empty()) {
+  if (!arguments.connection.secure.empty() && arguments.audience.secure.empty()) {
     return Fail(kExitUsage,
                 "only holders of keys may see a secured session: give --audience-secure with keys "
                 "made by 'tandem keys relay'");
   }
-  const Result<PeerId> id = Identify(arguments.reach, Role::kViewer, arguments.name);
+  const Result<PeerId> id = Identify(arguments.connection, Role::kViewer, arguments.name);
   if (!id) return Fail(kExitSecurity, id.error().what);
   std::unique_ptr<Relay> relay;
   if (const int failed = OpenRelay(arguments, relay); failed != kExitOk) return failed;
@@ -110,10 +111,11 @@ int RunRelay(RelayArguments arguments) {
   upstream.session = arguments.session;
   upstream.peer = *id;
   upstream.role = Role::kViewer;
-  ApplyReach(arguments.reach, upstream);
+  ApplyConnection(arguments.connection, upstream);
   const Result<std::unique_ptr<Transport>> joined = JoinOverDds(upstream, *relay);
   if (!joined) {
-    return Fail(arguments.reach.secure.empty() ? kExitNetwork : kExitSecurity, joined.error().what);
+    return Fail(arguments.connection.secure.empty() ? kExitNetwork : kExitSecurity,
+                joined.error().what);
   }
   const AtForcedEnd goodbye([&joined, &relay] {
     (*joined)->SayGoodbye();
@@ -122,10 +124,10 @@ int RunRelay(RelayArguments arguments) {
   Say("relaying session " + arguments.session + "; viewers see it with: tandem watch --from-relay" +
       (arguments.audience.secure.empty() ? "" : " --secure KEYS") + " --session " +
       arguments.session);
-  Say(SecurityOf(arguments.reach, arguments.session));
+  Say(SecurityOf(arguments.connection, arguments.session));
   const int exit_code = RelayUntilEnd(arguments, upstream.peer, *relay, **joined);
   (*joined)->Leave();
-  StillEnding();
+  SayStillEnding();
   relay->Leave();
   return exit_code;
 }
@@ -140,7 +142,7 @@ void AddRelayCommand(CLI::App& app, int& exit_code) {
                                          "relay alone, and the relay to the viewers");
   AddSessionOption(*command, arguments->session, "name of the session to relay")->required();
   command->add_option("--name", arguments->name, "name that the session's peers see");
-  AddReachOptions(*command, arguments->reach);
+  AddConnectionOptions(*command, arguments->connection);
   command->add_option("--audience-interface", arguments->audience.interface,
                       "network interface of the viewers; default: the session's");
   command

@@ -9,14 +9,14 @@
 #include <nlohmann/json.hpp>
 
 #include "app/cli/commands.h"
-#include "app/cli/replay_audience.h"
+#include "app/cli/replay_viewers.h"
+#include "app/common/console.h"
 #include "app/common/exit_codes.h"
 #include "app/common/option_checks.h"
 #include "app/common/stop_signal.h"
-#include "app/common/talk.h"
+#include "app/connection/connection_options.h"
 #include "app/judgement/start_gaps.h"
 #include "app/judgement/verdict.h"
-#include "app/reach/reach_options.h"
 #include "app/recording/recorded_scene.h"
 #include "app/recording/replay_network.h"
 #include "collab/recording/poses_export.h"
@@ -42,7 +42,7 @@ struct ReplayArguments {
   std::string exported;  // file of the export; empty: none
   std::string network;   // file for a trace of what was heard; empty: none
   std::string from;      // peer whose trace is made
-  ReachOptions reach;
+  ConnectionOptions connection;
   double speed = 0;  // times real time; 0: as fast as it goes
   int threads = 1;
   bool adopt_any = false;  // take the recorded voxels, however far from the scene file's
@@ -67,7 +67,7 @@ class ExportTo final : public Export {
   Result<std::string> Close() override {
     const Result<std::uint64_t> count = file_->Close();
     if (!count) return count.error();
-    return Counted(*count, one_);
+    return WithPlural(*count, one_);
   }
 
  private:
@@ -93,11 +93,11 @@ Result<std::unique_ptr<Export>> ExportInto(const std::string& file, const Record
 /// Runs the replay at its speed; shows and exports it as it goes.
 class Player {
  public:
-  Player(const ReplayArguments& arguments, PeerNode& node, const Ears& ears, Transport& transport,
-         Export* exported, const std::atomic<bool>& stop_asked)
+  Player(const ReplayArguments& arguments, PeerNode& node, const ActivePeerInbox& active_peers,
+         Transport& transport, Export* exported, const std::atomic<bool>& stop_asked)
       : arguments_(arguments),
         node_(node),
-        ears_(ears),
+        ears_(active_peers),
         transport_(transport),
         exported_(exported),
         stop_asked_(stop_asked) {}
@@ -129,20 +129,20 @@ class Player {
   double seconds() const { return static_cast<double>(MonotonicNowNs() - begin_ns_) * 1e-9; }
   const ordered_json& golden() const { return golden_; }
   const HeldPoses& poses() const { return poses_; }
-  const BodiesMet& met() const { return met_; }
+  const TouchedBodies& met() const { return met_; }
   /// Returns the active peer whose arrival ended the run; nothing: none did.
   const std::optional<std::string>& newcomer() const { return newcomer_; }
 
  private:
   const ReplayArguments& arguments_;
   PeerNode& node_;
-  const Ears& ears_;
+  const ActivePeerInbox& ears_;
   Transport& transport_;
   Export* exported_;
   const std::atomic<bool>& stop_asked_;
   ordered_json golden_ = ordered_json::array();
   HeldPoses poses_;
-  BodiesMet met_{node_.world().model().bodies.size()};
+  TouchedBodies met_{node_.world().model().bodies.size()};
   std::optional<std::string> newcomer_;
   std::int64_t begin_ns_ = MonotonicNowNs();
 };
@@ -183,8 +183,8 @@ int TellWhetherSame(const std::string& file, const ReplayResult& result,
                     " bytes were not replayed; the frames before are bit for bit as recorded");
   }
   if (!result.first_different) {
-    Say(Counted(static_cast<std::uint64_t>(result.frames), "frame") + ", bit for bit as recorded" +
-        (stopped ? "; stopped there" : ""));
+    Say(WithPlural(static_cast<std::uint64_t>(result.frames), "frame") +
+        ", bit for bit as recorded" + (stopped ? "; stopped there" : ""));
     return kExitOk;
   }
   return Fail(kExitFailed, "frame " + std::to_string(*result.first_different) +
@@ -203,11 +203,11 @@ int RunReplay(const ReplayArguments& arguments) {
       header,
       {.recording = arguments.file, .scene = arguments.scene, .adopt_any = arguments.adopt_any});
   if (!model) return Fail(kExitFile, model.error().what);
-  std::unique_ptr<FrameHelpers> helpers;
+  std::unique_ptr<WorkerPool> workers;
   if (arguments.threads > 1) {
-    helpers = std::make_unique<FrameHelpers>(FrameHelpers::Options{.threads = arguments.threads});
+    workers = std::make_unique<WorkerPool>(WorkerPool::Options{.threads = arguments.threads});
   }
-  Result<std::unique_ptr<Replay>> replay = Replay::Create(header, *model, helpers.get());
+  Result<std::unique_ptr<Replay>> replay = Replay::Create(header, *model, workers.get());
   if (!replay) return Fail(kExitFile, arguments.file + ": " + replay.error().what);
   std::unique_ptr<Export> exported;
   if (!arguments.exported.empty()) {
@@ -215,10 +215,10 @@ int RunReplay(const ReplayArguments& arguments) {
       return failed;
     }
   }
-  Ears ears;
+  ActivePeerInbox active_peers;
   int exit_code = kExitOk;
   const Result<std::unique_ptr<Transport>> transport =
-      JoinForViewers(arguments.session, arguments.reach, ears, exit_code);
+      JoinForViewers(arguments.session, arguments.connection, active_peers, exit_code);
   if (!transport) return Fail(exit_code, transport.error().what);
   Say(header.name + " as recorded by version " + header.program + ", scene " + header.scene);
   if (header.contact) TellStart(FindStartGaps(**model));
@@ -227,7 +227,8 @@ int RunReplay(const ReplayArguments& arguments) {
   kHapticThread.Enter();
   kSenderThread.Enter();
   kControlThread.Enter();
-  Player player(arguments, (*replay)->node(), ears, **transport, exported.get(), stop_asked);
+  Player player(arguments, (*replay)->node(), active_peers, **transport, exported.get(),
+                stop_asked);
   const ReplayResult result =
       RunAll(*reader, **replay, [&](std::int64_t number, const RecordedFrame& frame) {
         return player.After(number, frame);
@@ -245,7 +246,7 @@ int RunReplay(const ReplayArguments& arguments) {
   if (reader->torn())
     Say("the recording is incomplete: it ends within a frame, and the frames before are replayed");
   const std::vector<BodyVerdict> verdicts =
-      Judge(**model, player.poses(), player.met(), LastPlaces((*replay)->node().world()),
+      Judge(**model, player.poses(), player.met(), FinalPoses((*replay)->node().world()),
             !header.contact);
   for (const BodyVerdict& verdict : verdicts) Say(Describe(verdict));
   if (arguments.json) {
@@ -273,7 +274,7 @@ void AddReplayCommand(CLI::App& app, int& exit_code) {
   command
       ->add_option("--threads", arguments->threads,
                    "number of threads that share a large frame's work")
-      ->check(WholeNumberFrom(1, FrameHelpers::kMostThreads));
+      ->check(WholeNumberFrom(1, WorkerPool::kMostThreads));
   AddSessionOption(
       *command, arguments->session,
       "name of a session in which viewers can watch the replay, for example with --speed 1");
@@ -292,7 +293,7 @@ void AddReplayCommand(CLI::App& app, int& exit_code) {
   command->add_flag("--adopt-any", arguments->adopt_any,
                     "use the recorded voxel size even if it differs from the scene file's by more "
                     "than a factor of 4");
-  AddReachOptions(*command, arguments->reach);
+  AddConnectionOptions(*command, arguments->connection);
   command->add_flag("--json", arguments->json, "print the result as JSON on stdout");
   command->callback([arguments, &exit_code] {
     exit_code = RunReplay(*arguments);

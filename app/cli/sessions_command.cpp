@@ -5,11 +5,11 @@
 #include <nlohmann/json.hpp>
 
 #include "app/cli/commands.h"
+#include "app/common/console.h"
 #include "app/common/exit_codes.h"
 #include "app/common/option_checks.h"
 #include "app/common/stop_signal.h"
-#include "app/common/talk.h"
-#include "app/join/hear_sessions.h"
+#include "app/join/discover_sessions.h"
 #include "collab/dds/transport/announcements.h"
 #include "collab/dds/transport/domain.h"
 #include "engine/base/text/clean_text.h"
@@ -21,7 +21,7 @@ namespace {
 constexpr double kListensFor = 2;  // s; each program announces itself more often
 
 struct SessionsArguments {
-  ReachOptions reach;
+  ConnectionOptions connection;
   double seconds = kListensFor;
   bool json = false;
 };
@@ -29,12 +29,12 @@ struct SessionsArguments {
 int ListSessions(const SessionsArguments& arguments) {
   DdsOptions dds;
   dds.session = "tandem-sessions";
-  ApplyReach(arguments.reach, dds);
+  ApplyConnection(arguments.connection, dds);
   if (const std::optional<Error> wrong = CheckOptions(dds)) return Fail(kExitUsage, wrong->what);
   nlohmann::ordered_json rows = nlohmann::ordered_json::array();
   std::string lines;
   for (const AnnouncedSession& session :
-       HearSessions(arguments.reach, arguments.seconds, [](const auto&) {
+       DiscoverSessions(arguments.connection, arguments.seconds, [](const auto&) {
          return false;
        })) {
     const bool relay = session.name.ends_with(kBehindRelay);
@@ -45,14 +45,14 @@ int ListSessions(const SessionsArguments& arguments) {
              (relay ? ", through a relay" : "") + "\n";
   }
   if (arguments.json) {
-    const nlohmann::ordered_json found{{"domain", arguments.reach.domain}, {"sessions", rows}};
+    const nlohmann::ordered_json found{{"domain", arguments.connection.domain}, {"sessions", rows}};
     std::printf("%s\n", JsonText(found).c_str());
     return kExitOk;
   }
   std::fputs(lines.c_str(), stdout);
   if (lines.empty()) {
     Say("no session is announced on this network in domain " +
-        std::to_string(arguments.reach.domain) +
+        std::to_string(arguments.connection.domain) +
         "; to join one in another network, ask there for an invitation ('tandem invite')");
   }
   return kExitOk;
@@ -63,7 +63,7 @@ int ListSessions(const SessionsArguments& arguments) {
 void AddSessionsCommand(CLI::App& app, int& exit_code) {
   auto arguments = std::make_shared<SessionsArguments>();
   CLI::App* command = app.add_subcommand("sessions", "List the open sessions on this network");
-  AddReachOptions(*command, arguments->reach);
+  AddConnectionOptions(*command, arguments->connection);
   // options on one's own place do not matter to a listener
   for (const char* option : {"--external-address", "--port", "--secure", "--peers"}) {
     command->remove_option(command->get_option(option));

@@ -9,9 +9,9 @@
 
 #include "app/capacity/simulate_scene.h"
 #include "app/cli/commands.h"
+#include "app/common/console.h"
 #include "app/common/exit_codes.h"
 #include "app/common/option_checks.h"
-#include "app/common/talk.h"
 #include "collab/simulated/hands/hands_simulator.h"
 #include "collab/simulated/network/fault_schedule.h"
 #include "collab/simulated/network/light_scene.h"
@@ -155,8 +155,8 @@ void PrintSeeds(const SimulateArguments& arguments, const std::vector<SeedResult
   std::printf(
       "%s, %llu with violations, %.1f s, %.0f s of sessions, %.0f peer-seconds simulated, digest "
       "%s\n",
-      Counted(range.count, "seed").c_str(), static_cast<unsigned long long>(totals.broken), wall_s,
-      totals.session_seconds, totals.peer_seconds, Hex(totals.digest).c_str());
+      WithPlural(range.count, "seed").c_str(), static_cast<unsigned long long>(totals.broken),
+      wall_s, totals.session_seconds, totals.peer_seconds, Hex(totals.digest).c_str());
 }
 
 int RunSimulate(const SimulateArguments& arguments) {

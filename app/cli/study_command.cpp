@@ -3,10 +3,10 @@
 #include <string>
 
 #include "app/cli/commands.h"
+#include "app/common/console.h"
 #include "app/common/exit_codes.h"
 #include "app/common/option_checks.h"
-#include "app/common/talk.h"
-#include "app/reach/reach_options.h"
+#include "app/connection/connection_options.h"
 #include "app/study/run/study_session.h"
 
 namespace tandem {
@@ -15,26 +15,26 @@ namespace {
 
 struct StudyArguments {
   StudyRequest request;
-  ReachOptions reach;
+  ConnectionOptions connection;
   std::string site = "participant";
   std::string folder;
 };
 
 /// Returns the options of `tandem peer` that say the same.
-std::vector<std::string> StudyReachWords(const ReachOptions& reach) {
-  std::vector<std::string> words{"--domain", std::to_string(reach.domain)};
+std::vector<std::string> StudyReachWords(const ConnectionOptions& connection) {
+  std::vector<std::string> words{"--domain", std::to_string(connection.domain)};
   const auto add = [&words](const char* option, const std::string& value) {
     if (value.empty()) return;
     words.emplace_back(option);
     words.push_back(value);
   };
   std::string peers;
-  for (const std::string& peer : reach.peers) peers += (peers.empty() ? "" : ",") + peer;
-  add("--interface", reach.interface);
+  for (const std::string& peer : connection.peers) peers += (peers.empty() ? "" : ",") + peer;
+  add("--interface", connection.interface);
   add("--peers", peers);
-  add("--external-address", reach.external_address);
-  add("--port", reach.port == 0 ? "" : std::to_string(reach.port));
-  add("--secure", reach.secure);
+  add("--external-address", connection.external_address);
+  add("--port", connection.port == 0 ? "" : std::to_string(connection.port));
+  add("--secure", connection.secure);
   return words;
 }
 
@@ -52,7 +52,7 @@ int RunStudyCommand(StudyArguments& arguments) {
       arguments.folder.empty() ? request.file.stem().string() + "-results" : arguments.folder;
   request.version = TANDEM_VERSION;
   request.partner_site = arguments.site == "partner";
-  request.reach = StudyReachWords(arguments.reach);
+  request.connection = StudyReachWords(arguments.connection);
   const bool runs = !request.results_only && request.withdraw.empty();
   if (runs && !request.dry_run && request.device.empty() && !DisplayIsSet()) {
     return Fail(kExitDisplay,
@@ -103,7 +103,7 @@ void AddStudyCommand(CLI::App& app, int& exit_code) {
                       "remove all data of this pseudonym, then write the results");
   command->add_flag("--results", request.results_only, "run no trial: write the results again");
   command->add_flag("--json", request.json, "print one JSON object");
-  AddReachOptions(*command, arguments->reach);
+  AddConnectionOptions(*command, arguments->connection);
   command->callback([arguments, &exit_code] {
     exit_code = RunStudyCommand(*arguments);
   });

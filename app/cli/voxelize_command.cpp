@@ -8,13 +8,13 @@
 #include <unistd.h>
 
 #include "app/cli/commands.h"
+#include "app/common/console.h"
 #include "app/common/exit_codes.h"
 #include "app/common/mesh_unit.h"
 #include "app/common/option_checks.h"
 #include "app/common/stop_signal.h"
-#include "app/common/talk.h"
 #include "engine/base/hash.h"
-#include "engine/base/most_memory.h"
+#include "engine/base/peak_memory.h"
 #include "engine/base/text/json_text.h"
 #include "engine/contact/kept/surface_file.h"
 #include "engine/geometry/import/mesh_file.h"
@@ -37,7 +37,7 @@ struct VoxelizeArguments {
   int bits = 0;  // 0: the least that hold the range
   std::string out;
   std::string surface;
-  std::uint64_t max_memory = MostMemory();
+  std::uint64_t max_memory = PeakMemory();
   std::size_t threads = 0;
   bool json = false;
 };
@@ -167,7 +167,7 @@ void PrintVoxelized(const VoxelizeArguments& arguments, const VoxelizeOptions& o
                     const Voxelized& made) {
   const Vec3 size = BoundsOf(made.mesh).size();
   std::printf("%s: %s, %s, %.6g x %.6g x %.6g m, %.6g m^3%s\n", arguments.file.c_str(),
-              Counted(made.mesh.triangles.size(), "triangle").c_str(),
+              WithPlural(made.mesh.triangles.size(), "triangle").c_str(),
               Describe(made.diagnosis).c_str(), size.x(), size.y(), size.z(), made.mass.volume,
               made.mass.solid ? "" : " (its surface encloses no sound volume)");
   std::printf("voxels of %.6g m: %zu surface, %zu free, %zu interior, in %zu planes, %.1f MB\n",
@@ -178,11 +178,11 @@ void PrintVoxelized(const VoxelizeArguments& arguments, const VoxelizeOptions& o
                 1e-6 * static_cast<double>(made.surface_bytes));
   }
   std::printf("%s of %s: %zu edge and %zu vertex voxels instead of %zu and %zu\n",
-              Counted(made.polygons, "polygon").c_str(),
-              Counted(made.mesh.triangles.size(), "triangle").c_str(), made.counts.edge,
+              WithPlural(made.polygons, "polygon").c_str(),
+              WithPlural(made.mesh.triangles.size(), "triangle").c_str(), made.counts.edge,
               made.counts.vertex, made.unmerged.edge, made.unmerged.vertex);
-  std::printf("%s; %.3f s on %s; digest %s\n", Counted(made.points, "point").c_str(), made.seconds,
-              Counted(made.threads, "thread").c_str(), Hex(made.digest).c_str());
+  std::printf("%s; %.3f s on %s; digest %s\n", WithPlural(made.points, "point").c_str(),
+              made.seconds, WithPlural(made.threads, "thread").c_str(), Hex(made.digest).c_str());
 }
 
 int RunVoxelize(const VoxelizeArguments& arguments) {

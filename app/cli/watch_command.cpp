@@ -18,7 +18,7 @@ void AddWatchCommand(CLI::App& app, int& exit_code) {
   AddSceneFetchOptions(*command, scene, options->scene_from_session, options->fetch.accept,
                        options->fetch.limit_mb);
   command->add_option("--name", options->name, "name that others see");
-  AddReachOptions(*command, options->reach);
+  AddConnectionOptions(*command, options->connection);
   command
       ->add_option("--seconds", options->seconds,
                    "time until the program leaves, s; 0: run until a signal")

@@ -8,8 +8,8 @@
 #include <poll.h>
 #include <unistd.h>
 
+#include "app/common/console.h"
 #include "app/common/exit_codes.h"
-#include "app/common/talk.h"
 
 namespace tandem {
 

@@ -33,7 +33,7 @@ std::string Cut(std::string text, std::size_t longest) {
   return text.substr(0, longest) + "...";
 }
 
-std::string Wanted(const std::string& what, const std::string& got) {
+std::string ExpectedText(const std::string& what, const std::string& got) {
   return "expected " + what + ", got '" + Cut(got, kLongestValue) + "'";
 }
 
@@ -48,7 +48,7 @@ CLI::Validator NumberCheck(const std::string& words, double least, double most, 
   const auto check = [=](std::string& text) -> std::string {
     double value = 0;
     const bool sound = Parse(text, value) && (open ? value > least : value >= least);
-    return sound && value <= most ? "" : Wanted("a number " + words, text);
+    return sound && value <= most ? "" : ExpectedText("a number " + words, text);
   };
   return {check, words};
 }
@@ -100,7 +100,7 @@ CLI::Validator WholeNumberFrom(std::int64_t least, std::int64_t most) {
   const auto check = [=](std::string& text) -> std::string {
     std::int64_t value = 0;
     if (!Parse(text, value) || value < least || value > most) {
-      return Wanted("a whole number " + words, text);
+      return ExpectedText("a whole number " + words, text);
     }
     text = std::to_string(value);  // without leading zeros: CLI11 would read 010 as octal
     return "";
@@ -126,7 +126,7 @@ CLI::Validator SizeInBytes() {
       if (sound && unit != "B") size = std::ldexp(size, 10 * (static_cast<int>(power) + 1));
     }
     if (!sound || !(size >= 1) || !(size <= std::ldexp(1.0, 50))) {
-      return Wanted("a size up to 1024TiB, such as 500MB or 8GiB", text);
+      return ExpectedText("a size up to 1024TiB, such as 500MB or 8GiB", text);
     }
     text = std::to_string(static_cast<std::uint64_t>(size));
     return "";
@@ -139,7 +139,7 @@ CLI::Validator OneOf(std::vector<std::string> words) {
   for (const std::string& word : words) all += (all.empty() ? "" : ", ") + word;
   const auto check = [all, words = std::move(words)](std::string& text) -> std::string {
     const bool known = std::find(words.begin(), words.end(), text) != words.end();
-    return known ? "" : Wanted("one of " + all, text);
+    return known ? "" : ExpectedText("one of " + all, text);
   };
   return {check, all, kOneOf};
 }

@@ -8,8 +8,8 @@
 #include <string>
 #include <thread>
 
+#include "app/common/console.h"
 #include "app/common/program_folders.h"
-#include "app/common/talk.h"
 
 namespace tandem {
 
@@ -55,7 +55,7 @@ const VoxelCache* ProgramCache() {
 }
 
 Result<std::shared_ptr<const WorldModel>> LoadCached(const Scene& scene, LoadOptions options) {
-  const LongLoad told(scene.name);
+  const LongLoad reported(scene.name);
   options.cache = ProgramCache();
   return LoadWorld(scene, options);
 }

@@ -16,7 +16,7 @@ constexpr int kWidth = 30;
 constexpr std::int64_t kLeastNs = 200'000'000;
 
 // Returns a time in words, such as 41 s, 12 min or 3.4 h.
-std::string InWords(double seconds) {
+std::string ReasonText(double seconds) {
   char text[32];
   if (seconds < 100) {
     std::snprintf(text, sizeof text, "%.0f s", std::ceil(seconds));
@@ -37,7 +37,8 @@ std::string ProgressLine(std::size_t done, std::size_t of, double share, double 
   line.append(full, '#').append(kWidth - full, ' ').append("] ");
   line.append(std::to_string(done)).append(" of ").append(std::to_string(of));
   // the first moments say nothing of the rest
-  if (share > 0.01) line.append(", ").append(InWords(elapsed_s * (1 / share - 1))).append(" left");
+  if (share > 0.01)
+    line.append(", ").append(ReasonText(elapsed_s * (1 / share - 1))).append(" left");
   return line;
 }
 

@@ -72,8 +72,8 @@ bool SignalWithin(std::int64_t ns) {
 
 /// Gives the program time to end by itself. Returns when this time is over.
 void AwaitItsOwnEnd() {
-  const std::int64_t asked_ns = MonotonicNowNs();
-  newest_step_ns.store(asked_ns);
+  const std::int64_t requested_ns = MonotonicNowNs();
+  newest_step_ns.store(requested_ns);
   {
     const std::scoped_lock lock(News().mutex);
     stop_asked.store(true);
@@ -81,7 +81,7 @@ void AwaitItsOwnEnd() {
   News().changed.notify_all();
   for (;;) {
     const std::int64_t until_ns = std::min(newest_step_ns.load() + kEndingPatience.count() * kMs,
-                                           asked_ns + kLongestEnding.count() * kMs);
+                                           requested_ns + kLongestEnding.count() * kMs);
     const std::int64_t left_ns = until_ns - MonotonicNowNs();
     if (left_ns <= 0 || SignalWithin(left_ns)) return;
   }
@@ -144,14 +144,14 @@ const std::atomic<bool>& StopOnSignals() {
   return stop_asked;
 }
 
-bool StopAskedWithin(std::chrono::nanoseconds time) {
+bool StopRequestedWithin(std::chrono::nanoseconds time) {
   std::unique_lock lock(News().mutex);
   return News().changed.wait_for(lock, time, [] {
     return stop_asked.load();
   });
 }
 
-void StillEnding() noexcept {
+void SayStillEnding() noexcept {
   newest_step_ns.store(MonotonicNowNs());
 }
 

@@ -10,8 +10,8 @@ namespace tandem {
 
 /// Handles SIGINT, SIGTERM and SIGHUP in a thread of its own, so that the program ends whatever its
 /// other threads do. Without StopOnSignals() the signal ends the program at once. With it the
-/// program has kEndingPatience to end by itself, again after each StillEnding(), and kLongestEnding
-/// in all. A second signal ends this time.
+/// program has kEndingPatience to end by itself, again after each SayStillEnding(), and
+/// kLongestEnding in all. A second signal ends this time.
 ///
 /// When the time is over, the thread runs the acts of AtForcedEnd, and the signal has its ordinary
 /// effect. A signal that was ignored at the start stays ignored, except SIGINT and SIGTERM after
@@ -29,10 +29,10 @@ inline constexpr std::chrono::milliseconds kLongestEnding{kIsSanitized ? 30'000 
 const std::atomic<bool>& StopOnSignals();
 
 /// Waits up to `time` for a signal. Returns whether a signal has come. Needs StopOnSignals().
-bool StopAskedWithin(std::chrono::nanoseconds time);
+bool StopRequestedWithin(std::chrono::nanoseconds time);
 
 /// Tells the thread of signals that a step of the end is done; the next may take kEndingPatience.
-void StillEnding() noexcept;
+void SayStillEnding() noexcept;
 
 /// Has `act` run before a signal ends the program by force, as long as this object lives. The
 /// newest act runs first. An act runs while other threads are at any point, and must not wait for

@@ -99,11 +99,11 @@ Result<bool> DriverDevice::Begin(const std::string& options, const Pose& X_WB0) 
     device_ = nullptr;
     return refuse("the device does not open");
   }
-  told_.struct_size = sizeof told_;
-  if (driver_->capabilities(device_, &told_) < 0)
+  reported_.struct_size = sizeof reported_;
+  if (driver_->capabilities(device_, &reported_) < 0)
     return refuse("it does not report its capabilities");
-  can_ = CapabilitiesOf(told_);
-  if (told_.asks != 0) mailbox_ = std::make_unique<VendorMailbox>(can_.peak);
+  can_ = CapabilitiesOf(reported_);
+  if (reported_.asks != 0) mailbox_ = std::make_unique<VendorMailbox>(can_.peak);
   if (driver_->start(device_) < 0) return refuse("the device does not start");
   if (can_.in_scene) return true;
 
@@ -125,26 +125,27 @@ DriverDevice::~DriverDevice() {
   if (initialised_) driver_->deinit();
 }
 
-DeviceCapabilities DriverDevice::CapabilitiesOf(const TandemDeviceCapabilities& told) const {
+DeviceCapabilities DriverDevice::CapabilitiesOf(const TandemDeviceCapabilities& reported) const {
   DeviceCapabilities can;
-  can.freedoms_in = static_cast<int>(std::min(told.freedoms_in, 6U));
-  can.freedoms_out = static_cast<int>(std::min(told.freedoms_out, 6U));
-  can.peak = {told.peak_force, told.peak_moment};
-  can.continuous = {told.continuous_force == 0 ? told.peak_force : told.continuous_force,
-                    told.continuous_moment == 0 ? told.peak_moment : told.continuous_moment};
-  const Vec3 least(told.workspace_min);
-  const Vec3 most(told.workspace_max);
+  can.freedoms_in = static_cast<int>(std::min(reported.freedoms_in, 6U));
+  can.freedoms_out = static_cast<int>(std::min(reported.freedoms_out, 6U));
+  can.peak = {reported.peak_force, reported.peak_moment};
+  can.continuous = {
+      reported.continuous_force == 0 ? reported.peak_force : reported.continuous_force,
+      reported.continuous_moment == 0 ? reported.peak_moment : reported.continuous_moment};
+  const Vec3 least(reported.workspace_min);
+  const Vec3 most(reported.workspace_max);
   if (least.allFinite() && most.allFinite() && (most - least).minCoeff() > 0) {
     can.workspace.min = least;
     can.workspace.max = most;
   }
-  can.rate_hz = told.rate_hz == 0 ? 1000 : told.rate_hz;
-  can.stiffness = OrAny(told.stiffness);
-  can.damping = OrAny(told.damping);
-  can.rotation_stiffness = OrAny(told.rotation_stiffness);
-  can.rotation_damping = OrAny(told.rotation_damping);
-  can.asks_us = told.asks != 0;
-  can.in_scene = told.in_scene != 0;
+  can.rate_hz = reported.rate_hz == 0 ? 1000 : reported.rate_hz;
+  can.stiffness = OrAny(reported.stiffness);
+  can.damping = OrAny(reported.damping);
+  can.rotation_stiffness = OrAny(reported.rotation_stiffness);
+  can.rotation_damping = OrAny(reported.rotation_damping);
+  can.asks_us = reported.asks != 0;
+  can.in_scene = reported.in_scene != 0;
   return can;
 }
 
@@ -223,7 +224,7 @@ void DriverDevice::Stop() noexcept {
   if (device_ != nullptr) driver_->stop(device_);
 }
 
-AskedTimes DriverDevice::asked_times() const noexcept {
+ForceFetchTimes DriverDevice::fetch_times() const noexcept {
   if (!mailbox_) return {};
   return {mailbox_->taken(), mailbox_->mean_age_ns(), mailbox_->most_age_ns()};
 }

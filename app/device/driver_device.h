@@ -38,19 +38,19 @@ class DriverDevice : public Device {
   bool failed() const noexcept override { return failed_.load(std::memory_order_relaxed); }
   bool stop_button() const noexcept override { return (buttons_ & TANDEM_BUTTON_STOP) != 0; }
   bool clutch_button() const noexcept override { return (buttons_ & TANDEM_BUTTON_CLUTCH) != 0; }
-  AskedTimes asked_times() const noexcept override;
+  ForceFetchTimes fetch_times() const noexcept override;
 
   /// Says why the device is in trouble, in a line for a person; empty: it is not.
   std::string Trouble() const;
   /// Returns the newest result of the driver's read().
   std::int32_t newest_read() const noexcept { return newest_read_.load(std::memory_order_relaxed); }
   /// Returns the capabilities that the driver reported before the loop started.
-  const TandemDeviceCapabilities& told() const noexcept { return told_; }
+  const TandemDeviceCapabilities& reported() const noexcept { return reported_; }
 
  private:
   explicit DriverDevice(const TandemDriver& driver) : driver_(&driver) {}
   Result<bool> Begin(const std::string& options, const Pose& X_WB0);
-  DeviceCapabilities CapabilitiesOf(const TandemDeviceCapabilities& told) const;
+  DeviceCapabilities CapabilitiesOf(const TandemDeviceCapabilities& reported) const;
   /// Maps the handle that the driver reported.
   void Take(const TandemDeviceState& state) noexcept;
   /// Derives the speed of the mapped handle from its last poses, where the driver reports none.
@@ -60,7 +60,7 @@ class DriverDevice : public Device {
   TandemDeviceHost host_{};
   TandemDevice* device_ = nullptr;
   bool initialised_ = false;
-  TandemDeviceCapabilities told_{};
+  TandemDeviceCapabilities reported_{};
   DeviceCapabilities can_;
   std::unique_ptr<VendorMailbox> mailbox_;  // null: write() gives the motors their force
   Anchor handle_;                           // mapped handle

@@ -51,13 +51,13 @@ int FailWith(DeviceMemory& memory, const std::string& why) {
 }
 
 /// Tells the controller why the device is in trouble, and when the trouble is over.
-class TroubleTeller {
+class TroubleReporter {
  public:
-  explicit TroubleTeller(DeviceMemory& memory) : memory_(&memory) {}
+  explicit TroubleReporter(DeviceMemory& memory) : memory_(&memory) {}
   void Look(const DriverDevice& device) {
     const std::string trouble = device.Trouble();
-    if (trouble == told_) return;
-    told_ = trouble;
+    if (trouble == reported_) return;
+    reported_ = trouble;
     std::array<char, 320> text{};
     std::snprintf(text.data(), text.size(), "%s", trouble.c_str());
     memory_->trouble.Write(text);
@@ -65,7 +65,7 @@ class TroubleTeller {
 
  private:
   DeviceMemory* memory_;
-  std::string told_;
+  std::string reported_;
 };
 
 int Serve(const DeviceArguments& arguments) {
@@ -118,7 +118,7 @@ int Serve(const DeviceArguments& arguments) {
   std::snprintf(memory.warning.data(), memory.warning.size(), "%s", status.warning.c_str());
   memory.ready.store(DeviceMemory::kReady, std::memory_order_release);
   std::int64_t ends_ns = 0;
-  TroubleTeller teller(memory);
+  TroubleReporter teller(memory);
   while (!ended.load()) {
     MachineClock().SleepUntil(MonotonicNowNs() + DeviceWatch::kLookNs);
     teller.Look(**driver);
@@ -128,7 +128,7 @@ int Serve(const DeviceArguments& arguments) {
   thread.Join();
   watch.Forget();
   (*driver)->Stop();
-  loop.Tell();
+  loop.PublishTimes();
   return kExitOk;
 }
 

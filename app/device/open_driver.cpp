@@ -40,11 +40,11 @@ Result<const TandemDriver*> DriverNamed(const std::string& name) {
   return Error{"there is no driver '" + name + "'; the drivers are" + known};
 }
 
-Result<std::unique_ptr<DriverDevice>> OpenDriver(const std::string& asked, const Pose& X_WB0) {
-  const std::size_t colon = asked.find(':');
-  const Result<const TandemDriver*> driver = DriverNamed(asked.substr(0, colon));
+Result<std::unique_ptr<DriverDevice>> OpenDriver(const std::string& requested, const Pose& X_WB0) {
+  const std::size_t colon = requested.find(':');
+  const Result<const TandemDriver*> driver = DriverNamed(requested.substr(0, colon));
   if (!driver) return driver.error();
-  return DriverDevice::Open(**driver, colon == std::string::npos ? "" : asked.substr(colon + 1),
+  return DriverDevice::Open(**driver, colon == std::string::npos ? "" : requested.substr(colon + 1),
                             X_WB0);
 }
 

@@ -18,8 +18,8 @@ std::vector<std::string> DriverNames();
 /// name, or its file is unsound.
 Result<const TandemDriver*> DriverNamed(const std::string& name);
 
-/// Opens the device `asked`, given as NAME[:OPTIONS]. `X_WB0`: the pose of the part that the hand
-/// is to hold. May take seconds.
-Result<std::unique_ptr<DriverDevice>> OpenDriver(const std::string& asked, const Pose& X_WB0);
+/// Opens the device `requested`, given as NAME[:OPTIONS]. `X_WB0`: the pose of the part that the
+/// hand is to hold. May take seconds.
+Result<std::unique_ptr<DriverDevice>> OpenDriver(const std::string& requested, const Pose& X_WB0);
 
 }  // namespace tandem

@@ -56,8 +56,8 @@ class AllocationCount {
 
 }  // namespace
 
-Result<std::string> TryDevice(const std::string& asked, double seconds) {
-  Result<std::unique_ptr<DriverDevice>> opened = OpenDriver(asked, Pose{});
+Result<std::string> TryDevice(const std::string& requested, double seconds) {
+  Result<std::unique_ptr<DriverDevice>> opened = OpenDriver(requested, Pose{});
   if (!opened) return opened.error();
   DriverDevice& device = **opened;
   const DeviceCapabilities can = device.capabilities();
@@ -98,7 +98,7 @@ Result<std::string> TryDevice(const std::string& asked, double seconds) {
   device.Stop();
   nlohmann::ordered_json why = nlohmann::ordered_json::array();
   for (const auto& [trouble, times] : troubles) why.push_back(trouble);
-  return JsonText(nlohmann::ordered_json{{"device", asked},
+  return JsonText(nlohmann::ordered_json{{"device", requested},
                                          {"tandem", TANDEM_VERSION},
                                          {"freedoms_in", can.freedoms_in},
                                          {"freedoms_out", can.freedoms_out},

@@ -7,13 +7,13 @@
 
 #include <nlohmann/json.hpp>
 
+#include "app/common/console.h"
 #include "app/common/exit_codes.h"
 #include "app/common/option_checks.h"
 #include "app/common/output_file.h"
 #include "app/common/stop_signal.h"
-#include "app/common/talk.h"
 #include "app/recording/trace_facts.h"
-#include "collab/dds/diagnostics/line_recorder.h"
+#include "collab/dds/diagnostics/path_recorder.h"
 #include "collab/dds/transport/domain.h"
 #include "collab/trace/trace_file.h"
 #include "engine/base/text/json_text.h"
@@ -52,7 +52,7 @@ void PrintSpread(const char* what, const Spread& spread) {
               what, spread.median, spread.least, spread.most_of_hundred, spread.most);
 }
 
-int Tell(const RecordedLine& line, const NetworkTrace& trace, const ClockEstimate& clocks,
+int Tell(const RecordedPath& line, const NetworkTrace& trace, const ClockEstimate& clocks,
          const std::string& file, bool json) {
   std::vector<double> ages;
   std::vector<double> trips;
@@ -111,11 +111,11 @@ int RunDoctorTrace(const LineArguments& arguments, const std::vector<std::string
   if (const std::string fault = WhyNotWritable(arguments.file); !fault.empty()) {
     return Fail(kExitFile, fault);
   }
-  LineTerms terms;
+  PathTerms terms;
   terms.rate_hz = static_cast<std::uint32_t>(arguments.rate_hz);
   terms.samples =
       static_cast<std::uint32_t>(std::max(1L, std::lround(arguments.seconds * arguments.rate_hz)));
-  const Result<RecordedLine> line = RecordLine(peer->host, port, terms, StopOnSignals());
+  const Result<RecordedPath> line = RecordPath(peer->host, port, terms, StopOnSignals());
   if (!line) return Fail(kExitNetwork, line.error().what);
   const ClockEstimate clocks = EstimateClocks(line->record);
   if (clocks.bound_ms < 0) {

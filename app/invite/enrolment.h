@@ -4,7 +4,7 @@
 #include <string>
 
 #include "app/invite/invitation.h"
-#include "app/invite/tls_end.h"
+#include "app/invite/tls_endpoint.h"
 #include "engine/base/result.h"
 
 namespace tandem {

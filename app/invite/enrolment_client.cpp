@@ -84,12 +84,12 @@ class Way {
 };
 
 /// A TLS connection over a socket, with a deadline.
-class Talk {
+class TlsConnection {
  public:
-  Talk(int socket, std::int64_t until_ns, const std::function<bool()>& stopped)
-      : socket_(socket), until_ns_(until_ns), stopped_(stopped), tls_(TlsEnd::Client()) {}
+  TlsConnection(int socket, std::int64_t until_ns, const std::function<bool()>& stopped)
+      : socket_(socket), until_ns_(until_ns), stopped_(stopped), tls_(TlsEndpoint::Client()) {}
 
-  TlsEnd& tls() { return tls_; }
+  TlsEndpoint& tls() { return tls_; }
   /// Sends and receives until `done`. False: the connection or the time has ended, or `stopped`.
   template <typename Done>
   bool Until(Done done) {
@@ -136,7 +136,7 @@ class Talk {
   int socket_;
   std::int64_t until_ns_;
   const std::function<bool()>& stopped_;
-  TlsEnd tls_;
+  TlsEndpoint tls_;
   bool ended_ = false;
 };
 
@@ -206,7 +206,7 @@ EnrolmentOutcome Faulty(Kind kind, const std::string& what) {
 
 /// Shakes hands and checks the certificate. Returns why this is not the inviter; nothing: it is.
 std::optional<std::string> WhyNotTheInviter(const Invitation& invitation, const Way& way,
-                                            Talk& talk) {
+                                            TlsConnection& talk) {
   const bool open = talk.Until([&talk] {
     return talk.tls().open();
   });
@@ -218,7 +218,7 @@ std::optional<std::string> WhyNotTheInviter(const Invitation& invitation, const 
 }
 
 EnrolmentOutcome Ask(const Invitation& invitation, const std::string& certificate_request,
-                     Talk& talk) {
+                     TlsConnection& talk) {
   EnrolmentRequest request;
   request.proof = ProofOf(invitation, talk.tls().Binding());
   request.certificate_request = certificate_request;
@@ -248,7 +248,7 @@ EnrolmentOutcome Enrol(const Invitation& invitation, const std::string& certific
   Ways ways(invitation);
   std::optional<std::string> stranger;
   while (Way* const way = ways.Next(stopped)) {
-    Talk talk(way->socket_now(), MonotonicNowNs() + kTalkNs, stopped);
+    TlsConnection talk(way->socket_now(), MonotonicNowNs() + kTalkNs, stopped);
     const std::optional<std::string> why_not = WhyNotTheInviter(invitation, *way, talk);
     if (!why_not) return Ask(invitation, certificate_request, talk);
     stranger = why_not;
@@ -266,7 +266,7 @@ InviterFacts ProbeInviter(const Invitation& invitation) {
   Ways ways(invitation);
   InviterFacts facts;
   while (Way* const way = ways.Next(stopped)) {
-    Talk talk(way->socket_now(), MonotonicNowNs() + kTalkNs, stopped);
+    TlsConnection talk(way->socket_now(), MonotonicNowNs() + kTalkNs, stopped);
     const std::optional<std::string> why_not = WhyNotTheInviter(invitation, *way, talk);
     facts.host = way->host();
     facts.is_the_inviter = !why_not;

@@ -33,14 +33,14 @@ constexpr const char* kNotInvited = "this line is not the invitation that is ope
 class Connection {
  public:
   Connection(int socket, const TlsIdentity& identity, std::int64_t now_ns)
-      : socket_(socket), tls_(TlsEnd::Server(identity)), since_ns_(now_ns) {}
+      : socket_(socket), tls_(TlsEndpoint::Server(identity)), since_ns_(now_ns) {}
   ~Connection() { close(socket_); }
   Connection(const Connection&) = delete;
   Connection& operator=(const Connection&) = delete;
 
   int socket() const { return socket_; }
   std::int64_t since_ns() const { return since_ns_; }
-  TlsEnd& tls() { return tls_; }
+  TlsEndpoint& tls() { return tls_; }
   bool answered() const { return answered_; }
   bool over() const { return over_; }
   bool waits_to_send() const { return !to_send_.empty(); }
@@ -88,7 +88,7 @@ class Connection {
 
  private:
   int socket_;
-  TlsEnd tls_;
+  TlsEndpoint tls_;
   std::int64_t since_ns_;
   std::size_t received_ = 0;
   std::string text_;
@@ -224,11 +224,11 @@ EnrolmentListener::End EnrolmentListener::Serve(const Invitation& invitation,
                                                 const std::string& name, const SignFunction& sign,
                                                 const std::function<void(const std::string&)>& tell,
                                                 const std::atomic<bool>& stop) {
-  Desk desk(invitation, name, sign, tell);
+  Desk panel(invitation, name, sign, tell);
   Connections all;
   std::int64_t used_ns = 0;
   while (!stop.load()) {
-    if (!desk.used() && std::time(nullptr) >= invitation.enrolment.until) return End::kExpired;
+    if (!panel.used() && std::time(nullptr) >= invitation.enrolment.until) return End::kExpired;
     // poll() ignores a negative descriptor
     const int listener = HasPlace(all, MonotonicNowNs()) ? socket_ : -1;
     std::vector<pollfd> waits{{listener, POLLIN, 0}};
@@ -243,7 +243,7 @@ EnrolmentListener::End EnrolmentListener::Serve(const Invitation& invitation,
       if (waits[i + 1].revents == 0) continue;
       if ((waits[i + 1].revents & (POLLIN | POLLHUP | POLLERR)) != 0) {
         const std::optional<std::string> request = one.Receive();
-        if (request) one.Answer(desk.Answer(*request, one.tls().Binding()));
+        if (request) one.Answer(panel.Answer(*request, one.tls().Binding()));
       }
       one.Send();
     }
@@ -251,13 +251,13 @@ EnrolmentListener::End EnrolmentListener::Serve(const Invitation& invitation,
       return one->over() || now_ns - one->since_ns() > kConnectionNs;
     });
     if ((waits[0].revents & POLLIN) != 0) Accept(socket_, identity_, now_ns, all);
-    if (desk.wrong() >= kMostWrong && !desk.used()) return End::kGuessed;
-    if (!desk.used()) continue;
+    if (panel.wrong() >= kMostWrong && !panel.used()) return End::kGuessed;
+    if (!panel.used()) continue;
     if (used_ns == 0) used_ns = now_ns;
     // the joiner closes the connection when it has its answer
     if (all.empty() || now_ns - used_ns > kAfterUseNs) return End::kUsed;
   }
-  return desk.used() ? End::kUsed : End::kStopped;
+  return panel.used() ? End::kUsed : End::kStopped;
 }
 
 }  // namespace tandem

@@ -11,17 +11,17 @@
 
 #include <nlohmann/json.hpp>
 
+#include "app/common/console.h"
 #include "app/common/exit_codes.h"
 #include "app/common/option_checks.h"
 #include "app/common/program_folders.h"
 #include "app/common/scene_files.h"
 #include "app/common/stop_signal.h"
-#include "app/common/talk.h"
+#include "app/connection/scene_search.h"
 #include "app/invite/enrolment_client.h"
 #include "app/invite/invitation.h"
 #include "app/join/reach_inviter.h"
 #include "app/peer/run_peer.h"
-#include "app/reach/scene_search.h"
 #include "collab/dds/security/keys.h"
 #include "collab/dds/security/member_request.h"
 #include "collab/dds/security/unfinished_folder.h"
@@ -161,10 +161,11 @@ void PrintLine(const nlohmann::ordered_json& json) {
 void PrintWay(const Invitation& invitation, const PeerArguments& arguments) {
   nlohmann::ordered_json json = AsJson(invitation);
   json["domain"] = invitation.domain;
-  json["peers"] = arguments.reach.peers;
-  json["interface"] = arguments.reach.interface;
-  json["keys"] = arguments.reach.secure.empty() ? nlohmann::ordered_json()
-                                                : nlohmann::ordered_json(arguments.reach.secure);
+  json["peers"] = arguments.connection.peers;
+  json["interface"] = arguments.connection.interface;
+  json["keys"] = arguments.connection.secure.empty()
+                     ? nlohmann::ordered_json()
+                     : nlohmann::ordered_json(arguments.connection.secure);
   json["scene"] =
       arguments.scene.empty() ? nlohmann::ordered_json() : nlohmann::ordered_json(arguments.scene);
   PrintLine(json);
@@ -172,58 +173,59 @@ void PrintWay(const Invitation& invitation, const PeerArguments& arguments) {
 
 }  // namespace
 
-int JoinByLine(const JoinLineArguments& asked) {
-  const Result<Invitation> invitation = ReadInvitation(asked.line);
+int JoinByLine(const JoinLineArguments& requested) {
+  const Result<Invitation> invitation = ReadInvitation(requested.line);
   if (!invitation) return Fail(kExitUsage, invitation.error().what);
   PeerArguments arguments;
-  arguments.name = asked.name;
-  if (const auto fault = ReadFurther(asked.further, arguments)) return Fail(kExitUsage, *fault);
-  const bool viewer = invitation->role == Role::kViewer || asked.role == "viewer";
-  if (invitation->secured && !asked.role.empty() && viewer != (invitation->role == Role::kViewer)) {
+  arguments.name = requested.name;
+  if (const auto fault = ReadFurther(requested.further, arguments)) return Fail(kExitUsage, *fault);
+  const bool viewer = invitation->role == Role::kViewer || requested.role == "viewer";
+  if (invitation->secured && !requested.role.empty() &&
+      viewer != (invitation->role == Role::kViewer)) {
     return Fail(kExitUsage,
                 "--role: this invitation is for an active participant, and so are its keys: ask "
                 "for one for a viewer");
   }
-  if (invitation->role == Role::kViewer && asked.role == "active") {
+  if (invitation->role == Role::kViewer && requested.role == "active") {
     return Fail(kExitUsage,
                 "--role: this invitation is for a viewer: ask for one for an active participant");
   }
   arguments.session = invitation->session;
   arguments.role = viewer ? "viewer" : "active";
-  arguments.hold = asked.hold;
-  arguments.accept_scene = asked.accept_scene;
-  if (!asked.device.empty()) arguments.device = asked.device;
-  arguments.reach = asked.reach;
-  if (!asked.scene.empty()) {
-    const Result<Scene> scene = LoadNamedScene(asked.scene);
+  arguments.hold = requested.hold;
+  arguments.accept_scene = requested.accept_scene;
+  if (!requested.device.empty()) arguments.device = requested.device;
+  arguments.connection = requested.connection;
+  if (!requested.scene.empty()) {
+    const Result<Scene> scene = LoadNamedScene(requested.scene);
     if (!scene) return Fail(kExitFile, scene.error().what);
     arguments.scene = scene->file.string();
   }
   // the search listens while the inviter's program signs our key
-  InviterSearch search(*invitation, arguments.reach);
-  if (invitation->secured && arguments.reach.secure.empty()) {
+  InviterSearch search(*invitation, arguments.connection);
+  if (invitation->secured && arguments.connection.secure.empty()) {
     const fs::path folder =
-        asked.keys_to.empty() ? FolderForKeys(*invitation) : fs::path(asked.keys_to);
+        requested.keys_to.empty() ? FolderForKeys(*invitation) : fs::path(requested.keys_to);
     if (folder.empty()) {
       return Fail(kExitFile, "there is no home folder for the keys: name a folder with --keys-to");
     }
     if (const int failed = GetKeys(*invitation, folder); failed != kExitOk) return failed;
-    arguments.reach.secure = folder.string();
+    arguments.connection.secure = folder.string();
   }
-  if (!invitation->secured && !asked.keys_to.empty()) {
+  if (!invitation->secured && !requested.keys_to.empty()) {
     return Fail(kExitUsage, "--keys-to: the invitation is of a plain session, which has no keys");
   }
-  search.End(arguments.reach);
+  search.End(arguments.connection);
   if (!viewer) FindLinesScene(*invitation, arguments);
   if (StopOnSignals().load()) return kExitOk;
-  if (asked.only_keys) {
-    if (asked.json) PrintWay(*invitation, arguments);
+  if (requested.only_keys) {
+    if (requested.json) PrintWay(*invitation, arguments);
     return kExitOk;
   }
   arguments.alone = "no peer answers in session " + CleanText(invitation->session) +
                     ": is the inviter in it? UDP must get through at both sites; check with "
                     "'tandem doctor --invitation LINE'";
-  if (asked.json) {
+  if (requested.json) {
     arguments.on_entered = [&invitation, &arguments](const EnteredSession& entered) {
       nlohmann::ordered_json json = AsJson(*invitation);
       json["role"] = arguments.role;

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "app/reach/reach_options.h"
+#include "app/connection/connection_options.h"
 
 namespace tandem {
 
@@ -19,7 +19,7 @@ struct JoinLineArguments {
   bool accept_scene = false;
   bool only_keys = false;  // enrol, and take no part
   bool json = false;
-  ReachOptions reach;                // options beside those of the line
+  ConnectionOptions connection;      // options beside those of the line
   std::vector<std::string> further;  // options of tandem peer
 };
 

@@ -7,10 +7,10 @@
 
 #include <nlohmann/json.hpp>
 
+#include "app/common/console.h"
 #include "app/common/exit_codes.h"
 #include "app/common/option_checks.h"
 #include "app/common/output_file.h"
-#include "app/common/talk.h"
 #include "app/invite/enrolment.h"
 #include "collab/dds/security/keys.h"
 #include "collab/dds/security/member_request.h"
@@ -143,21 +143,23 @@ void AddMemberFileCommands(CLI::App& keys, int& exit_code) {
     exit_code = AskByFile(*folder);
   });
 
-  auto asked = std::make_shared<AnswerArguments>();
+  auto requested = std::make_shared<AnswerArguments>();
   CLI::App* answer = keys.add_subcommand("answer", "Make a member from a request file");
-  answer->add_option("FOLDER", asked->session, "folder of the session")->required();
-  answer->add_option("NAME", asked->name, "name that others see")->required()->check(MemberName());
-  answer->add_option("REQUEST", asked->request, "request file of 'tandem keys request'")
+  answer->add_option("FOLDER", requested->session, "folder of the session")->required();
+  answer->add_option("NAME", requested->name, "name that others see")
+      ->required()
+      ->check(MemberName());
+  answer->add_option("REQUEST", requested->request, "request file of 'tandem keys request'")
       ->required();
-  answer->add_option("--role", asked->role, "active: take part; viewer: look on")
+  answer->add_option("--role", requested->role, "active: take part; viewer: look on")
       ->check(OneOf({"active", "viewer"}))
       ->capture_default_str();
-  answer->add_option("--out", asked->out, "new answer file; default: NAME.answer");
-  answer->add_option("--days", asked->days, "validity of the member's keys, days")
+  answer->add_option("--out", requested->out, "new answer file; default: NAME.answer");
+  answer->add_option("--days", requested->days, "validity of the member's keys, days")
       ->check(WholeNumberFrom(1, 36'500))
       ->capture_default_str();
-  answer->callback([asked, &exit_code] {
-    exit_code = AnswerRequest(*asked);
+  answer->callback([requested, &exit_code] {
+    exit_code = AnswerRequest(*requested);
   });
 
   auto into = std::make_shared<std::string>();

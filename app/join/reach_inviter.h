@@ -3,8 +3,8 @@
 #include <cstdint>
 #include <memory>
 
+#include "app/connection/connection_options.h"
 #include "app/invite/invitation.h"
-#include "app/reach/reach_options.h"
 #include "collab/session/sessions_nearby.h"
 
 namespace tandem {
@@ -13,12 +13,13 @@ namespace tandem {
 /// while the owner does other things.
 class InviterSearch {
  public:
-  /// Puts the session's domain into `reach`.
-  InviterSearch(Invitation invitation, ReachOptions& reach);
+  /// Puts the session's domain into `connection`.
+  InviterSearch(Invitation invitation, ConnectionOptions& connection);
 
-  /// Puts the line's hosts into `reach`, unless it names others already or the session is announced
-  /// on this network. Waits for the announcement until two seconds after the construction.
-  void End(ReachOptions& reach);
+  /// Puts the line's hosts into `connection`, unless it names others already or the session is
+  /// announced on this network. Waits for the announcement until two seconds after the
+  /// construction.
+  void End(ConnectionOptions& connection);
 
  private:
   const Invitation invitation_;
@@ -27,6 +28,6 @@ class InviterSearch {
 };
 
 /// Does the same at once, for an owner that has nothing else to do meanwhile.
-void ReachInviter(const Invitation& invitation, ReachOptions& reach);
+void ReachInviter(const Invitation& invitation, ConnectionOptions& connection);
 
 }  // namespace tandem

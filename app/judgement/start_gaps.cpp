@@ -8,7 +8,7 @@
 #include <optional>
 #include <utility>
 
-#include "app/common/talk.h"
+#include "app/common/console.h"
 #include "app/judgement/penetration_oracle.h"
 #include "engine/contact/features/edge_contact.h"
 #include "engine/geometry/exact/mesh_tree.h"
@@ -286,11 +286,11 @@ void TellStart(const StartGaps& found) {
   const std::vector<StartGap>& gaps = found.gaps;
   for (std::size_t i = 0; i < std::min(gaps.size(), kMostLines); ++i) Say(Describe(gaps[i]));
   if (gaps.size() > kMostLines) {
-    Say("and " + Counted(gaps.size() - kMostLines, "more pair") + " like these");
+    Say("and " + WithPlural(gaps.size() - kMostLines, "more pair") + " like these");
   }
   if (found.unseen > 0) {
     Say("the gaps between bodies at the start were not checked for " +
-        Counted(found.unseen, "pair") + ": the time was up");
+        WithPlural(found.unseen, "pair") + ": the time was up");
   }
 }
 

@@ -4,7 +4,7 @@
 #include <array>
 #include <cstdio>
 
-#include "app/common/talk.h"
+#include "app/common/console.h"
 #include "app/judgement/demo_judgement.h"
 #include "app/judgement/start_gaps.h"
 #include "engine/realtime/clock.h"
@@ -31,10 +31,10 @@ const Pose& FarthestOf(const std::vector<Pose>& poses, const Pose& X_WB0) {
 
 /// Returns the body that contact keeps a body away from; nothing: contact lets the surfaces meet.
 std::optional<NearestBody> HeldFrom(const WorldModel& model, std::size_t body,
-                                    const std::vector<LastPlace>& last) {
+                                    const std::vector<FinalPose>& last) {
   if (!last[body].loaded || TrianglesOf(model) > kMostJudgedTriangles) return std::nullopt;
   std::vector<Pose> bodies_WB;
-  for (const LastPlace& place : last) bodies_WB.push_back(place.X_WB);
+  for (const FinalPose& place : last) bodies_WB.push_back(place.X_WB);
   // contact does not reach so far, not even in the plain model
   const double at_most = 2 * ContactBegins(model.scene, 0);
   auto nearest = NearestTo(model, body, bodies_WB, at_most);
@@ -52,14 +52,14 @@ int HeldBody(PeerNode& node) noexcept {
   return -1;
 }
 
-void BodiesMet::See(const World& world, int body) noexcept {
+void TouchedBodies::See(const World& world, int body) noexcept {
   if (body < 0) return;
   const auto index = static_cast<std::size_t>(body);
   if (!met_[index] && world.Touched(index)) met_[index] = true;
 }
 
-std::vector<LastPlace> LastPlaces(const World& world) {
-  std::vector<LastPlace> last;
+std::vector<FinalPose> FinalPoses(const World& world) {
+  std::vector<FinalPose> last;
   for (std::size_t b = 0; b < world.model().bodies.size(); ++b) {
     last.push_back({.X_WB = world.state(b).X_WB, .loaded = world.Touched(b)});
   }
@@ -77,7 +77,7 @@ void HeldPoses::Add(const HeldPose& pose) {
 }
 
 std::vector<BodyVerdict> Judge(const WorldModel& model, const HeldPoses& poses,
-                               const BodiesMet& met, const std::vector<LastPlace>& last,
+                               const TouchedBodies& met, const std::vector<FinalPose>& last,
                                bool contact_off, double seconds) {
   std::vector<std::size_t> bodies;
   for (const HeldPose& pose : poses.kept()) {
@@ -145,7 +145,7 @@ std::string Millimetres(double metres) {
 std::string DescribeDepth(const BodyVerdict& verdict) {
   if (!verdict.deepest) return "its depth in fixed bodies is not judged";
   if (verdict.poses_judged == 0) return "it touched nothing";
-  const std::string judged = ", by " + Counted(verdict.poses_judged, "pose") + " of its way";
+  const std::string judged = ", by " + WithPlural(verdict.poses_judged, "pose") + " of its way";
   if (*verdict.deepest > kRounding * verdict.voxel_size) {
     return "it " + DescribePenetration(*verdict.deepest, verdict.voxel_size) + judged;
   }

@@ -22,9 +22,9 @@ struct HeldPose {
 /// Records which bodies contact pushed while they were in the hand. The haptic thread writes it in
 /// every frame, and it is read when that thread has ended. Poses cannot tell this, because some are
 /// left out.
-class BodiesMet {
+class TouchedBodies {
  public:
-  explicit BodiesMet(std::size_t bodies) : met_(bodies, false) {}
+  explicit TouchedBodies(std::size_t bodies) : met_(bodies, false) {}
   /// Takes a frame that has ended. `body`: the body in the hand, or -1.
   void See(const World& world, int body) noexcept;
   bool operator[](std::size_t body) const noexcept { return met_[body]; }
@@ -38,14 +38,14 @@ class BodiesMet {
 int HeldBody(PeerNode& node) noexcept;
 
 /// The place of a moving body at the end.
-struct LastPlace {
+struct FinalPose {
   Pose X_WB;
   bool loaded = false;  // contact pushes it there
 };
 
 /// Returns the last places of all moving bodies, in the order of WorldModel::bodies. Call it when
 /// the haptic thread has ended.
-std::vector<LastPlace> LastPlaces(const World& world);
+std::vector<FinalPose> FinalPoses(const World& world);
 
 /// The verdict on a body that a hand held.
 struct BodyVerdict {
@@ -89,7 +89,7 @@ inline constexpr double kHurriedVerdictSeconds = 0.1;  // for a program that a s
 /// gone into nothing, unless `contact_off`. Takes at most `seconds` of search for each body. Of
 /// scenes above 300,000 triangles neither penetration nor gaps are judged.
 std::vector<BodyVerdict> Judge(const WorldModel& model, const HeldPoses& poses,
-                               const BodiesMet& met, const std::vector<LastPlace>& last,
+                               const TouchedBodies& met, const std::vector<FinalPose>& last,
                                bool contact_off, double seconds = kVerdictSeconds);
 
 /// Returns one line for a person: "peg stands 60.0 mm from its first place and is out; it never

@@ -7,8 +7,8 @@
 #include <utility>
 #include <vector>
 
+#include "app/common/console.h"
 #include "app/common/exit_codes.h"
-#include "app/common/talk.h"
 #include "collab/coupling/coupling_limits.h"
 #include "engine/base/units.h"
 #include "engine/haptics/device_loop.h"
@@ -25,23 +25,23 @@ constexpr std::int64_t kSettleNs = 1000 * kMs;
 constexpr std::int64_t kLeastSettleNs = 100 * kMs;
 
 /// Returns a line for each of a device's claims that is not taken as it is.
-std::vector<std::string> WhatClaimsBecame(const std::string& device,
-                                          const DeviceCapabilities& can) {
+std::vector<std::string> DescribeClaimChanges(const std::string& device,
+                                              const DeviceCapabilities& can) {
   std::vector<std::string> lines;
   if (can.freedoms_out > 0) {
-    lines.push_back(WhatLimitsBecame(device, can.peak));
-    lines.push_back(WhatLimitsBecame(device + ", for ever", can.continuous));
+    lines.push_back(DescribeLimitChange(device, can.peak));
+    lines.push_back(DescribeLimitChange(device + ", for ever", can.continuous));
   }
-  lines.push_back(WhatGainsBecame(device, can));
-  lines.push_back(WhatRateBecame(device, can.rate_hz));
+  lines.push_back(DescribeGainChange(device, can));
+  lines.push_back(DescribeRateChange(device, can.rate_hz));
   std::erase(lines, "");
   return lines;
 }
 
 /// Starts the device process, if one is to be there, and says what is in force.
-int StartDevice(const PeerArguments& arguments, const Pose& X_WB0, Joining& joining) {
+int StartDevice(const PeerArguments& arguments, const Pose& X_WB0, SessionSetup& setup) {
   if (!HasDeviceProcess(arguments)) return kExitOk;
-  joining.space = arguments.space;
+  setup.space = arguments.space;
   if (arguments.space->process() != nullptr) return kExitOk;  // that of the previous scene goes on
   Result<std::unique_ptr<DeviceProcess>> device =
       DeviceProcess::Start({.driver = arguments.device,
@@ -53,7 +53,7 @@ int StartDevice(const PeerArguments& arguments, const Pose& X_WB0, Joining& join
   arguments.space->Keep(*std::move(device));
   const DeviceProcess& process = *arguments.space->process();
   const DeviceCapabilities can = process.capabilities();
-  for (const std::string& said : WhatClaimsBecame(arguments.device, can)) Say(said);
+  for (const std::string& output : DescribeClaimChanges(arguments.device, can)) Say(output);
   if (const std::string lacks = process.warning(); !lacks.empty()) {
     Say("device process: " + lacks);
   }
@@ -92,11 +92,11 @@ std::string ScriptOf(const PeerArguments& arguments) {
 }
 
 std::unique_ptr<Device> MakeDevice(const PeerArguments& arguments, HandScript script,
-                                   const Pose& X_WB0, Joining& joining) {
-  if (joining.space) return joining.space->MapInto();
+                                   const Pose& X_WB0, SessionSetup& setup) {
+  if (setup.space) return setup.space->MapInto();
   if (arguments.goals) {
     auto device = std::make_unique<GoalDevice>(arguments.goals);
-    joining.goal_device = device.get();
+    setup.goal_device = device.get();
     return device;
   }
   if (arguments.device == "none") return std::make_unique<PassiveDevice>(std::move(script), X_WB0);
@@ -108,64 +108,64 @@ std::unique_ptr<Device> MakeDevice(const PeerArguments& arguments, HandScript sc
 std::size_t TraceFrames(const PeerArguments& arguments) {
   constexpr double kMost = 600'000;
   if (arguments.report.empty()) return 0;
-  const double asked = 1000.0 * arguments.seconds;
-  return static_cast<std::size_t>(asked > 0 ? std::min(asked, kMost) : kMost);
+  const double requested = 1000.0 * arguments.seconds;
+  return static_cast<std::size_t>(requested > 0 ? std::min(requested, kMost) : kMost);
 }
 
 /// Returns the node's options, but for the hand.
-NodeOptions NodeOptionsOf(const PeerArguments& arguments, const Joining& joining) {
+NodeOptions NodeOptionsOf(const PeerArguments& arguments, const SessionSetup& setup) {
   NodeOptions options;
-  options.peer.id = joining.id;
-  options.peer.own_only = joining.unequal.has_value();
+  options.peer.id = setup.id;
+  options.peer.own_only = setup.unequal.has_value();
   options.peer.wait_for = arguments.wait_for;
   options.peer.settle_ns =
-      std::max(kLeastSettleNs, kSettleNs - (MonotonicNowNs() - joining.joined_ns));
+      std::max(kLeastSettleNs, kSettleNs - (MonotonicNowNs() - setup.joined_ns));
   options.peer.law = *MakeLaw(arguments.law, arguments.limits, arguments.lab);
   options.peer.experiments.energy_gate = arguments.gate;
   options.peer.experiments.contact = !arguments.no_contact;
   options.peer.trace_frames = TraceFrames(arguments);
-  options.peer.capacity = joining.capacity.tests;
-  options.peer.look_price = joining.capacity.look_price;
+  options.peer.capacity = setup.capacity.tests;
+  options.peer.query_price = setup.capacity.query_price;
   options.name = arguments.name;
   options.terms = {.law = arguments.law,
                    .gains = GainsOf(arguments.limits),
                    .gate = arguments.gate,
                    .contact = !arguments.no_contact};
-  options.manifest = joining.manifest;
+  options.manifest = setup.manifest;
   options.conditions = arguments.conditions;
-  options.waiting = joining.waiting;
+  options.waiting = setup.waiting;
   options.publish_hz = arguments.publish_hz;
-  options.helpers = joining.helpers.get();
+  options.workers = setup.workers.get();
   return options;
 }
 
 /// Begins the recording that the options ask for. Returns the exit code.
-int StartRecorder(const PeerArguments& arguments, const Device& device, Joining& joining,
+int StartRecorder(const PeerArguments& arguments, const Device& device, SessionSetup& setup,
                   PeerOptions& peer) {
   if (arguments.record.empty()) return kExitOk;
-  Result<std::unique_ptr<Recorder>> recorder = Recorder::Create(
-      arguments.record, {.program = TANDEM_VERSION,
-                         .name = arguments.name,
-                         .scene = std::filesystem::absolute(joining.scene.file),
-                         .scene_hash = joining.hash.content,
-                         .parameters = ParametersOf(joining.scene),
-                         .contact = !arguments.no_contact,
-                         .law = arguments.law,
-                         .limits = arguments.limits,
-                         .peer = peer,
-                         .device = device.capabilities(),
-                         .device_scale = joining.space ? joining.space->scale() : 1});
+  Result<std::unique_ptr<Recorder>> recorder =
+      Recorder::Create(arguments.record, {.program = TANDEM_VERSION,
+                                          .name = arguments.name,
+                                          .scene = std::filesystem::absolute(setup.scene.file),
+                                          .scene_hash = setup.hash.content,
+                                          .parameters = ParametersOf(setup.scene),
+                                          .contact = !arguments.no_contact,
+                                          .law = arguments.law,
+                                          .limits = arguments.limits,
+                                          .peer = peer,
+                                          .device = device.capabilities(),
+                                          .device_scale = setup.space ? setup.space->scale() : 1});
   if (!recorder) return Fail(kExitFile, recorder.error().what);
-  joining.recorder = *std::move(recorder);
-  peer.tap = joining.recorder.get();
+  setup.recorder = *std::move(recorder);
+  peer.observer = setup.recorder.get();
   return kExitOk;
 }
 
 }  // namespace
 
-int MakeNode(const PeerArguments& arguments, Joining& joining) {
-  const WorldModel& model = *joining.model;
-  NodeOptions options = NodeOptionsOf(arguments, joining);
+int MakeNode(const PeerArguments& arguments, SessionSetup& setup) {
+  const WorldModel& model = *setup.model;
+  NodeOptions options = NodeOptionsOf(arguments, setup);
   HandScript script;
   Pose X_WB0;
   if (!arguments.hold.empty()) {
@@ -183,16 +183,16 @@ int MakeNode(const PeerArguments& arguments, Joining& joining) {
           ": the hand holds no body, so its script moves nothing: give --hold BODY too");
     }
   }
-  if (const int failed = StartDevice(arguments, X_WB0, joining); failed != kExitOk) return failed;
-  std::unique_ptr<Device> device = MakeDevice(arguments, std::move(script), X_WB0, joining);
+  if (const int failed = StartDevice(arguments, X_WB0, setup); failed != kExitOk) return failed;
+  std::unique_ptr<Device> device = MakeDevice(arguments, std::move(script), X_WB0, setup);
   // the handle may have moved since it was opened
-  if (joining.space && !arguments.hold.empty()) joining.space->Change({.p_WD = X_WB0.p});
-  if (const int failed = StartRecorder(arguments, *device, joining, options.peer);
+  if (setup.space && !arguments.hold.empty()) setup.space->Change({.p_WD = X_WB0.p});
+  if (const int failed = StartRecorder(arguments, *device, setup, options.peer);
       failed != kExitOk) {
     return failed;
   }
-  joining.node =
-      std::make_unique<PeerNode>(joining.model, std::move(device), joining.hash.content, options);
+  setup.node =
+      std::make_unique<PeerNode>(setup.model, std::move(device), setup.hash.content, options);
   return kExitOk;
 }
 

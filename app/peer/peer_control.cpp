@@ -6,7 +6,7 @@
 
 #include <pthread.h>
 
-#include "app/common/talk.h"
+#include "app/common/console.h"
 #include "collab/controller/fill_facts.h"
 #include "engine/realtime/clock.h"
 
@@ -22,14 +22,14 @@ constexpr std::uint64_t kFloodFrom = 200;            // refused samples; fewer a
 }  // namespace
 
 Result<std::unique_ptr<PeerControl>> PeerControl::Open(PeerArguments& arguments) {
-  if (arguments.control_domain == arguments.reach.domain) {
+  if (arguments.control_domain == arguments.connection.domain) {
     return Error{"--control-domain: the session already uses DDS domain " +
-                 std::to_string(arguments.reach.domain) + ": choose another"};
+                 std::to_string(arguments.connection.domain) + ": choose another"};
   }
   Result<std::unique_ptr<ControlPort>> port =
       ControlPort::Open({.name = arguments.control,
                          .domain = arguments.control_domain,
-                         .secured = !arguments.reach.secure.empty()});
+                         .secured = !arguments.connection.secure.empty()});
   if (!port) return port.error();
   const bool device_hand = !arguments.hand.empty() || HasDeviceProcess(arguments);
   std::unique_ptr<PeerControl> control(new PeerControl(*std::move(port), arguments, device_hand));
@@ -126,17 +126,17 @@ void PeerControl::KeepPoses(const SimulationFacts& facts) {
   if (meter_ && measures_of_ == poses_of_) meter_->See(facts.held, poses_);
 }
 
-void PeerControl::Begin(const PeerArguments& arguments, Joining& joining) {
-  ControlScene scene = ControlSceneOf(*joining.model);
+void PeerControl::Begin(const PeerArguments& arguments, SessionSetup& setup) {
+  ControlScene scene = ControlSceneOf(*setup.model);
   scene.number = ++scene_number_;
   scene.session = arguments.session;
-  scene.self = joining.id;
-  scene.own_only = joining.unequal.has_value();
-  device_ = joining.goal_device;
+  scene.self = setup.id;
+  scene.own_only = setup.unequal.has_value();
+  device_ = setup.goal_device;
   {
     const std::lock_guard lock(node_mutex_);
-    node_ = joining.node.get();
-    model_ = joining.model;
+    node_ = setup.node.get();
+    model_ = setup.model;
   }
   {
     const std::lock_guard lock(stop_mutex_);
@@ -187,7 +187,7 @@ void PeerControl::AfterFrame(std::int64_t now_ns) noexcept {
   facts_.Publish();
 }
 
-PeerControl::Wish PeerControl::Turn(PeerTable& table) {
+PeerControl::Wish PeerControl::Tick(PeerTable& table) {
   std::vector<std::string> lines;
   {
     const std::lock_guard lock(posted_mutex_);
@@ -229,7 +229,7 @@ std::vector<SnapshotPeer> PeerControl::Peers(const PeerTable& table) const {
 }
 
 PeerNode::OnHand PeerControl::on_hand() {
-  return [this](const HoldingNews& news, const std::string& line) {
+  return [this](const Notification& news, const std::string& line) {
     Post([news, line](ControlServer& server) {
       server.OnNews(news, line);
     });

@@ -15,9 +15,9 @@
 #include <vector>
 
 #include "app/judgement/distance_meter.h"
-#include "app/peer/joining.h"
+#include "app/peer/current_scene.h"
 #include "app/peer/peer_options.h"
-#include "app/peer/scene_as_it_stands.h"
+#include "app/peer/session_setup.h"
 #include "collab/controller/control_server.h"
 #include "collab/dds/control/control_port.h"
 #include "engine/realtime/triple_buffer.h"
@@ -29,7 +29,7 @@ namespace tandem {
 ///
 /// The server and the port to the hosts belong to a thread of their own. Another thread reads and
 /// writes files. The haptic thread gives facts and takes goals through triple buffers. The control
-/// thread calls Turn() 50 times a second.
+/// thread calls Tick() 50 times a second.
 class PeerControl : private ControlledPeer {
  public:
   /// Errors: those of ControlPort::Open().
@@ -39,7 +39,7 @@ class PeerControl : private ControlledPeer {
   PeerControl& operator=(const PeerControl&) = delete;
 
   /// Begin() tells that a session has been joined, End() that it is about to be left.
-  void Begin(const PeerArguments& arguments, Joining& joining);
+  void Begin(const PeerArguments& arguments, SessionSetup& setup);
   void End();
 
   /// The haptic thread calls these before and after each frame.
@@ -48,7 +48,7 @@ class PeerControl : private ControlledPeer {
 
   /// The functions below are the control thread's.
   enum class Wish : std::uint8_t { kGoOn, kQuit, kJoinAgain };
-  Wish Turn(PeerTable& table);
+  Wish Tick(PeerTable& table);
   PeerNode::OnHand on_hand();
   void OnLine(const std::string& line);
   /// Gives a typed order, as the node's queue does.

@@ -70,16 +70,16 @@ void PeerControl::Begin(std::uint64_t job, const ControlRequest& request) {
     job_came_.notify_all();
   };
   if (const auto* voxelize = std::get_if<VoxelizeRequest>(&request)) {
-    later([this, asked = *voxelize] {
-      return Voxelize(asked);
+    later([this, requested = *voxelize] {
+      return Voxelize(requested);
     });
   } else if (const auto* save = std::get_if<SaveRequest>(&request)) {
     later([this, file = save->file] {
       return Write(file, std::nullopt, false);
     });
   } else if (const auto* mesh = std::get_if<LoadMeshRequest>(&request)) {
-    later([this, job, asked = *mesh] {
-      return AddMesh(job, asked);
+    later([this, job, requested = *mesh] {
+      return AddMesh(job, requested);
     });
   } else if (const auto* load = std::get_if<LoadSceneRequest>(&request)) {
     later([this, job, file = load->file] {
@@ -196,7 +196,7 @@ Answer PeerControl::Write(const std::filesystem::path& file, const std::optional
     const auto b = static_cast<std::size_t>(moving);
     displaced[i] = (*poses)[b] * model.bodies[b].X_WB0.Inverse();
   }
-  const Result<bool> written = WriteSceneAsItStands(model.scene, displaced, added, file, overwrite);
+  const Result<bool> written = WriteCurrentScene(model.scene, displaced, added, file, overwrite);
   return written ? Answer{true, file.string()} : Answer{false, written.error().what};
 }
 

@@ -12,21 +12,22 @@ constexpr std::int64_t kPoseFrames = 5;  // frames from one pose that is judged 
 std::optional<CapacityFollower> FollowerOf(const PeerArguments& arguments,
                                            const FrameCapacity& measured) {
   if (arguments.capacity != 0) return std::nullopt;
-  return CapacityFollower(measured.tests, measured.look_price, kFrameBudget);
+  return CapacityFollower(measured.tests, measured.query_price, kFrameBudget);
 }
 
 }  // namespace
 
-PeerLoops::PeerLoops(const PeerArguments& arguments, const Joining& joining, PeerControl* control)
-    : node_(*joining.node),
-      transport_(*joining.transport),
+PeerLoops::PeerLoops(const PeerArguments& arguments, const SessionSetup& setup,
+                     PeerControl* control)
+    : node_(*setup.node),
+      transport_(*setup.transport),
       control_(control),
       frames_(static_cast<std::int64_t>(arguments.seconds * 1000.0)),
-      capacity_(FollowerOf(arguments, joining.capacity)),
+      capacity_(FollowerOf(arguments, setup.capacity)),
       held_poses_(256),
-      met_(joining.model->bodies.size()),
+      met_(setup.model->bodies.size()),
       // a device's ticks and our frames begin together
-      origin_ns_(joining.device() != nullptr ? joining.device()->origin_ns() : MonotonicNowNs()),
+      origin_ns_(setup.device() != nullptr ? setup.device()->origin_ns() : MonotonicNowNs()),
       judged_(origin_ns_, kHapticPeriodNs),
       haptic_(
           {.period_ns = kHapticPeriodNs,

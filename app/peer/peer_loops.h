@@ -7,8 +7,8 @@
 #include "app/capacity/capacity_follower.h"
 #include "app/judgement/judged_frames.h"
 #include "app/judgement/verdict.h"
-#include "app/peer/joining.h"
 #include "app/peer/peer_control.h"
+#include "app/peer/session_setup.h"
 #include "engine/base/thread_roles.h"
 #include "engine/realtime/periodic_thread.h"
 #include "engine/realtime/spsc_queue.h"
@@ -21,7 +21,7 @@ namespace tandem {
 class PeerLoops {
  public:
   /// Starts both threads. `control`: null: the peer is no controller.
-  PeerLoops(const PeerArguments& arguments, const Joining& joining, PeerControl* control);
+  PeerLoops(const PeerArguments& arguments, const SessionSetup& setup, PeerControl* control);
 
   const RealtimeStatus& realtime() const noexcept { return haptic_.realtime(); }
   bool begun() const noexcept { return begun_.load(std::memory_order_relaxed); }
@@ -38,7 +38,7 @@ class PeerLoops {
   /// These are read once the haptic thread has ended.
   const FrameStats& stats() const { return haptic_.stats(); }
   const JudgedFrames& judged() const noexcept { return judged_; }
-  const BodiesMet& met() const noexcept { return met_; }
+  const TouchedBodies& met() const noexcept { return met_; }
 
  private:
   void Frame(std::int64_t now_ns) TANDEM_RUNS_ON(kHapticThread);
@@ -58,7 +58,7 @@ class PeerLoops {
   // follows the frames' times; nothing: the capacity stays as given
   std::optional<CapacityFollower> capacity_;
   SpscQueue<HeldPose> held_poses_;  // to the control thread, which takes them 50 times a second
-  BodiesMet met_;
+  TouchedBodies met_;
   const std::int64_t origin_ns_;
   JudgedFrames judged_;
   PeriodicThread haptic_;

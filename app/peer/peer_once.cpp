@@ -10,14 +10,14 @@
 
 #include <unistd.h>
 
+#include "app/common/console.h"
 #include "app/common/exit_codes.h"
 #include "app/common/output_file.h"
 #include "app/common/stop_signal.h"
-#include "app/common/talk.h"
 #include "app/judgement/verdict.h"
-#include "app/peer/joining.h"
 #include "app/peer/peer_loops.h"
-#include "app/peer/peer_stay.h"
+#include "app/peer/peer_session.h"
+#include "app/peer/session_setup.h"
 #include "app/peer/text/peer_report.h"
 #include "app/peer/text/peer_table_text.h"
 #include "app/recording/network_plan.h"
@@ -58,68 +58,68 @@ std::string WhatThereIsToHold(const WorldModel& model) {
   return line;
 }
 
-void TellEntry(const PeerArguments& arguments, const Joining& joining,
+void TellEntry(const PeerArguments& arguments, const SessionSetup& setup,
                const RealtimeStatus& realtime, const std::string& security) {
-  Say((Speaker().empty() ? arguments.name + " is in session " : "in session ") + arguments.session +
-      " (" + realtime.scheduler() + ")");
+  Say((LinePrefix().empty() ? arguments.name + " is in session " : "in session ") +
+      arguments.session + " (" + realtime.scheduler() + ")");
   if (!arguments.repeats) Say(security);
-  if (arguments.hold.empty()) Say(WhatThereIsToHold(*joining.model));
+  if (arguments.hold.empty()) Say(WhatThereIsToHold(*setup.model));
 }
 
 /// Leaves a session whose haptic thread may not be real-time, where the user wants it to be.
-int LeaveForLackOfRealTime(Joining& joining, PeerLoops& loops, PeerControl* control) {
+int LeaveForLackOfRealTime(SessionSetup& setup, PeerLoops& loops, PeerControl* control) {
   loops.EndHaptic();
   if (control != nullptr) control->End();
-  joining.transport->Leave();
+  setup.transport->Leave();
   return Fail(kExitNotRealTime, "the system did not grant SCHED_FIFO, which --require-rt demands");
 }
 
 /// Ends the threads and leaves the session. Returns how many packets were dropped at the sockets.
-std::uint64_t LeaveSession(Joining& joining, PeerLoops& loops, PeerControl* control,
+std::uint64_t LeaveSession(SessionSetup& setup, PeerLoops& loops, PeerControl* control,
                            int exit_code) {
   loops.EndHaptic();
-  StillEnding();
+  SayStillEnding();
   if (control != nullptr) control->End();
   loops.EndSender();
-  if (joining.device() != nullptr && exit_code != kJoinAgain) joining.device()->End();
+  if (setup.device() != nullptr && exit_code != kJoinAgain) setup.device()->End();
   const std::uint64_t socket_dropped = PacketsDroppedAtSockets();
-  joining.node->Leave(MonotonicNowNs(), *joining.transport);
-  StillEnding();
+  setup.node->Leave(MonotonicNowNs(), *setup.transport);
+  SayStillEnding();
   return socket_dropped;
 }
 
 /// Closes the recording, if there is one. Returns the exit code, where a fault changes it.
-int EndRecording(const PeerArguments& arguments, Joining& joining, bool begun, int exit_code) {
-  if (!joining.recorder) return exit_code;
+int EndRecording(const PeerArguments& arguments, SessionSetup& setup, bool begun, int exit_code) {
+  if (!setup.recorder) return exit_code;
   // frames before a new join are no part of the session
   if (exit_code == kJoinAgain && !begun) {
-    joining.recorder->Discard();
+    setup.recorder->Discard();
     return exit_code;
   }
-  const Result<std::uint64_t> recorded = joining.recorder->Close();
+  const Result<std::uint64_t> recorded = setup.recorder->Close();
   if (!recorded) {
     const int failed = Fail(kExitFile, recorded.error().what);
     return exit_code == kExitOk ? failed : exit_code;
   }
-  Say(arguments.record + ": " + Counted(*recorded, "frame") + " recorded");
+  Say(arguments.record + ": " + WithPlural(*recorded, "frame") + " recorded");
   return exit_code;
 }
 
 /// Returns the verdicts on the bodies that the hand held; none if it held none or the options want
 /// none.
-std::vector<BodyVerdict> VerdictsOfPeer(const PeerArguments& arguments, const Joining& joining,
-                                        const HeldPoses& poses, const BodiesMet& met,
+std::vector<BodyVerdict> VerdictsOfPeer(const PeerArguments& arguments, const SessionSetup& setup,
+                                        const HeldPoses& poses, const TouchedBodies& met,
                                         double seconds) {
   if (arguments.brief) return {};
-  return Judge(*joining.model, poses, met, LastPlaces(joining.node->world()), arguments.no_contact,
+  return Judge(*setup.model, poses, met, FinalPoses(setup.node->world()), arguments.no_contact,
                seconds);
 }
 
 /// Counts the points that contact tests, and the voxels that it tests them against.
-void CountShapes(const Joining& joining, PeerReport& report) {
-  report.capacity = joining.capacity.tests;
-  report.look_price = joining.capacity.look_price;
-  const WorldModel& world = *joining.model;
+void CountShapes(const SessionSetup& setup, PeerReport& report) {
+  report.capacity = setup.capacity.tests;
+  report.query_price = setup.capacity.query_price;
+  const WorldModel& world = *setup.model;
   report.voxels = world.has_fixture ? FixtureVoxels(world) : 0;
   for (const BodyModel& body : world.bodies) {
     report.points += TestedPoints(world, body);
@@ -144,20 +144,20 @@ nlohmann::ordered_json TermsAsJson(const PeerDirectory& directory) {
 }
 
 /// Returns how the ticks of the device process went; nothing: there is none.
-std::optional<DeviceTimes> TimesOf(const Joining& joining) {
-  if (joining.device() == nullptr) return std::nullopt;
-  return joining.device()->times();
+std::optional<DeviceTimes> TimesOf(const SessionSetup& setup) {
+  if (setup.device() == nullptr) return std::nullopt;
+  return setup.device()->times();
 }
 
-std::optional<PassivityAccount> PassivityOf(const Joining& joining) {
-  if (joining.device() == nullptr) return std::nullopt;
-  return joining.device()->Newest().value_or(DeviceTick{}).passivity;
+std::optional<PassivityAccount> PassivityOf(const SessionSetup& setup) {
+  if (setup.device() == nullptr) return std::nullopt;
+  return setup.device()->Newest().value_or(DeviceTick{}).passivity;
 }
 
 /// Reports what node, device and threads found, without what the network did.
-PeerReport ReportOf(const PeerArguments& arguments, const Joining& joining,
+PeerReport ReportOf(const PeerArguments& arguments, const SessionSetup& setup,
                     const RealtimeStatus& realtime) {
-  const PeerNode& node = *joining.node;
+  const PeerNode& node = *setup.node;
   const ResidentVoxels* voxels = node.world().resident_voxels();
   PeerReport report{
       .name = arguments.name,
@@ -167,20 +167,20 @@ PeerReport ReportOf(const PeerArguments& arguments, const Joining& joining,
       .hand = node.peer().telemetry().hand_figures(),
       .traced_frames = node.peer().telemetry().trace().size(),
       .device = arguments.device,
-      .device_times = TimesOf(joining),
-      .device_scheduler = joining.device() != nullptr ? joining.device()->scheduler() : "",
-      .passivity = PassivityOf(joining),
+      .device_times = TimesOf(setup),
+      .device_scheduler = setup.device() != nullptr ? setup.device()->scheduler() : "",
+      .passivity = PassivityOf(setup),
       .safety_state = node.peer().safety_state(),
       .safety = node.peer().safety_counts(),
       .guarded_share = node.peer().guard().guarded_share(),
-      .felt = node.peer().telemetry().felt(),
+      .felt = node.peer().telemetry().rendered(),
       .crowded_frames = node.peer().telemetry().crowded_frames(),
       .waits = node.peer().telemetry().voxel_waits(),
-      .voxel_memory = voxels != nullptr ? voxels->bytes() : joining.model->fixture.header().bytes,
+      .voxel_memory = voxels != nullptr ? voxels->bytes() : setup.model->fixture.header().bytes,
       .voxels_locked = voxels != nullptr ? voxels->locked() : realtime.memory_locked,
       .paged = voxels != nullptr ? voxels->counts() : ResidentCounts{},
       .own_states = node.sent_states()};
-  CountShapes(joining, report);
+  CountShapes(setup, report);
   return report;
 }
 
@@ -208,23 +208,23 @@ int RunOnce(PeerArguments& arguments, PeerControl* control, bool may_join_again)
   Result<NetworkPlan> plan = NetworkPlan{};
   if (!arguments.network.empty()) plan = LoadNetworkPlan(arguments.network);
   if (!plan) return Fail(kExitFile, plan.error().what);
-  Joining joining;
-  joining.waiting = RoomFor(*plan, arguments.conditions);
-  if (const int failed = Join(arguments, joining); failed != kExitOk) return failed;
+  SessionSetup setup;
+  setup.waiting = RoomFor(*plan, arguments.conditions);
+  if (const int failed = Join(arguments, setup); failed != kExitOk) return failed;
   // asked while there is no haptic thread, because it runs other programs to look at keys
   const std::string security =
-      arguments.repeats ? "" : SecurityOf(arguments.reach, arguments.session);
-  PeerNode& node = *joining.node;
-  if (control != nullptr) control->Begin(arguments, joining);
+      arguments.repeats ? "" : SecurityOf(arguments.connection, arguments.session);
+  PeerNode& node = *setup.node;
+  if (control != nullptr) control->Begin(arguments, setup);
   const std::atomic<bool>& stop_asked = StopOnSignals();
 
-  PeerLoops loops(arguments, joining, control);
+  PeerLoops loops(arguments, setup, control);
   const RealtimeStatus& realtime = loops.realtime();
   if (!realtime.warning.empty()) Say(realtime.warning);
   if (arguments.require_rt && !realtime.fifo) {
-    return LeaveForLackOfRealTime(joining, loops, control);
+    return LeaveForLackOfRealTime(setup, loops, control);
   }
-  TellEntry(arguments, joining, realtime, security);
+  TellEntry(arguments, setup, realtime, security);
 
   std::optional<TraceFile> trace;
   if (!arguments.report.empty()) {
@@ -233,32 +233,32 @@ int RunOnce(PeerArguments& arguments, PeerControl* control, bool may_join_again)
     });
   }
   kControlThread.Enter();
-  PeerStay stay(arguments, joining, loops, control, may_join_again, *std::move(plan));
+  PeerSession stay(arguments, setup, loops, control, may_join_again, *std::move(plan));
   int exit_code = stay.RunUntil(stop_asked);
 
   stay.SayRest();
-  const std::uint64_t socket_dropped = LeaveSession(joining, loops, control, exit_code);
-  exit_code = EndRecording(arguments, joining, loops.begun(), exit_code);
-  StillEnding();
+  const std::uint64_t socket_dropped = LeaveSession(setup, loops, control, exit_code);
+  exit_code = EndRecording(arguments, setup, loops.begun(), exit_code);
+  SayStillEnding();
   for (const std::string& line : Explain(node.peer().telemetry().hand_figures().limits)) Say(line);
   if (exit_code == kJoinAgain || (exit_code != kExitOk && arguments.report.empty())) {
     return exit_code;
   }
   loops.TakePoses(stay.poses());
   const std::vector<BodyVerdict> verdicts =
-      VerdictsOfPeer(arguments, joining, stay.poses(), loops.met(),
+      VerdictsOfPeer(arguments, setup, stay.poses(), loops.met(),
                      stop_asked.load() ? kHurriedVerdictSeconds : kVerdictSeconds);
-  StillEnding();
+  SayStillEnding();
   for (const BodyVerdict& verdict : verdicts) {
     if (exit_code == kExitOk) Say(Describe(verdict));
   }
   if (arguments.report.empty()) return exit_code;
 
-  PeerReport report = ReportOf(arguments, joining, realtime);
+  PeerReport report = ReportOf(arguments, setup, realtime);
   ReportNetwork(node, report);
   report.peers = AsJson(stay.table(), stay.name());
   report.force_terms = TermsAsJson(node.directory());
-  report.start_gaps = AsJson(joining.start_gaps);
+  report.start_gaps = AsJson(setup.start_gaps);
   report.verdicts = AsJson(verdicts);
   report.socket_dropped = socket_dropped;
   report.packets = PacketsJudged();

@@ -9,7 +9,7 @@
 #include "collab/coupling/coupling_limits.h"
 #include "collab/session/messages.h"
 #include "engine/haptics/workspace.h"
-#include "engine/realtime/frame_helpers.h"
+#include "engine/realtime/worker_pool.h"
 
 namespace tandem {
 
@@ -206,12 +206,12 @@ void AddPeerOptions(CLI::App& command, PeerArguments& arguments) {
                   "machine, adapted in the run")
       ->check(NumberAbove(0, 1e9));
   command
-      .add_option("--query-cost", arguments.look_price,
+      .add_option("--query-cost", arguments.query_price,
                   "time of an exact query at a point, in point tests; default: measured, or 400 "
                   "with --capacity")
       ->check(NumberAbove(0, 1e9));
   // earlier name of --query-cost
-  command.add_option("--look-price", arguments.look_price)->check(NumberAbove(0, 1e9))->group("");
+  command.add_option("--look-price", arguments.query_price)->check(NumberAbove(0, 1e9))->group("");
   command
       .add_option("--voxel-memory", arguments.voxel_memory,
                   "memory for the fixed bodies' voxels, at most, such as 512MiB; the rest is read "
@@ -220,9 +220,9 @@ void AddPeerOptions(CLI::App& command, PeerArguments& arguments) {
   command
       .add_option("--threads", arguments.threads,
                   "number of threads that share a large frame's work")
-      ->check(WholeNumberFrom(1, FrameHelpers::kMostThreads))
+      ->check(WholeNumberFrom(1, WorkerPool::kMostThreads))
       ->capture_default_str();
-  AddReachOptions(command, arguments.reach);
+  AddConnectionOptions(command, arguments.connection);
   command.add_option("--report", arguments.report,
                      "report file (JSON); a trace of the first ten minutes is written beside it");
   command.add_option("--record", arguments.record,

@@ -7,7 +7,7 @@
 
 #include <CLI/CLI.hpp>
 
-#include "app/reach/reach_options.h"
+#include "app/connection/connection_options.h"
 #include "collab/coupling/coupling_law.h"
 #include "collab/receive/link_conditioner.h"
 #include "collab/session/messages.h"
@@ -52,7 +52,7 @@ struct PeerArguments {
   std::string control;  // name of the controller that the peer is; empty: none
   std::uint32_t control_domain = 43;
   std::shared_ptr<GoalDevice::Orders> goals;  // from hosts that move the hand; null: hosts do not
-  ReachOptions reach;
+  ConnectionOptions connection;
   std::size_t wait_for = 0;
   double wait_seconds = 60;
   double seconds = 0;  // after the hand's start; 0: until a signal comes
@@ -64,7 +64,7 @@ struct PeerArguments {
   bool gate = true;
   double publish_hz = 1000;
   double capacity = 0;             // points a frame; 0: measured
-  double look_price = 0;           // points; 0: measured, or the default beside a given capacity
+  double query_price = 0;          // points; 0: measured, or the default beside a given capacity
   int threads = 1;                 // threads that share a haptic frame's work
   std::uint64_t voxel_memory = 0;  // bytes, for voxels of fixed bodies; 0: all are in memory
   std::string report;

@@ -7,13 +7,13 @@
 
 #include <unistd.h>
 
+#include "app/common/console.h"
 #include "app/common/exit_codes.h"
-#include "app/common/talk.h"
-#include "app/peer/joining.h"
 #include "app/peer/peer_control.h"
 #include "app/peer/peer_once.h"
-#include "app/peer/peer_stay.h"
+#include "app/peer/peer_session.h"
 #include "app/peer/run_watch.h"
+#include "app/peer/session_setup.h"
 
 namespace tandem {
 
@@ -30,7 +30,7 @@ int LookOn(const PeerArguments& arguments) {
   options.scene_from_session = arguments.scene_from_session;
   options.fetch = {.accept = arguments.accept_scene, .limit_mb = arguments.scene_limit_mb};
   options.name = arguments.name;
-  options.reach = arguments.reach;
+  options.connection = arguments.connection;
   options.seconds = arguments.seconds;
   options.report = arguments.report;
   options.on_entered = arguments.on_entered;
@@ -50,7 +50,7 @@ int RunPeer(PeerArguments& arguments) {
   if (arguments.scene.empty() && !arguments.scene_from_session) {
     return Fail(kExitUsage, "--scene is required, or --scene-from-session (tandem peer --help)");
   }
-  if (arguments.as_part) Speaker() = arguments.name;
+  if (arguments.as_part) LinePrefix() = arguments.name;
   if (!arguments.record.empty() && arguments.voxel_memory > 0) {
     return Fail(kExitUsage,
                 "--record: a replay has all voxels in memory, so it cannot repeat waits for them: "
@@ -78,7 +78,7 @@ int RunPeer(PeerArguments& arguments) {
     if (exit_code == kEndedWhileLoading) exit_code = kExitOk;
     // if a host's scene cannot be loaded, the previous one goes on
     const bool failed = exit_code != kJoinAgain && exit_code != kExitOk;
-    if (failed && control && control->RevertLoad(arguments, LastSaid())) exit_code = kJoinAgain;
+    if (failed && control && control->RevertLoad(arguments, LastMessage())) exit_code = kJoinAgain;
   }
   return exit_code;
 }

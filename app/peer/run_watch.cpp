@@ -15,14 +15,14 @@
 
 #include <unistd.h>
 
+#include "app/common/console.h"
 #include "app/common/exit_codes.h"
 #include "app/common/output_file.h"
 #include "app/common/scene_files.h"
 #include "app/common/stop_signal.h"
-#include "app/common/talk.h"
+#include "app/connection/scene_search.h"
 #include "app/peer/peer_options.h"
-#include "app/peer/text/news_limiter.h"
-#include "app/reach/scene_search.h"
+#include "app/peer/text/notification_limiter.h"
 #include "collab/dds/transport/announcements.h"
 #include "collab/dds/transport/dds_transport.h"
 #include "collab/dds/transport/relay.h"
@@ -63,7 +63,7 @@ class SceneSearches {
   void Add(const SceneManifest& scene) { waiting_.push_back(scene); }
 
   /// Returns the result of a search that has ended, and begins the next.
-  std::optional<std::string> TakeNews() {
+  std::optional<std::string> TakeNotifications() {
     std::optional<std::string> news;
     if (answer_.valid() && answer_.wait_for(std::chrono::seconds(0)) == std::future_status::ready) {
       news = answer_.get();
@@ -107,12 +107,12 @@ class Reporter {
         security_(as_part ? std::string() : std::move(security)),
         as_part_(as_part) {}
 
-  void TellNews(const ViewerPicture& picture, std::int64_t now_ns) {
+  void PrintNotifications(const ViewerPicture& picture, std::int64_t now_ns) {
     CollectNews(picture);
-    for (const std::string& line : news_.Due(now_ns)) Say(line);
+    for (const std::string& line : notifications_.Due(now_ns)) Say(line);
   }
   void TellRest() {
-    for (const std::string& line : news_.Rest()) Say(line);
+    for (const std::string& line : notifications_.Rest()) Say(line);
   }
 
   void CollectNews(const ViewerPicture& picture) {
@@ -122,21 +122,21 @@ class Reporter {
         told_scene_.insert(picture.scene->content_hash).second) {
       TellScene(*picture.scene);
     }
-    if (const auto found = searches_.TakeNews()) Note(*found);
+    if (const auto found = searches_.TakeNotifications()) Note(*found);
     ForgetGone(picture);
     for (const ViewedPeer& peer : picture.peers) {
       if (peer.info.name.empty() && peer.presence == Presence::kHere) continue;  // its name follows
-      const auto [known, is_new] = told_.try_emplace(peer.info.peer, peer.presence);
+      const auto [known, is_new] = reported_.try_emplace(peer.info.peer, peer.presence);
       if (!is_new && known->second == peer.presence) continue;
       known->second = peer.presence;
       const char* what = peer.presence == Presence::kHere ? peer.came_back ? " is back" : " joined"
                          : peer.presence == Presence::kLost ? " is lost"
                                                             : " left";
       const std::string name = NameOf(peer);
-      news_.Add(name, name + what + (peer.info.role == Role::kViewer ? " (viewer)" : ""));
+      notifications_.Add(name, name + what + (peer.info.role == Role::kViewer ? " (viewer)" : ""));
       const std::string other = OtherProtocol(peer.info);
       if (!other.empty() && peer.presence == Presence::kHere) {
-        news_.Add("", name + " " + other + "; what this program shows of it may be wrong");
+        notifications_.Add("", name + " " + other + "; what this program shows of it may be wrong");
       }
     }
   }
@@ -179,15 +179,15 @@ class Reporter {
  private:
   /// Forgets peers that the picture no longer has, so that both stay limited.
   void ForgetGone(const ViewerPicture& picture) {
-    if (told_.size() <= 2 * Viewer::kMost) return;
-    std::erase_if(told_, [&picture](const auto& one) {
+    if (reported_.size() <= 2 * Viewer::kMost) return;
+    std::erase_if(reported_, [&picture](const auto& one) {
       return std::ranges::none_of(picture.peers, [&one](const ViewedPeer& peer) {
         return peer.info.peer == one.first;
       });
     });
   }
 
-  void Note(const std::string& line) { news_.Add("", line); }
+  void Note(const std::string& line) { notifications_.Add("", line); }
 
   void TellScene(const SceneManifest& scene) {
     Note("scene " + scene.name + ", " + std::to_string(scene.bodies.size()) + " bodies, from " +
@@ -201,11 +201,11 @@ class Reporter {
 
   std::optional<OwnScene> own_;
   SceneSearches searches_;
-  NewsLimiter news_;
+  NotificationLimiter notifications_;
   AnnouncedSession session_;
   std::string security_;
   bool as_part_;
-  std::map<PeerId, Presence> told_;
+  std::map<PeerId, Presence> reported_;
   std::set<std::uint64_t> told_scene_;
   std::uint64_t samples_told_ = 0;
 };
@@ -226,7 +226,7 @@ Result<std::optional<OwnScene>> ReadOwnScene(const std::string& file) {
 /// Looks for the session's scene and puts its file into the options. Returns the exit code.
 int TakeSceneOfSession(WatchOptions& options, PeerId id) {
   SessionSceneOptions sought =
-      SceneSearchOptions(options.session, id, Role::kViewer, options.reach, options.fetch);
+      SceneSearchOptions(options.session, id, Role::kViewer, options.connection, options.fetch);
   sought.from_relay = options.from_relay;
   const SessionScene found = FindSessionScene(sought);
   if (!found.fault.empty()) return Fail(found.exit_code, found.fault);
@@ -244,7 +244,7 @@ class Watching {
         viewer_(viewer),
         transport_(transport),
         reporter_(std::move(own), {dds.session, !dds.secure.empty()},
-                  SecurityOf(options.reach, options.session), options.as_part) {
+                  SecurityOf(options.connection, options.session), options.as_part) {
     info_.peer = dds.peer;
     info_.role = Role::kViewer;
     info_.name = options.name;
@@ -259,14 +259,14 @@ class Watching {
     std::int64_t now_ns = joined_ns_;
     do {
       const ViewerPicture picture = viewer_.Picture();
-      reporter_.TellNews(picture, now_ns);
+      reporter_.PrintNotifications(picture, now_ns);
       if (now_ns - beat_ns_ >= kBeatNs) Beat(picture, now_ns);
       if (now_ns - status_ns_ >= kStatusNs) TellStatus(picture, now_ns);
       if (const std::string ended = transport_.KeysEnd(); !ended.empty()) {
         exit_code = Fail(kExitSecurity, ended);
         break;
       }
-      if (StopAskedWithin(std::chrono::nanoseconds(kTurnNs))) break;
+      if (StopRequestedWithin(std::chrono::nanoseconds(kTurnNs))) break;
       now_ns = MonotonicNowNs();
     } while (options_.seconds <= 0 ||
              static_cast<double>(now_ns - joined_ns_) < 1e9 * options_.seconds);
@@ -309,13 +309,13 @@ class Watching {
 
 }  // namespace
 
-int WatchCommand(const WatchOptions& asked) {
-  WatchOptions options = asked;
+int WatchCommand(const WatchOptions& requested) {
+  WatchOptions options = requested;
   if (!options.report.empty()) {
     const std::string fault = WhyNotWritable(options.report);
     if (!fault.empty()) return Fail(kExitFile, fault);
   }
-  const Result<PeerId> id = Identify(options.reach, Role::kViewer, options.name);
+  const Result<PeerId> id = Identify(options.connection, Role::kViewer, options.name);
   if (!id) return Fail(kExitSecurity, id.error().what);
   if (options.scene_from_session) {
     if (const int failed = TakeSceneOfSession(options, *id); failed != kExitOk) return failed;
@@ -329,11 +329,12 @@ int WatchCommand(const WatchOptions& asked) {
   dds.session = options.session;
   dds.peer = *id;
   dds.role = Role::kViewer;
-  ApplyReach(options.reach, dds);
+  ApplyConnection(options.connection, dds);
   if (options.from_relay) GoToRelay(dds);
   Result<std::unique_ptr<Transport>> joined = JoinOverDds(dds, viewer);
   if (!joined) {
-    return Fail(options.reach.secure.empty() ? kExitNetwork : kExitSecurity, joined.error().what);
+    return Fail(options.connection.secure.empty() ? kExitNetwork : kExitSecurity,
+                joined.error().what);
   }
   Transport& transport = **joined;
   const AtForcedEnd goodbye([&transport] {
@@ -344,7 +345,7 @@ int WatchCommand(const WatchOptions& asked) {
   Watching watching(options, dds, viewer, transport, *std::move(own));
   const int exit_code = watching.LookOn();
   transport.Leave();
-  StillEnding();
+  SayStillEnding();
 
   const ViewerReport report = ReportOf(
       &viewer, getpid(), static_cast<double>(MonotonicNowNs() - watching.joined_ns()) * 1e-9);

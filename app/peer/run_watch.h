@@ -3,9 +3,9 @@
 #include <functional>
 #include <string>
 
+#include "app/connection/connection_options.h"
 #include "app/peer/peer_options.h"
 #include "app/peer/scene_consent.h"
-#include "app/reach/reach_options.h"
 
 namespace tandem {
 
@@ -16,7 +16,7 @@ struct WatchOptions {
   bool scene_from_session = false;  // have the scene at hand; fetch it where it is not here
   SceneFetchOptions fetch;
   std::string name;
-  ReachOptions reach;
+  ConnectionOptions connection;
   double seconds = 0;  // 0: until a signal comes
   std::string report;
   bool json = false;

@@ -6,8 +6,8 @@
 
 #include <unistd.h>
 
+#include "app/common/console.h"
 #include "app/common/progress_bar.h"
-#include "app/common/talk.h"
 #include "engine/base/units.h"
 #include "engine/realtime/clock.h"
 
@@ -16,7 +16,7 @@ namespace tandem {
 namespace {
 
 /// Asks the person. Returns why not, in a line; empty: yes.
-std::string AskPerson(const SceneOffered& offered) {
+std::string AskPerson(const OfferedScene& offered) {
   if (isatty(STDIN_FILENO) == 0 || isatty(STDERR_FILENO) == 0) {
     return "it can be fetched (" + offered.Words() +
            "), but there is no terminal to ask at: give --accept-scene to fetch it";
@@ -59,15 +59,16 @@ class Progress {
 }  // namespace
 
 SessionSceneOptions SceneSearchOptions(const std::string& session, PeerId id, Role role,
-                                       const ReachOptions& reach, const SceneFetchOptions& fetch) {
+                                       const ConnectionOptions& connection,
+                                       const SceneFetchOptions& fetch) {
   SessionSceneOptions options;
   options.session = session;
   options.id = id;
   options.role = role;
-  options.reach = reach;
+  options.connection = connection;
   options.most_bytes = fetch.limit_mb * 1'000'000;
   options.say = Say;
-  options.refuses = [accept = fetch.accept](const SceneOffered& offered) {
+  options.refuses = [accept = fetch.accept](const OfferedScene& offered) {
     return accept ? std::string() : AskPerson(offered);
   };
   options.progress = [progress = std::make_shared<Progress>()](std::uint64_t bytes,

@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <string>
 
-#include "app/reach/session_scene.h"
+#include "app/connection/session_scene.h"
 
 namespace tandem {
 
@@ -17,6 +17,7 @@ struct SceneFetchOptions {
 /// before anything is fetched, unless `accept` is set. Progress is a bar on a terminal, else a line
 /// at intervals.
 SessionSceneOptions SceneSearchOptions(const std::string& session, PeerId id, Role role,
-                                       const ReachOptions& reach, const SceneFetchOptions& fetch);
+                                       const ConnectionOptions& connection,
+                                       const SceneFetchOptions& fetch);
 
 }  // namespace tandem

@@ -5,9 +5,9 @@
 
 #include <unistd.h>
 
+#include "app/common/console.h"
 #include "app/common/exit_codes.h"
 #include "app/common/program_folders.h"
-#include "app/common/talk.h"
 
 namespace tandem {
 

@@ -15,8 +15,8 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "app/common/console.h"
 #include "app/common/exit_codes.h"
-#include "app/common/talk.h"
 #include "engine/base/files/regular_file.h"
 
 namespace tandem {
@@ -124,8 +124,8 @@ TemporaryFolder::~TemporaryFolder() {
   removal_.reset();
   if (lifeline_ >= 0) {
     // the line tells the guardian that all is done
-    const ssize_t told = write(lifeline_, "\n", 1);
-    static_cast<void>(told);
+    const ssize_t reported = write(lifeline_, "\n", 1);
+    static_cast<void>(reported);
     close(lifeline_);
   }
   if (guardian_ > 0) waitpid(guardian_, nullptr, 0);

@@ -119,7 +119,7 @@ std::string DeviceProcess::News() {
   const std::optional<DeviceTick> tick = Newest();
   if (!tick) return {};
   const auto state = static_cast<SafetyState>(tick->state);
-  return std::exchange(told_, state) == state ? "" : Told(state);
+  return std::exchange(reported_, state) == state ? "" : Told(state);
 }
 
 void DeviceProcess::End() {

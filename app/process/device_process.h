@@ -56,7 +56,7 @@ class DeviceProcess {
   ChildProcess process_;
   bool end_told_ = false;
   std::string trouble_told_;
-  SafetyState told_ = SafetyState::kOff;
+  SafetyState reported_ = SafetyState::kOff;
 };
 
 }  // namespace tandem

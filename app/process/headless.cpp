@@ -6,8 +6,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "app/common/console.h"
 #include "app/common/exit_codes.h"
-#include "app/common/talk.h"
 #include "app/process/child_processes.h"
 #include "collab/controller/controller.h"
 #include "engine/base/text/json_text.h"
@@ -98,7 +98,7 @@ int ShowHeadless(const HandRequest& request, bool json) {
   HandRequest quiet = request;
   quiet.further.emplace_back("--brief");
   std::vector<std::string> command{(ProgramFolder() / "tandem").string()};
-  for (const std::string& word : PeerWords(quiet)) command.push_back(word);
+  for (const std::string& word : ControllerCommandLine(quiet)) command.push_back(word);
   Result<ChildProcess> peer = ChildProcess::Start(command);
   if (!peer) return Fail(kExitFailed, peer.error().what);
   const std::int64_t begun_ns = MonotonicNowNs();

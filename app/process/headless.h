@@ -1,6 +1,6 @@
 #pragma once
 
-#include "app/reach/hand_request.h"
+#include "app/connection/hand_request.h"
 
 namespace tandem {
 

@@ -16,7 +16,7 @@ constexpr std::size_t kMostSteps = 10'000;  // steps of a link
 constexpr double kShortestSwing = 1e-3;     // s
 constexpr double kLongestSwing = 1e6;       // s
 
-double Within(const JsonNode& node, const char* key, double most, double otherwise) {
+double NumberWithin(const JsonNode& node, const char* key, double most, double otherwise) {
   if (!node.Has(key)) return otherwise;
   const double value = node[key].NumberFrom(0);
   if (value > most) {
@@ -51,26 +51,26 @@ NetworkPlan::Step ReadStep(const JsonNode& node, std::uint64_t seed,
   NetworkPlan::Step step;
   LinkConditions& c = step.conditions;
   step.at_s = node.Has("at_s") ? node["at_s"].NumberFrom(0) : 0;
-  c.delay_ms = Within(node, "delay_ms", 2000, c.delay_ms);
-  c.jitter_ms = Within(node, "jitter_ms", 1000, c.jitter_ms);
-  c.swing_ms = Within(node, "swing_ms", 1000, c.swing_ms);
+  c.delay_ms = NumberWithin(node, "delay_ms", 2000, c.delay_ms);
+  c.jitter_ms = NumberWithin(node, "jitter_ms", 1000, c.jitter_ms);
+  c.swing_ms = NumberWithin(node, "swing_ms", 1000, c.swing_ms);
   if (node.Has("swing_period_s")) {
     c.swing_period_s = node["swing_period_s"].NumberBetween(kShortestSwing, kLongestSwing);
   }
-  c.loss = Within(node, "loss", 1, c.loss);
-  c.burst_enter = Within(node, "burst_enter", 1, c.burst_enter);
-  c.burst_leave = Within(node, "burst_leave", 1, c.burst_leave);
-  c.burst_loss = Within(node, "burst_loss", 1, c.burst_loss);
-  c.reorder = Within(node, "reorder", 1, c.reorder);
-  c.reorder_ms = Within(node, "reorder_ms", 1000, c.reorder_ms);
-  c.duplicate = Within(node, "duplicate", 1, c.duplicate);
+  c.loss = NumberWithin(node, "loss", 1, c.loss);
+  c.burst_enter = NumberWithin(node, "burst_enter", 1, c.burst_enter);
+  c.burst_leave = NumberWithin(node, "burst_leave", 1, c.burst_leave);
+  c.burst_loss = NumberWithin(node, "burst_loss", 1, c.burst_loss);
+  c.reorder = NumberWithin(node, "reorder", 1, c.reorder);
+  c.reorder_ms = NumberWithin(node, "reorder_ms", 1000, c.reorder_ms);
+  c.duplicate = NumberWithin(node, "duplicate", 1, c.duplicate);
   if (node.Has("cut")) c.cut = node["cut"].TrueOrFalse();
   c.seed = seed;
   ReadTrace(node, folder, c);
   return step;
 }
 
-std::string InWords(const LinkConditions& c) {
+std::string ReasonText(const LinkConditions& c) {
   if (c.cut) return "no more";
   std::ostringstream words;
   if (c.trace != nullptr) {
@@ -223,7 +223,7 @@ std::vector<std::string> PlannedNetwork::Apply(std::int64_t now_ns, const PeerDi
     if (!news) continue;
     std::string line("network: samples of ");
     line.append(everybody ? "all peers" : running.link.from).append(" come ");
-    lines.push_back(line.append(InWords(conditions)));
+    lines.push_back(line.append(ReasonText(conditions)));
   }
   return lines;
 }

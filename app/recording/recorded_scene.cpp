@@ -3,10 +3,10 @@
 #include <filesystem>
 #include <vector>
 
+#include "app/common/console.h"
 #include "app/common/program_cache.h"
 #include "app/common/scene_files.h"
-#include "app/common/talk.h"
-#include "app/reach/scene_search.h"
+#include "app/connection/scene_search.h"
 #include "collab/session/scene_agreement.h"
 #include "engine/scene/scene_hash.h"
 

@@ -8,11 +8,11 @@
 #include <optional>
 #include <system_error>
 
+#include "app/common/console.h"
 #include "app/common/exit_codes.h"
-#include "app/common/talk.h"
 #include "app/recording/trace_facts.h"
 #include "collab/recording/recording.h"
-#include "collab/trace/heard_line.h"
+#include "collab/trace/path_estimator.h"
 #include "collab/trace/trace_file.h"
 #include "engine/base/text/json_text.h"
 
@@ -21,8 +21,8 @@ namespace tandem {
 namespace {
 
 /// Holds the lines to other peers in a recording.
-struct HeardOf {
-  std::map<PeerId, HeardLine> lines;
+struct PathEstimates {
+  std::map<PeerId, PathEstimator> lines;
   std::map<PeerId, std::string> names;
 
   std::string NameOf(PeerId peer) const {
@@ -31,35 +31,36 @@ struct HeardOf {
   }
 };
 
-Result<HeardOf> ReadHeard(const std::string& file) {
+Result<PathEstimates> ReadHeard(const std::string& file) {
   Result<RecordingReader> reader = RecordingReader::Open(file);
   if (!reader) return reader.error();
   const PeerId self = reader->header().peer.id;
-  HeardOf heard;
+  PathEstimates received;
   while (const std::optional<RecordedFrame> frame = reader->Next()) {
     for (const ObjectState& state : frame->states) {
-      heard.lines.try_emplace(state.peer, self).first->second.Heard(state, frame->now_ns);
+      received.lines.try_emplace(state.peer, self).first->second.Add(state, frame->now_ns);
     }
     for (const CouplingLinks& links : frame->links) {
-      heard.lines.try_emplace(links.from, self).first->second.Heard(links);
+      received.lines.try_emplace(links.from, self).first->second.Add(links);
     }
   }
-  std::erase_if(heard.lines, [](const auto& line) {
+  std::erase_if(received.lines, [](const auto& line) {
     return line.second.states() == 0;
   });
-  heard.names = reader->names();
-  return heard;
+  received.names = reader->names();
+  return received;
 }
 
 /// Returns the peer whose line is asked for.
-Result<PeerId> Choose(const HeardOf& heard, const std::string& from) {
+Result<PeerId> Choose(const PathEstimates& received, const std::string& from) {
   std::string names;
-  for (const auto& [peer, line] : heard.lines) {
-    if (!from.empty() && heard.NameOf(peer) == from) return peer;
-    names += (names.empty() ? "" : ", ") + heard.NameOf(peer);
+  for (const auto& [peer, line] : received.lines) {
+    if (!from.empty() && received.NameOf(peer) == from) return peer;
+    names += (names.empty() ? "" : ", ") + received.NameOf(peer);
   }
-  if (heard.lines.empty()) return Error{"the recording has no messages of a peer that held a body"};
-  if (from.empty() && heard.lines.size() == 1) return heard.lines.begin()->first;
+  if (received.lines.empty())
+    return Error{"the recording has no messages of a peer that held a body"};
+  if (from.empty() && received.lines.size() == 1) return received.lines.begin()->first;
   if (from.empty())
     return Error{"the recording has several peers: give --from with one of " + names};
   return Error{"the recording has no peer called " + from + "; its peers: " + names};
@@ -67,10 +68,10 @@ Result<PeerId> Choose(const HeardOf& heard, const std::string& from) {
 
 /// Makes a trace without echoes. Nothing is known then of the way there, nor of the clocks. So the
 /// smallest age of the way back stands for no delay, and both ways are alike.
-NetworkTrace OneWay(const LineRecord& record) {
+NetworkTrace OneWay(const PathRecord& record) {
   std::int64_t least = std::numeric_limits<std::int64_t>::max();
   for (const std::int64_t ns : record.back_ns) {
-    if (ns != LineRecord::kNever) least = std::min(least, ns);
+    if (ns != PathRecord::kNever) least = std::min(least, ns);
   }
   NetworkTrace trace = TraceOf({.rate_hz = record.rate_hz, .back_ns = record.back_ns},
                                {.offset_ns = -least, .bound_ms = -1});
@@ -86,12 +87,12 @@ int RunAsNetwork(const std::string& recording, const std::string& file, const st
   if (std::filesystem::equivalent(recording, file, not_there)) {
     return Fail(kExitUsage, file + ": is the recording itself: name another file");
   }
-  const Result<HeardOf> heard = ReadHeard(recording);
-  if (!heard) return Fail(kExitFile, heard.error().what);
-  const Result<PeerId> peer = Choose(*heard, from);
+  const Result<PathEstimates> received = ReadHeard(recording);
+  if (!received) return Fail(kExitFile, received.error().what);
+  const Result<PeerId> peer = Choose(*received, from);
   if (!peer) return Fail(kExitFailed, recording + ": " + peer.error().what);
-  const std::string name = heard->NameOf(*peer);
-  const std::optional<HeardLine::Found> found = heard->lines.at(*peer).Find();
+  const std::string name = received->NameOf(*peer);
+  const std::optional<PathEstimator::Estimate> found = received->lines.at(*peer).EstimatePath();
   if (!found)
     return Fail(kExitFailed, recording + ": the recording has too few messages of " + name);
   NetworkTrace trace = found->has_echoes ? TraceOf(found->record, EstimateClocks(found->record))

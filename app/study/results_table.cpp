@@ -122,7 +122,7 @@ std::vector<ResultRow> RowsOf(const Study& study, const TrialLog& log) {
     const std::string& name = pseudonyms[static_cast<std::size_t>(participant)];
     if (!log.ConsentOf(name) || log.Withdrew(name)) continue;
     for (const PlannedTrial& plan : TrialsOf(study, participant)) {
-      rows.push_back({name, plan, log.Of(name, plan.number)});
+      rows.push_back({name, plan, log.TrialOf(name, plan.number)});
     }
   }
   return rows;

@@ -42,12 +42,12 @@ std::string Prose(const JsonNode& object, std::string_view key) {
   return object.Has(key) ? object[key].PlainText(kLongestProse) : std::string();
 }
 
-double Share(const JsonNode& object, std::string_view key, double otherwise) {
+double ShareIn(const JsonNode& object, std::string_view key, double otherwise) {
   return object.Has(key) ? object[key].NumberBetween(0, 1) : otherwise;
 }
 
-double Between(const JsonNode& object, std::string_view key, double least, double most,
-               double otherwise) {
+double NumberBetween(const JsonNode& object, std::string_view key, double least, double most,
+                     double otherwise) {
   return object.Has(key) ? object[key].NumberBetween(least, most) : otherwise;
 }
 
@@ -79,12 +79,12 @@ StudyCondition ReadCondition(const JsonNode& node) {
                   "burst_loss", "law", "gains", "gate", "scene", "planted_slower"});
   StudyCondition condition;
   condition.name = Word(node["name"]);
-  condition.delay_ms = Between(node, "delay_ms", 0, kMostDelayMs, 0);
-  condition.jitter_ms = Between(node, "jitter_ms", 0, kMostJitterMs, 0);
-  condition.loss = Share(node, "loss", 0);
-  condition.burst_enter = Share(node, "burst_enter", 0);
-  condition.burst_leave = Share(node, "burst_leave", 1);
-  condition.burst_loss = Share(node, "burst_loss", 1);
+  condition.delay_ms = NumberBetween(node, "delay_ms", 0, kMostDelayMs, 0);
+  condition.jitter_ms = NumberBetween(node, "jitter_ms", 0, kMostJitterMs, 0);
+  condition.loss = ShareIn(node, "loss", 0);
+  condition.burst_enter = ShareIn(node, "burst_enter", 0);
+  condition.burst_leave = ShareIn(node, "burst_leave", 1);
+  condition.burst_loss = ShareIn(node, "burst_loss", 1);
   if (node.Has("law")) condition.law = node["law"].Text("the name of a law");
   if (const auto law = MakeLaw(condition.law, {}, true); !law) node["law"].Fault(law.error().what);
   if (node.Has("gains")) ReadGains(node["gains"], condition);
@@ -93,7 +93,7 @@ StudyCondition ReadCondition(const JsonNode& node) {
   }
   if (node.Has("gate")) condition.gate = node["gate"].TrueOrFalse();
   if (node.Has("scene")) condition.scene = node["scene"].Text("a scene");
-  condition.planted_slower = Between(node, "planted_slower", 0.1, 10, 1);
+  condition.planted_slower = NumberBetween(node, "planted_slower", 0.1, 10, 1);
   return condition;
 }
 
@@ -187,7 +187,7 @@ StudyBlock ReadBlock(const JsonNode& node, const Study& study) {
   }
   if (node.Has("practice")) block.practice = node["practice"].TrueOrFalse();
   block.instructions = Prose(node, "instructions");
-  block.pause_s = Between(node, "pause_s", 0, kLongestTrial, 0);
+  block.pause_s = NumberBetween(node, "pause_s", 0, kLongestTrial, 0);
   return block;
 }
 
@@ -247,7 +247,7 @@ Study ReadStudy(const JsonNode& root) {
       root["partner"].Expected("modelled or person");
   }
   if (root.Has("attempts")) study.attempts = root["attempts"].WholeNumber(1, kMostAttempts);
-  study.publish_hz = Between(root, "publish_hz", 10, 1000, 1000);
+  study.publish_hz = NumberBetween(root, "publish_hz", 10, 1000, 1000);
   study.information = Prose(root, "information");
   for (const JsonNode& item : Items(root, "tasks", kMostItems)) {
     study.tasks.push_back(ReadTask(item));

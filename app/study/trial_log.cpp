@@ -214,7 +214,7 @@ std::optional<std::string> TrialLog::ConsentOf(const std::string& participant) c
   return found->second;
 }
 
-LoggedTrial TrialLog::Of(const std::string& participant, int trial) const {
+LoggedTrial TrialLog::TrialOf(const std::string& participant, int trial) const {
   const auto found = trials_.find({participant, trial});
   return found == trials_.end() ? LoggedTrial{} : found->second;
 }
@@ -237,14 +237,14 @@ std::optional<Error> TrialLog::Consent(const std::string& participant) {
 
 std::optional<Error> TrialLog::Begin(const std::string& participant, int trial) {
   const std::string line =
-      JsonText(EventOf("begun", participant, trial, Of(participant, trial).attempts + 1));
+      JsonText(EventOf("begun", participant, trial, TrialOf(participant, trial).attempts + 1));
   if (const auto fault = Add(line)) return fault;
   return TakeLine(line, 2);
 }
 
 std::optional<Error> TrialLog::Ran(const std::string& participant, int trial,
                                    const TrialMeasures& measures) {
-  OrderedJson event = EventOf("ran", participant, trial, Of(participant, trial).attempts);
+  OrderedJson event = EventOf("ran", participant, trial, TrialOf(participant, trial).attempts);
   for (const TrialMeasure& measure : AllTrialMeasures()) {
     const double value = measures.*measure.value;
     event["measures"][std::string(measure.name)] =
@@ -257,7 +257,7 @@ std::optional<Error> TrialLog::Ran(const std::string& participant, int trial,
 
 std::optional<Error> TrialLog::Answered(const std::string& participant, int trial,
                                         const std::map<std::string, std::string>& answers) {
-  OrderedJson event = EventOf("answered", participant, trial, Of(participant, trial).attempts);
+  OrderedJson event = EventOf("answered", participant, trial, TrialOf(participant, trial).attempts);
   event["answers"] = OrderedJson::array();
   for (const auto& [key, answer] : answers) {
     event["answers"].push_back({{"key", key}, {"answer", answer}});

@@ -66,7 +66,7 @@ class TrialLog {
   std::optional<std::string> ConsentOf(const std::string& participant) const;
   const std::map<std::string, std::string>& consents() const { return consents_; }
   bool Withdrew(const std::string& participant) const { return withdrawn_.contains(participant); }
-  LoggedTrial Of(const std::string& participant, int trial) const;
+  LoggedTrial TrialOf(const std::string& participant, int trial) const;
 
   std::optional<Error> Consent(const std::string& participant);
   std::optional<Error> Begin(const std::string& participant, int trial);

@@ -21,7 +21,7 @@ class AttachedController : public ControllerLink {
   void SetGoal(const PlainPose& X_WG) override { controller_.SetGoal(X_WG); }
   const ControllerSnapshot& snapshot() const override { return controller_.snapshot(); }
   void Quit() override {
-    const bool hasty = StopAskedWithin(std::chrono::nanoseconds(0));
+    const bool hasty = StopRequestedWithin(std::chrono::nanoseconds(0));
     controller_.Ask(QuitRequest{}, hasty ? kHastyQuitSeconds : kQuitSeconds);
   }
   bool Poll() override { return controller_.Poll(); }

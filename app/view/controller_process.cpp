@@ -26,7 +26,7 @@ constexpr std::chrono::milliseconds kQuitPatience{5000};  // without a signal
 constexpr std::chrono::milliseconds kHastyPatience{500};
 
 bool IsEndedBySignal() {
-  return StopAskedWithin(std::chrono::nanoseconds(0));
+  return StopRequestedWithin(std::chrono::nanoseconds(0));
 }
 
 class StartedPeer : public ControllerProcess {
@@ -67,7 +67,7 @@ class StartedPeer : public ControllerProcess {
     while (!Gone()) {
       const auto waited = std::chrono::steady_clock::now() - begun;
       if (waited >= (IsEndedBySignal() ? hasty : patience)) return;
-      StillEnding();
+      SayStillEnding();
       std::this_thread::sleep_for(kEndStep);
     }
   }
@@ -92,7 +92,7 @@ class StartedPeer : public ControllerProcess {
 
 Result<std::unique_ptr<ControllerProcess>> LaunchController(const HandRequest& request) {
   std::vector<std::string> words{(ProgramFolder() / "tandem").string()};
-  for (const std::string& word : PeerWords(request)) words.push_back(word);
+  for (const std::string& word : ControllerCommandLine(request)) words.push_back(word);
   std::vector<char*> argv;
   for (std::string& word : words) argv.push_back(word.data());
   argv.push_back(nullptr);

@@ -7,17 +7,17 @@
 #include "app/common/exit_codes.h"
 #include "app/common/output_file.h"
 #include "app/common/stop_signal.h"
-#include "app/reach/fetch_consent.h"
-#include "app/reach/recent_scenes.h"
-#include "app/reach/scene_search.h"
-#include "app/reach/session_scene.h"
+#include "app/connection/fetch_consent.h"
+#include "app/connection/recent_scenes.h"
+#include "app/connection/scene_search.h"
+#include "app/connection/session_scene.h"
 #include "app/view/controller_process.h"
-#include "app/view/errands.h"
 #include "app/view/options.h"
 #include "app/view/paint_pictures.h"
 #include "app/view/render/gl_check.h"
 #include "app/view/time_pictures.h"
 #include "app/view/ui/main_window.h"
+#include "app/view/unattended_run.h"
 #include "collab/dds/transport/announcements.h"
 #include "collab/dds/transport/relay.h"
 #include "engine/geometry/import/mesh_file.h"
@@ -34,44 +34,44 @@ int Fail(int exit_code, const std::string& line) {
 }
 
 /// Returns the options of the command line, or those of the window's fields.
-ReachOptions ReachBy(ReachOptions reach, const JoinRequest& request) {
-  reach.domain = request.domain;
-  reach.interface = request.interface;
-  if (!request.chosen_here) return reach;
-  reach.peers = request.peers;
-  reach.external_address = request.external_address;
-  reach.port = request.port;
-  reach.secure = request.secure;
-  return reach;
+ConnectionOptions ReachBy(ConnectionOptions connection, const JoinRequest& request) {
+  connection.domain = request.domain;
+  connection.interface = request.interface;
+  if (!request.chosen_here) return connection;
+  connection.peers = request.peers;
+  connection.external_address = request.external_address;
+  connection.port = request.port;
+  connection.secure = request.secure;
+  return connection;
 }
 
 /// Joins over DDS by the options of the command line, with the domain and interface of the form.
-JoinFunction JoinBy(const ReachOptions& reach, SceneFetcher& fetcher) {
-  return [reach, &fetcher](const JoinRequest& request, PeerId peer,
-                           Inbox& inbox) -> Result<std::unique_ptr<Transport>> {
+JoinFunction JoinBy(const ConnectionOptions& connection, SceneFetcher& fetcher) {
+  return [connection, &fetcher](const JoinRequest& request, PeerId peer,
+                                Inbox& inbox) -> Result<std::unique_ptr<Transport>> {
     DdsOptions options;
     options.session = request.session;
     options.peer = peer;
     if (request.chosen_here && request.secured) {
       std::string name = request.name;
-      const Result<PeerId> id = Identify(ReachBy(reach, request), Role::kViewer, name);
+      const Result<PeerId> id = Identify(ReachBy(connection, request), Role::kViewer, name);
       if (!id) return id.error();
       options.peer = *id;
     }
     options.role = Role::kViewer;
     options.files = fetcher.PartyOf(options.peer);
-    ApplyReach(ReachBy(reach, request), options);
+    ApplyConnection(ReachBy(connection, request), options);
     if (request.from_relay) GoToRelay(options);
     return JoinOverDds(options, inbox);
   };
 }
 
 /// Listens for other sessions on the same network.
-ListenFunction ListenBy(const ReachOptions& reach) {
-  return [reach](const JoinRequest& request) {
+ListenFunction ListenBy(const ConnectionOptions& connection) {
+  return [connection](const JoinRequest& request) {
     DdsOptions options;
     options.session = request.session;
-    ApplyReach(ReachBy(reach, request), options);
+    ApplyConnection(ReachBy(connection, request), options);
     if (request.from_relay) GoToRelay(options);
     return ListenForSessions(options);
   };
@@ -94,7 +94,7 @@ FetchFunction FetchBy(const std::shared_ptr<SceneFetcher>& fetcher) {
     options.say = [&what](const std::string& line) {
       what = line;
     };
-    options.refuses = [&](const SceneOffered& offered) {
+    options.refuses = [&](const OfferedScene& offered) {
       return consent->Refuses(manifest.content_hash, offered);
     };
     options.progress = [&](std::uint64_t bytes, std::uint64_t of) {
@@ -111,10 +111,10 @@ FetchFunction FetchBy(const std::shared_ptr<SceneFetcher>& fetcher) {
 void Begin(const ViewOptions& options, MainWindow& window, SessionModel& session,
            SceneModel& scene) {
   if (options.attach) {
-    window.desk()->hand().TakeUp(options.hand.control, options.hand.name, options.own,
-                                 options.hand.secure);
+    window.panel()->hand().TakeUp(options.hand.control, options.hand.name, options.own,
+                                  options.hand.secure);
   } else if (!options.open.empty() || options.take_part) {
-    window.desk()->TakePart(options.hand);
+    window.panel()->TakePart(options.hand);
   } else {
     if (!options.scene.empty()) scene.OpenNamed(options.scene);
     if (!options.join.session.empty()) session.Join(options.join);
@@ -156,15 +156,15 @@ int main(int argc, char** argv) {
   }
 
   const auto fetcher = std::make_shared<SceneFetcher>();  // outlives the session's transport
-  SessionModel session(JoinBy(options->reach, *fetcher), ListenBy(options->reach));
+  SessionModel session(JoinBy(options->connection, *fetcher), ListenBy(options->connection));
   SceneModel scene(LoadDrawnScene, FindHere);
   scene.SetFetch(FetchBy(fetcher));
   const Result<GlInfo> gl = CheckGl();
   if (!gl) Fail(kExitDisplay, gl.error().what);
   HandModel hand(AttachController, LaunchController);
   MainWindow window(session, scene, gl, &hand);
-  window.desk()->SetDefaults(options->hand);
-  Errands errands(*options, window, session);
+  window.panel()->SetDefaults(options->hand);
+  UnattendedRun unattended(*options, window, session);
   std::vector<std::filesystem::path> folders = FoldersWithScenes();
   if (folders.size() > 1) std::rotate(folders.begin(), folders.begin() + 1, folders.end());
   window.SetSceneFolders(folders);  // the folder used last first, or that of the scenes that come
@@ -181,5 +181,5 @@ int main(int argc, char** argv) {
   window.show();
   Begin(*options, window, session, scene);
   QApplication::exec();
-  return errands.Finish();
+  return unattended.Finish();
 }

@@ -66,7 +66,7 @@ void AddHandOptions(CLI::App& app, ViewOptions& options) {
   app.add_flag("--own", options.own, "with --attach: end the controller when the window closes")
       ->needs("--attach");
   app.add_option("--name", options.join.name, "name that others see")->capture_default_str();
-  AddReachOptions(app, options.reach);
+  AddConnectionOptions(app, options.connection);
   app.add_flag("--from-relay", options.join.from_relay,
                "connect to a relay of the session ('tandem relay')");
   app.add_flag("--proximity", options.proximity,
@@ -112,22 +112,22 @@ void FillRequests(ViewOptions& options) {
   for (std::string word; words >> word;) options.hand.further.push_back(word);
   options.hand.session = options.join.session;
   options.hand.name = options.join.name;
-  options.hand.domain = options.reach.domain;
-  options.hand.interface = options.reach.interface;
-  options.hand.peers = options.reach.peers;
-  options.hand.external_address = options.reach.external_address;
-  options.hand.port = options.reach.port;
-  options.hand.secure = options.reach.secure;
-  options.join.domain = options.reach.domain;
-  options.join.interface = options.reach.interface;
+  options.hand.domain = options.connection.domain;
+  options.hand.interface = options.connection.interface;
+  options.hand.peers = options.connection.peers;
+  options.hand.external_address = options.connection.external_address;
+  options.hand.port = options.connection.port;
+  options.hand.secure = options.connection.secure;
+  options.join.domain = options.connection.domain;
+  options.join.interface = options.connection.interface;
 }
 
 /// Identifies the viewer in a secured session. Returns the exit code.
 int IdentifyViewer(ViewOptions& options) {
   // a controller identifies the user that takes part
   const bool looks_on = options.open.empty() && !options.take_part && !options.attach;
-  if (looks_on && !options.reach.secure.empty()) {
-    const Result<PeerId> id = Identify(options.reach, Role::kViewer, options.join.name);
+  if (looks_on && !options.connection.secure.empty()) {
+    const Result<PeerId> id = Identify(options.connection, Role::kViewer, options.join.name);
     if (!id) {
       std::fprintf(stderr, "tandem-view: %s\n", id.error().what.c_str());
       return kExitSecurity;

@@ -4,7 +4,7 @@
 #include <optional>
 #include <string>
 
-#include "app/reach/reach_options.h"
+#include "app/connection/connection_options.h"
 #include "app/view/model/hand/controller_link.h"
 #include "app/view/model/session/session_model.h"
 
@@ -13,7 +13,7 @@ namespace tandem {
 /// The options of `tandem-view`.
 struct ViewOptions {
   JoinRequest join;  // session empty: the form waits for one
-  ReachOptions reach;
+  ConnectionOptions connection;
   std::string scene;
   std::string open;        // scene to open with a hand; empty: none
   bool take_part = false;  // true: take part in the session, with a hand

@@ -34,7 +34,7 @@ void ControlServer::AddHand(ControllerSnapshot& snapshot) const {
                : facts_.wanted >= 0 ? SnapshotHand::State::kAsking
                                     : SnapshotHand::State::kEmpty;
   hand.X_WG = Plain(facts_.X_WG);
-  hand.goal = Plain(facts_.asked);
+  hand.goal = Plain(facts_.requested);
   hand.limited_goal = Plain(facts_.handle);
   hand.force_N = Plain(facts_.hand_G_W.f);
   hand.torque_Nm = Plain(facts_.hand_G_W.tau);
@@ -55,7 +55,7 @@ ControllerSnapshot ControlServer::Snapshot() const {
   snapshot.frame = facts_.frame;
   snapshot.time_ns = facts_.time_ns;
   snapshot.peers = peers_;
-  snapshot.news = news_;
+  snapshot.news = notifications_;
   snapshot.news_count = news_count_;
   snapshot.safety = Plain(facts_.safety, facts_.safety_counts);
   if (stopped_) snapshot.safety.state = SnapshotSafety::State::kStopped;
@@ -67,17 +67,17 @@ ControllerSnapshot ControlServer::Snapshot() const {
   if (!scene_) return snapshot;
   AddHand(snapshot);
   AddContacts(snapshot);
-  for (const ControlScene::Body& told : known.bodies) {
+  for (const ControlScene::Body& reported : known.bodies) {
     SnapshotBody body;
-    body.fixed = told.fixed;
-    body.shared = told.shared;
-    body.X_WB = Plain(told.X_WB0);
-    const auto moving = static_cast<std::uint32_t>(told.moving);
-    if (told.moving >= 0 && moving < facts_.body_count) {
+    body.fixed = reported.fixed;
+    body.shared = reported.shared;
+    body.X_WB = Plain(reported.X_WB0);
+    const auto moving = static_cast<std::uint32_t>(reported.moving);
+    if (reported.moving >= 0 && moving < facts_.body_count) {
       const SimulationFacts::Body& fact = facts_.bodies[moving];
-      body.in_hand = facts_.held == told.moving;
+      body.in_hand = facts_.held == reported.moving;
       body.X_WB = Plain(fact.X_WB);
-      body.X_W = Plain(fact.X_WB * told.X_WB0.Inverse());
+      body.X_W = Plain(fact.X_WB * reported.X_WB0.Inverse());
       body.holders.assign(fact.holders.begin(), fact.holders.begin() + fact.holder_count);
     }
     snapshot.bodies.push_back(std::move(body));

@@ -20,17 +20,17 @@ int ControlScene::BodyOfMoving(int moving) const {
 
 ControlScene ControlSceneOf(const WorldModel& model) {
   ControlScene scene;
-  const Scene& told = model.scene;
-  scene.file = told.file.string();
-  scene.clearance = told.clearance_bounds();
-  for (std::size_t i = 0; i < told.bodies.size(); ++i) {
+  const Scene& reported = model.scene;
+  scene.file = reported.file.string();
+  scene.clearance = reported.clearance_bounds();
+  for (std::size_t i = 0; i < reported.bodies.size(); ++i) {
     const int moving = model.body_index[i];
-    ControlScene::Body body{.name = told.bodies[i].name,
+    ControlScene::Body body{.name = reported.bodies[i].name,
                             .fixed = moving < 0,
-                            .shared = told.bodies[told.WholeOf(i)].shared,
+                            .shared = reported.bodies[reported.WholeOf(i)].shared,
                             .moving = moving,
                             .object = kNoObject,
-                            .X_WB0 = told.bodies[i].X_WM};
+                            .X_WB0 = reported.bodies[i].X_WM};
     if (moving >= 0) {
       body.object = model.object[static_cast<std::size_t>(moving)];
       body.X_WB0 = model.bodies[static_cast<std::size_t>(moving)].X_WB0;

@@ -16,7 +16,7 @@ ControlServer::Host* ControlServer::HostOf(HostId id, std::int64_t now_ns) {
   const auto known = hosts_.find(id);
   if (known == hosts_.end() && hosts_.size() >= kMostHosts) return nullptr;
   Host& host = hosts_[id];
-  host.heard_ns = now_ns;
+  host.received_ns = now_ns;
   return &host;
 }
 
@@ -53,12 +53,13 @@ void ControlServer::OnGoal(HostId id, const HostGoal& goal, std::int64_t now_ns)
                      goal.kind == HostGoal::Kind::kPose;
   if (goal.kind == HostGoal::Kind::kBeat || goal.seq <= void_seq_ || !(newer || again)) return;
   const bool turns = std::abs(goal.X_WG.q.norm() - 1.0) <= 1e-3;
-  if (!turns || !AllSound(goal.X_WG.p) || !AllSound(goal.linear) || !AllSound(goal.angular)) return;
+  if (!turns || !AllFinite(goal.X_WG.p) || !AllFinite(goal.linear) || !AllFinite(goal.angular))
+    return;
   const auto input = goal.kind == HostGoal::Kind::kPose   ? GoalOrder::Input::kPose
                      : goal.kind == HostGoal::Kind::kRate ? GoalOrder::Input::kRate
                                                           : GoalOrder::Input::kPush;
   const Pose X_WG{goal.X_WG.q.normalized(), goal.X_WG.p};
-  task_.Mean(input, X_WG, goal.linear, goal.angular);
+  task_.SetGoal(input, X_WG, goal.linear, goal.angular);
   AnswerTasks();
 }
 
@@ -72,14 +73,14 @@ void ControlServer::OnFacts(const SimulationFacts& facts, std::int64_t now_ns) {
   AnswerTasks();
 }
 
-void ControlServer::OnNews(const HoldingNews& news, const std::string& line) {
+void ControlServer::OnNews(const Notification& news, const std::string& line) {
   if (scene_) task_.OnNews(news, line, *scene_);
   AnswerTasks();
   OnLine(line);
 }
 
 void ControlServer::OnLine(const std::string& line) {
-  news_ = line;
+  notifications_ = line;
   ++news_count_;
 }
 
@@ -104,18 +105,18 @@ void ControlServer::Resume() {
 }
 
 void ControlServer::OnDone(std::uint64_t job, const Answer& answer) {
-  const auto asked = jobs_.find(job);
-  if (asked == jobs_.end()) return;
-  Reply(asked->second.host, asked->second.number, answer);
-  jobs_.erase(asked);
+  const auto requested = jobs_.find(job);
+  if (requested == jobs_.end()) return;
+  Reply(requested->second.host, requested->second.number, answer);
+  jobs_.erase(requested);
 }
 
 void ControlServer::AnswerTasks() {
   while (const std::optional<HandTask::Ended> ended = task_.TakeEnded()) {
-    const auto asked = tasks_.find(ended->tag);
-    if (asked == tasks_.end()) continue;
-    Reply(asked->second.host, asked->second.number, *ended);
-    tasks_.erase(asked);
+    const auto requested = tasks_.find(ended->tag);
+    if (requested == tasks_.end()) continue;
+    Reply(requested->second.host, requested->second.number, *ended);
+    tasks_.erase(requested);
   }
 }
 
@@ -150,12 +151,13 @@ void ControlServer::Lose(HostId id, const std::string& how, std::int64_t now_ns)
 void ControlServer::Tick(std::int64_t now_ns) {
   std::vector<HostId> lost;
   for (const auto& [id, host] : hosts_) {
-    if (now_ns - host.heard_ns > kLostNs) lost.push_back(id);
+    if (now_ns - host.received_ns > kLostNs) lost.push_back(id);
   }
   for (const HostId id : lost) Lose(id, "is gone", now_ns);
   const auto hand = hosts_.find(hand_host_);
   if (hand == hosts_.end() || held_still_ || device_hand_) return;
-  if (now_ns - hand->second.heard_ns <= kQuietNs || !facts_.attached || task_.going_back()) return;
+  if (now_ns - hand->second.received_ns <= kQuietNs || !facts_.attached || task_.going_back())
+    return;
   held_still_ = true;
   task_.Hold(facts_.handle);
 }

@@ -57,7 +57,7 @@ class ControlServer {
   void OnGoal(HostId host, const HostGoal& goal, std::int64_t now_ns);
   void OnFacts(const SimulationFacts& facts, std::int64_t now_ns);
   void OnPeers(std::vector<SnapshotPeer> peers) { peers_ = std::move(peers); }
-  void OnNews(const HoldingNews& news, const std::string& line);
+  void OnNews(const Notification& news, const std::string& line);
   /// Takes a line for the user that does not come from the hand.
   void OnLine(const std::string& line);
   /// Takes the distance of a moving body from the nearest other one.
@@ -87,12 +87,12 @@ class ControlServer {
  private:
   struct Host {
     std::string name;
-    std::int64_t heard_ns = 0;
+    std::int64_t received_ns = 0;
     std::uint64_t last_number = 0;
     std::uint32_t goal_seq = 0;
     double rate_hz = 60;
   };
-  struct Asked {
+  struct PendingRequest {
     HostId host = 0;
     std::uint64_t number = 0;
   };
@@ -133,7 +133,7 @@ class ControlServer {
   std::map<HostId, Host> hosts_;
   HandTask task_;
   std::uint64_t next_tag_ = 1;
-  std::map<std::uint64_t, Asked> tasks_;  // requests that wait for a task's answer, by tag
+  std::map<std::uint64_t, PendingRequest> tasks_;  // requests that wait for a task's answer, by tag
   HostId hand_host_ = 0;
   HostId clutch_host_ = 0;      // host that has pressed a device's clutch
   bool held_still_ = false;     // the hand's host is quiet, and its goal is held
@@ -141,14 +141,14 @@ class ControlServer {
   bool stopped_ = false;
   bool lets_go_ = false;  // the hand was told to let go, and still has a part
   std::uint64_t next_job_ = 1;
-  std::map<std::uint64_t, Asked> jobs_;
+  std::map<std::uint64_t, PendingRequest> jobs_;
   SimulationFacts facts_;
   int distance_held_ = -1;
   SnapshotDistance distance_;
   std::vector<SnapshotPeer> peers_;
   std::vector<HostAnswer> answers_;
   std::vector<std::string> lines_;
-  std::string news_;
+  std::string notifications_;
   std::uint64_t news_count_ = 0;
 };
 

@@ -134,7 +134,7 @@ std::optional<Answer> ControlServer::Do(HostId host, const GrabRequest& request,
   if (!why.empty()) return Answer{false, why};
   const Result<int> moving = MovingNamed(request.body);
   if (!moving) return Answer{false, moving.error().what};
-  if (request.grasp_W && !AllSound(*request.grasp_W)) {
+  if (request.grasp_W && !AllFinite(*request.grasp_W)) {
     return Answer{false, "the grasped point is not a place in space"};
   }
   if (device_hand_ && request.grasp_W && facts_.held < 0) {
@@ -253,8 +253,8 @@ Answer ControlServer::Do(const SetViewRequest& request) {
 Answer ControlServer::Rescale(double scale) {
   const Answer there = ChangeWorkspace({});
   if (!there.ok) return there;
-  const bool said = peer_->Order({.kind = Command::Kind::kScale, .metres = scale});
-  return said ? there : Answer{false, "too many commands at once: ask again"};
+  const bool output = peer_->Order({.kind = Command::Kind::kScale, .metres = scale});
+  return output ? there : Answer{false, "too many commands at once: ask again"};
 }
 
 Answer ControlServer::ChangeWorkspace(const WorkspaceChange& change) {
@@ -276,10 +276,10 @@ Answer ControlServer::Do(const SetClearanceRequest& request) {
                   bounds.most_inward);
     return {false, text};
   }
-  const bool said =
+  const bool output =
       peer_->Order({.kind = Command::Kind::kLayer, .layer = request.force_layer}) &&
       peer_->Order({.kind = Command::Kind::kDisplace, .metres = request.displacement_m});
-  return said ? Answer{true, ""} : Answer{false, "too many commands at once: ask again"};
+  return output ? Answer{true, ""} : Answer{false, "too many commands at once: ask again"};
 }
 
 }  // namespace tandem

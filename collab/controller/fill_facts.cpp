@@ -33,7 +33,7 @@ void AddContacts(const World& world, InstanceIndex held, SimulationFacts& facts)
   }
 }
 
-void AddBodies(const PeerNode& node, const Holdings& holdings, SimulationFacts& facts,
+void AddBodies(const PeerNode& node, const Ownership& ownership, SimulationFacts& facts,
                PeerId self) noexcept {
   const World& world = node.world();
   const std::size_t count = std::min(world.model().bodies.size(), SimulationFacts::kMostBodies);
@@ -41,8 +41,8 @@ void AddBodies(const PeerNode& node, const Holdings& holdings, SimulationFacts& 
   for (std::size_t b = 0; b < count; ++b) {
     SimulationFacts::Body& body = facts.bodies[b];
     body.X_WB = world.state(b).X_WB;
-    body.holder_count = static_cast<std::uint32_t>(holdings.Holders(b, body.holders));
-    if (holdings.held() == static_cast<int>(b) && body.holder_count < body.holders.size()) {
+    body.holder_count = static_cast<std::uint32_t>(ownership.Holders(b, body.holders));
+    if (ownership.held() == static_cast<int>(b) && body.holder_count < body.holders.size()) {
       body.holders[body.holder_count++] = self;
     }
   }
@@ -52,9 +52,9 @@ void AddBodies(const PeerNode& node, const Holdings& holdings, SimulationFacts& 
 
 PartInHand SeePart(const PeerNode& node, const GoalDevice& device) noexcept {
   const Peer& peer = node.peer();
-  const Holdings& holdings = peer.holdings();
+  const Ownership& ownership = peer.ownership();
   PartInHand part;
-  part.wanted = holdings.held() >= 0 ? holdings.held() : holdings.wanted();
+  part.wanted = ownership.held() >= 0 ? ownership.held() : ownership.wanted();
   if (part.wanted < 0) part.wanted = device.aimed_at();
   if (part.wanted < 0 || part.wanted >= static_cast<int>(node.world().model().bodies.size())) {
     return {};
@@ -73,19 +73,19 @@ PartInHand SeePart(const PeerNode& node, const GoalDevice& device) noexcept {
 void FillFacts(PeerNode& node, const GoalDevice* device, std::uint64_t frame, std::int64_t now_ns,
                SimulationFacts& facts) noexcept {
   const Peer& peer = node.peer();
-  const Holdings& holdings = peer.holdings();
+  const Ownership& ownership = peer.ownership();
   facts.frame = frame;
   facts.time_ns = now_ns;
-  AddBodies(node, holdings, facts, node.id());
-  facts.wanted = holdings.wanted();
-  facts.held = holdings.held();
+  AddBodies(node, ownership, facts, node.id());
+  facts.wanted = ownership.wanted();
+  facts.held = ownership.held();
   facts.attached = peer.attached() && facts.held >= 0;
   facts.goal_device = device != nullptr;
   facts.hand_G_W = {};
   facts.contact_points = 0;
   facts.contact_count = 0;
   facts.instance_count = 0;
-  facts.felt = peer.telemetry().felt().F_D_W.f.norm();
+  facts.felt = peer.telemetry().rendered().F_D_W.f.norm();
   facts.safety = peer.safety_state();
   facts.safety_counts = peer.safety_counts();
   if (device != nullptr) {
@@ -93,7 +93,7 @@ void FillFacts(PeerNode& node, const GoalDevice* device, std::uint64_t frame, st
     facts.way_seq = device->way_seq();
     facts.way = device->way().state();
     facts.way_body = device->way().body();
-    facts.asked = device->asked();
+    facts.requested = device->requested();
     facts.handle = device->handle().X_WA;
   }
   if (facts.held < 0) return;

@@ -91,8 +91,8 @@ void HandTask::GoBack(RetraceRequest::To to, std::int64_t now_ns) {
   stopped_by_.clear();
 }
 
-void HandTask::Mean(GoalOrder::Input input, const Pose& X_WG, const Vec3& linear,
-                    const Vec3& angular) {
+void HandTask::SetGoal(GoalOrder::Input input, const Pose& X_WG, const Vec3& linear,
+                       const Vec3& angular) {
   if (going_back()) End({false, "a new goal has stopped the way back"});
   ++order_.input_seq;
   order_.input = input;
@@ -103,7 +103,7 @@ void HandTask::Mean(GoalOrder::Input input, const Pose& X_WG, const Vec3& linear
 }
 
 void HandTask::Hold(const Pose& X_WG) {
-  Mean(GoalOrder::Input::kPose, X_WG, Vec3::Zero(), Vec3::Zero());
+  SetGoal(GoalOrder::Input::kPose, X_WG, Vec3::Zero(), Vec3::Zero());
 }
 
 std::string HandTask::NameOf(const ControlScene& scene) const {
@@ -207,10 +207,10 @@ void HandTask::TakeNextWay(const SimulationFacts& facts, const ControlScene& sce
 void HandTask::OnBack(const SimulationFacts& facts, const ControlScene& scene,
                       std::int64_t now_ns) {
   if (facts.held != moving_) return End({false, NameOf(scene) + " is no longer in your hand"});
-  if (facts.way_seq != order_.way_seq || facts.way == WayBack::State::kUnderWay) return;
-  arrived_ = facts.way == WayBack::State::kArrived;
-  keep_way_ = facts.way == WayBack::State::kStuck;
-  const bool cut = facts.way == WayBack::State::kCut;
+  if (facts.way_seq != order_.way_seq || facts.way == PathBacktracker::State::kUnderWay) return;
+  arrived_ = facts.way == PathBacktracker::State::kArrived;
+  keep_way_ = facts.way == PathBacktracker::State::kStuck;
+  const bool cut = facts.way == PathBacktracker::State::kCut;
   stopped_by_ =
       NameOf(scene) +
       (keep_way_ ? " stopped on its way back: something blocks it"
@@ -223,17 +223,18 @@ void HandTask::OnBack(const SimulationFacts& facts, const ControlScene& scene,
   Order(Command::Kind::kRelease);
 }
 
-void HandTask::OnNews(const HoldingNews& news, const std::string& line, const ControlScene& scene) {
+void HandTask::OnNews(const Notification& news, const std::string& line,
+                      const ControlScene& scene) {
   if (news.object != object_) return;
   const bool taking = step_ == Step::kTaking || step_ == Step::kAsking;
   switch (news.kind) {
-    case HoldingNews::Kind::kRefused:
+    case Notification::Kind::kRefused:
       if (taking) End({step_ == Step::kAsking, line});
       return;
-    case HoldingNews::Kind::kNoAnswer:
+    case Notification::Kind::kNoAnswer:
       if (taking) End({false, line});
       return;
-    case HoldingNews::Kind::kTaken:
+    case Notification::Kind::kTaken:
       if (step_ == Step::kBack) End({false, line});
       return;
     default:

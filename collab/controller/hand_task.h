@@ -8,7 +8,7 @@
 #include "collab/controller/control_scene.h"
 #include "collab/controller/controlled_peer.h"
 #include "collab/controller/simulation_facts.h"
-#include "collab/ownership/holdings.h"
+#include "collab/ownership/ownership.h"
 
 namespace tandem {
 
@@ -45,7 +45,7 @@ class HandTask {
   void End(const Answer& answer);
 
   void OnFacts(const SimulationFacts& facts, const ControlScene& scene, std::int64_t now_ns);
-  void OnNews(const HoldingNews& news, const std::string& line, const ControlScene& scene);
+  void OnNews(const Notification& news, const std::string& line, const ControlScene& scene);
 
   bool busy() const noexcept { return step_ != Step::kNone; }
   bool going_back() const noexcept { return step_ != Step::kNone && back_; }
@@ -53,7 +53,7 @@ class HandTask {
   std::optional<Ended> TakeEnded();
 
   /// Sets a goal for the hand; ends a way back.
-  void Mean(GoalOrder::Input input, const Pose& X_WG, const Vec3& linear, const Vec3& angular);
+  void SetGoal(GoalOrder::Input input, const Pose& X_WG, const Vec3& linear, const Vec3& angular);
   /// Holds the goal where the hand is.
   void Hold(const Pose& X_WG);
   GoalLimits& limits() noexcept { return order_.limits; }

@@ -24,7 +24,7 @@ inline Pose AsPose(const PlainPose& X) {
 
 /// Returns whether all three numbers are plausible as metres, newtons or rates.
 template <typename Three>
-bool AllSound(const Three& v) {
+bool AllFinite(const Three& v) {
   return std::all_of(v.begin(), v.end(), [](double x) {
     return std::isfinite(x) && std::abs(x) < 1e3;
   });

@@ -5,7 +5,7 @@
 
 #include "collab/coupling/link_views.h"
 #include "collab/session/messages.h"
-#include "engine/haptics/way_back.h"
+#include "engine/haptics/path_backtracker.h"
 #include "engine/safety/safety_state.h"
 
 namespace tandem {
@@ -41,10 +41,10 @@ struct SimulationFacts {
   bool goal_device = false;  // a host's goals move the hand
   std::uint32_t grasp_seq = 0;
   std::uint32_t way_seq = 0;
-  WayBack::State way = WayBack::State::kIdle;
+  PathBacktracker::State way = PathBacktracker::State::kIdle;
   int way_body = -1;
   Pose X_WG{};
-  Pose asked{};
+  Pose requested{};
   Pose handle{};
   Wrench hand_G_W{};  // wrench of the hand on the part, about the grasped point
   double felt = 0;    // N; force given to the device

@@ -37,7 +37,7 @@ void CouplingLink::Part() noexcept {
 
 void CouplingLink::OnState(const ObjectState& state) noexcept {
   if (state_ == State::kFading) return;
-  if (heard() && !IsNewer(state, *instance_.state)) return;
+  if (received() && !IsNewer(state, *instance_.state)) return;
   instance_.state = state;
   instance_.is_fresh = true;
   CloseLoop();
@@ -73,7 +73,7 @@ void CouplingLink::Take(const LinkEntry& entry) noexcept {
 }
 
 void CouplingLink::CloseLoop() noexcept {
-  if (state_ == State::kListening && heard() && loop_.echo_ns) state_ = State::kRising;
+  if (state_ == State::kListening && received() && loop_.echo_ns) state_ = State::kRising;
 }
 
 void CouplingLink::CapForce(double newtons) noexcept {
@@ -106,7 +106,7 @@ void CouplingLink::MoveCopy(const LinkFrame& frame) noexcept {
   const double way = k > 0 ? LinkDistance(copy_.X_WB, next, frame.per_mass) : 0.0;
   const double share = k > 0 ? step / (k * way) : 1.0;
   if (share < 1) {
-    next = Between(copy_.X_WB, next, share);
+    next = Interpolate(copy_.X_WB, next, share);
   } else {
     copy_.is_catching_up = false;
   }
@@ -134,11 +134,11 @@ void CouplingLink::MoveTwist(const LinkFrame& frame) noexcept {
                        ((copy_.V_WB.v - V_own_WB.v).dot(V_own_WB.v) +
                         (copy_.V_WB.w - V_own_WB.w).dot(frame.per_mass * V_own_WB.w));
   if (given <= 0) {
-    gate_.Earn(-given);
+    gate_.Credit(-given);
   } else if (given > EnergyLeft(frame)) {
     copy_.V_WB = {};
   } else {
-    gate_.Charge(given);
+    gate_.Debit(given);
   }
 }
 
@@ -189,7 +189,7 @@ void CouplingLink::LetThrough(const Pose& next, const LinkFrame& frame) noexcept
     copy_.stretch = EnergyGate::StretchOf(next, frame.own, frame.per_mass);
     return;
   }
-  copy_.X_WB = gate_.Admit(next, frame.own, stiffness_.in_use, frame.per_mass);
+  copy_.X_WB = gate_.Modulate(next, frame.own, stiffness_.in_use, frame.per_mass);
   copy_.stretch = gate_.stretch();
 }
 
@@ -201,7 +201,7 @@ double CouplingLink::EnergyLeft(const LinkFrame& frame) const noexcept {
 void CouplingLink::ExchangeForces(const LinkFrame& frame, StepInputs::Link& link) noexcept {
   if (!frame.experiments.exchange_forces) return;
   // the wire carries the force on the sender's end: the other end's is opposite to ours
-  computed_B_W_ = AsWrench(CouplingLoad(link.gains, frame.own, Pose{}, link.copy).force);
+  computed_B_W_ = AsWrench(CouplingForce(link.gains, frame.own, Pose{}, link.copy).force);
   link.gains = {};
   link.push_B_W = {-its_applied_B_W_.tau, -its_applied_B_W_.f};
 }

@@ -7,7 +7,7 @@
 #include "collab/coupling/delay_meter.h"
 #include "collab/coupling/energy_gate.h"
 #include "collab/coupling/link_views.h"
-#include "collab/coupling/stiffness_slew.h"
+#include "collab/coupling/stiffness_limiter.h"
 #include "collab/receive/sent_stamps.h"
 #include "collab/session/messages.h"
 #include "engine/base/experiment_options.h"
@@ -74,7 +74,7 @@ class CouplingLink {
   /// Measures the age of the loop in this frame, and in the one before.
   void Measure(std::int64_t now_ns, std::int64_t last_frame_ns) noexcept;
   /// Adds energy (J) that drag took out of the body to the gate's tank.
-  void Earn(double energy) noexcept { gate_.Earn(energy); }
+  void Earn(double energy) noexcept { gate_.Credit(energy); }
   /// Moves the copy towards the newest state, as far as the force may change in a frame and as far
   /// as the gate's energy allows. The peer is heard.
   void MoveCopy(const LinkFrame& frame) noexcept;
@@ -93,11 +93,11 @@ class CouplingLink {
   bool closed() const noexcept { return state_ == State::kRising || state_ == State::kEstablished; }
   /// Returns whether nothing is left of a pull that fades.
   bool over() const noexcept {
-    return state_ == State::kFading && (!heard() || stiffness_.in_use <= 0);
+    return state_ == State::kFading && (!received() || stiffness_.in_use <= 0);
   }
-  bool heard() const noexcept { return instance_.state.has_value(); }
+  bool received() const noexcept { return instance_.state.has_value(); }
   /// The peer's newest state; null: none has come.
-  const ObjectState* newest() const noexcept { return heard() ? &*instance_.state : nullptr; }
+  const ObjectState* newest() const noexcept { return received() ? &*instance_.state : nullptr; }
   double stiffness() const noexcept { return stiffness_.in_use; }  // N/m
   bool falls() const noexcept { return stiffness_.in_use < stiffness_.last; }
   bool rises() const noexcept { return stiffness_.in_use > stiffness_.last; }
@@ -155,10 +155,11 @@ class CouplingLink {
   /// Moves the copy's twist towards the peer's; the gate pays for what the damper gives.
   void MoveTwist(const LinkFrame& frame) noexcept;
   /// Returns how fast the stiffness may change, whatever is wanted of it.
-  StiffnessSlew LimitsOf(const LinkFrame& frame, const SharedStiffness& shared) const noexcept;
+  StiffnessLimiter LimitsOf(const LinkFrame& frame, const SharedStiffness& shared) const noexcept;
   /// Sets the stiffness that is offered over a closed loop, and the goal of `slew`. Returns the
   /// law's link.
-  LinkLaw OfferTo(std::int64_t now_ns, const SharedStiffness& shared, StiffnessSlew& slew) noexcept;
+  LinkLaw OfferTo(std::int64_t now_ns, const SharedStiffness& shared,
+                  StiffnessLimiter& slew) noexcept;
   /// Notes whether the stiffness has reached its goal, N/m.
   void NoteReached(double goal) noexcept;
 

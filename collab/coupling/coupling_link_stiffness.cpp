@@ -23,14 +23,15 @@ LinkLaw SharedStiffness::LinkAt(double loop_age_s) const noexcept {
   return law.Link(alone);
 }
 
-StiffnessSlew CouplingLink::LimitsOf(const LinkFrame& frame,
-                                     const SharedStiffness& shared) const noexcept {
+StiffnessLimiter CouplingLink::LimitsOf(const LinkFrame& frame,
+                                        const SharedStiffness& shared) const noexcept {
   const double own_speed = SpeedOf(frame.own.V_WB, frame.per_mass);
-  StiffnessSlew slew{.h = kFrame,
-                     .stretch = std::sqrt(copy_.stretch.square),
-                     .gentle_fall = kGentleFall * shared.falls_share,
-                     .rise_power = kRisePower * shared.rises_share,
-                     .speed = std::max(own_speed, SpeedOf(instance_.state->V_WB, frame.per_mass))};
+  StiffnessLimiter slew{
+      .h = kFrame,
+      .stretch = std::sqrt(copy_.stretch.square),
+      .gentle_fall = kGentleFall * shared.falls_share,
+      .rise_power = kRisePower * shared.rises_share,
+      .speed = std::max(own_speed, SpeedOf(instance_.state->V_WB, frame.per_mass))};
   // a copy's move costs more with a firmer spring: a full spring leaves half the credit to it
   const double firmness =
       std::min(1.0, stiffness_.in_use / std::max(shared.allowed.stiffness, 1e-9));
@@ -39,7 +40,7 @@ StiffnessSlew CouplingLink::LimitsOf(const LinkFrame& frame,
 }
 
 LinkLaw CouplingLink::OfferTo(std::int64_t now_ns, const SharedStiffness& shared,
-                              StiffnessSlew& slew) noexcept {
+                              StiffnessLimiter& slew) noexcept {
   const double own_most = shared.LinkAt(peak_loop_age_s()).stiffness;
   // while the peer is silent, the loop grows older with the clock; the resulting fall is gentle
   const LinkLaw link = shared.LinkAt(std::max(peak_loop_age_s(), loop_age_s(now_ns)));
@@ -59,7 +60,7 @@ LinkLaw CouplingLink::OfferTo(std::int64_t now_ns, const SharedStiffness& shared
   const double others = shared.sum - k;
   slew.ceiling = std::max(own_most, share * k);
   slew.wanted = offer;
-  slew.told = stiffness_.its;
+  slew.reported = stiffness_.its;
   slew.room = shared.most - others;
   stiffness_.offered = std::max(offer, k);
   if (force_limit_.share < 1) {
@@ -77,7 +78,7 @@ void CouplingLink::NoteReached(double goal) noexcept {
 }
 
 void CouplingLink::Slew(const LinkFrame& frame, SharedStiffness& shared) noexcept {
-  StiffnessSlew slew = LimitsOf(frame, shared);
+  StiffnessLimiter slew = LimitsOf(frame, shared);
   if (force_limit_.share == 1) force_limit_.from = stiffness_.in_use * slew.stretch;
   LinkLaw link = shared.allowed;
   if (closed()) {
@@ -85,13 +86,13 @@ void CouplingLink::Slew(const LinkFrame& frame, SharedStiffness& shared) noexcep
   } else {
     slew.ceiling = stiffness_.in_use;
     if (state_ == State::kListening) stiffness_.offered = 0;
-    if (state_ == State::kFading) slew.gentlest = force_limit_.part_rate;
+    if (state_ == State::kFading) slew.fastest_gentle_fall = force_limit_.part_rate;
   }
   stiffness_.last = stiffness_.in_use;
   stiffness_.in_use = slew.Next(stiffness_.last);
   const double change = stiffness_.in_use - stiffness_.last;
-  NoteReached(std::min(slew.wanted, slew.told));
-  gate_.Charge(0.5 * std::max(0.0, change) * slew.stretch * slew.stretch);
+  NoteReached(std::min(slew.wanted, slew.reported));
+  gate_.Debit(0.5 * std::max(0.0, change) * slew.stretch * slew.stretch);
   if (closed()) shared.sum += change;
   // a spring that has yet to fall to the law's value has no more damping than that
   const double part = link.stiffness > 0 ? stiffness_.in_use / link.stiffness : 0.0;

@@ -10,8 +10,8 @@ EnergyGate::Stretch EnergyGate::StretchOf(const Pose& y_WB, const RigidState& ow
   return {turn, (y_WB.p - own.X_WB.p).squaredNorm() + turn.dot(per_mass * turn)};
 }
 
-Pose EnergyGate::Admit(const Pose& y_WB, const RigidState& own, double stiffness,
-                       const Mat3& per_mass) noexcept {
+Pose EnergyGate::Modulate(const Pose& y_WB, const RigidState& own, double stiffness,
+                          const Mat3& per_mass) noexcept {
   clipped_ = false;
   if (!placed_) held_WB_ = y_WB;
   placed_ = true;
@@ -35,9 +35,9 @@ Pose EnergyGate::Admit(const Pose& y_WB, const RigidState& own, double stiffness
   double high = 1;
   for (int i = 0; i < 20; ++i) {
     const double middle = 0.5 * (low + high);
-    (cost(Between(held_WB_, y_WB, middle)) <= budget ? low : high) = middle;
+    (cost(Interpolate(held_WB_, y_WB, middle)) <= budget ? low : high) = middle;
   }
-  const Pose reached = Between(held_WB_, y_WB, low);
+  const Pose reached = Interpolate(held_WB_, y_WB, low);
   Add(-cost(reached));
   held_WB_ = reached;
   return held_WB_;
@@ -51,17 +51,17 @@ void EnergyGate::Add(double energy) noexcept {
   tank_ = full;
 }
 
-void EnergyGate::Earn(double dissipated) noexcept {
+void EnergyGate::Credit(double dissipated) noexcept {
   Add(0.9 * std::max(0.0, dissipated));
 }
 
 void EnergyGate::Receive(double its_overflow) noexcept {
   // energy counted before the link began is not ours
-  if (told_ && its_overflow > received_) {
+  if (reported_ && its_overflow > received_) {
     tank_ = std::max(tank_, std::min(kMost, tank_ + (its_overflow - received_)));
   }
-  received_ = told_ ? std::max(received_, its_overflow) : its_overflow;
-  told_ = true;
+  received_ = reported_ ? std::max(received_, its_overflow) : its_overflow;
+  reported_ = true;
 }
 
 }  // namespace tandem

@@ -5,7 +5,7 @@
 namespace tandem {
 
 /// Returns a pose on the way from `a` to `b`; `share` is 0 at `a` and 1 at `b`.
-inline Pose Between(const Pose& a, const Pose& b, double share) {
+inline Pose Interpolate(const Pose& a, const Pose& b, double share) {
   return {a.q.slerp(share, b.q), a.p + share * (b.p - a.p)};
 }
 
@@ -34,21 +34,21 @@ class EnergyGate {
 
   /// Returns where the copy may be, given that `y_WB` was received. `per_mass`: rotational inertia
   /// in W over the mass, m^2.
-  Pose Admit(const Pose& y_WB, const RigidState& own, double stiffness,
-             const Mat3& per_mass) noexcept;
+  Pose Modulate(const Pose& y_WB, const RigidState& own, double stiffness,
+                const Mat3& per_mass) noexcept;
   /// Takes energy (J) that left the tank another way: into a spring that grew stiffer while
   /// stretched.
-  void Charge(double energy) noexcept { tank_ -= energy; }
+  void Debit(double energy) noexcept { tank_ -= energy; }
   /// Adds energy (J) that drag took out of the body.
-  void Earn(double dissipated) noexcept;
+  void Credit(double dissipated) noexcept;
   /// Takes the other end's overflow counter, J, whenever it arrives.
   void Receive(double its_overflow) noexcept;
 
   double tank() const noexcept { return tank_; }
   double overflow() const noexcept { return overflow_; }  // J; never falls
-  /// The distance of the copy from the body at the last Admit().
+  /// The distance of the copy from the body at the last Modulate().
   const Stretch& stretch() const noexcept { return stretch_; }
-  /// Returns whether the last Admit() held the copy back.
+  /// Returns whether the last Modulate() held the copy back.
   bool clipped() const noexcept { return clipped_; }
 
  private:
@@ -57,7 +57,7 @@ class EnergyGate {
   double tank_ = kCredit;
   double overflow_ = 0;
   double received_ = 0;
-  bool told_ = false;
+  bool reported_ = false;
   bool placed_ = false;
   bool clipped_ = false;
   Pose held_WB_;

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "collab/coupling/stiffness_slew.h"
+#include "collab/coupling/stiffness_limiter.h"
 #include "engine/world/world.h"
 
 namespace tandem {
@@ -48,7 +48,7 @@ std::size_t SharedBody::Instances(std::array<InstanceView, kMaxLinks>& out) cons
   std::size_t count = 0;
   for (const auto& [peer, link] : links_) {
     const bool here = link.state() != CouplingLink::State::kFading;
-    if (here && link.heard()) out[count++] = {peer, link.newest()->X_WB};
+    if (here && link.received()) out[count++] = {peer, link.newest()->X_WB};
   }
   return count;
 }
@@ -94,7 +94,7 @@ void SharedBody::MoveCopies(const LinkFrame& frame) noexcept {
       kFrame * ground_damping_ * (V_WB.v.squaredNorm() + V_WB.w.dot(frame.per_mass * V_WB.w));
   const auto closed = static_cast<double>(coupled());
   for (auto& [peer, link] : links_) {
-    if (!link.heard()) continue;
+    if (!link.received()) continue;
     if (sum > 0) {
       link.Earn(lost * link.stiffness() / sum);
     } else if (link.closed()) {
@@ -121,7 +121,7 @@ void SharedBody::Slew(const LinkFrame& frame, const LawInputs& common) noexcept 
   shared.falls_share = 1.0 / std::max(1.0, falling);
   shared.rises_share = 1.0 / std::max(1.0, rising);
   for (auto& [peer, link] : links_) {
-    if (link.heard()) link.Slew(frame, shared);
+    if (link.received()) link.Slew(frame, shared);
   }
 }
 
@@ -133,7 +133,7 @@ double SharedBody::Couple(const LinkFrame& frame, StepInputs& inputs) noexcept {
       links_.Erase(coupled.peer);
       continue;
     }
-    if (!coupled.link.heard()) continue;
+    if (!coupled.link.received()) continue;
     coupled.link.Couple(frame, inputs.links[link_count_]);
     slots_[link_count_++] = links_.SlotOf(coupled);
     stiffness_sum += coupled.link.stiffness();

@@ -23,7 +23,7 @@ namespace tandem {
 /// Both ends use the smaller of their two stiffnesses. These are made for the worst loop of the
 /// links, and the copy moves as far as the energy gate pays. A link whose own loop is older than
 /// kLongestCommonLoop is softer by itself; it ends when its user has left the session.
-/// StiffnessSlew limits changes of stiffness. Each link is a CouplingLink; this class keeps what
+/// StiffnessLimiter limits changes of stiffness. Each link is a CouplingLink; this class keeps what
 /// the links share. Used by the haptic thread alone; nothing allocates.
 class SharedBody {
  public:

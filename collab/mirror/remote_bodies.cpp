@@ -15,7 +15,7 @@ RemoteBodies::RemoteBodies(const WorldModel& model, MirrorModel mirror) : mirror
         {.object = object,
          .free = model.scene.bodies[object].free,
          .eased = model.scene.bodies[object].free && !model.scene.bodies[object].shared,
-         .blends = {},
+         .compliances = {},
          .instances = {},
          .loose = {},
          .told_V_WB = {}});
@@ -59,17 +59,17 @@ void RemoteBodies::OnState(const ObjectState& state) noexcept {
     }
     if ((state.flags & kStateLoose) != 0) {
       // the holder has let go, even if its claim has not said so yet
-      if (instance != nullptr) instance->heard = false;
-      const bool same = body.loose.heard && body.loose.peer == state.peer;
+      if (instance != nullptr) instance->received = false;
+      const bool same = body.loose.received && body.loose.peer == state.peer;
       if (same && !IsNewer(state, body.loose.state)) return;
-      body.loose = {.peer = state.peer, .heard = true, .state = state, .X_WB = state.X_WB};
+      body.loose = {.peer = state.peer, .received = true, .state = state, .X_WB = state.X_WB};
       return note();
     }
     if (instance == nullptr || !instance->holds) return;
-    if (!instance->heard || IsNewer(state, instance->state)) {
+    if (!instance->received || IsNewer(state, instance->state)) {
       instance->state = state;
       instance->X_WB = state.X_WB;
-      instance->heard = true;
+      instance->received = true;
       body.loose = {};
       note();
     }
@@ -77,10 +77,10 @@ void RemoteBodies::OnState(const ObjectState& state) noexcept {
   }
 }
 
-std::size_t RemoteBodies::heard() const noexcept {
+std::size_t RemoteBodies::received_instances() const noexcept {
   std::size_t count = 0;
   for (const Body& body : bodies_) {
-    for (const Instance& instance : body.instances) count += instance.heard ? 1 : 0;
+    for (const Instance& instance : body.instances) count += instance.received ? 1 : 0;
   }
   return count;
 }
@@ -89,13 +89,13 @@ double RemoteBodies::LagOf(PeerId peer) const noexcept {
   double lag = 0;
   for (const Body& body : bodies_) {
     const Instance* const instance = body.instances.Find(peer);
-    if (instance != nullptr && instance->heard) lag = std::max(lag, body.lag);
-    if (body.loose.heard && body.loose.peer == peer) lag = std::max(lag, body.lag);
+    if (instance != nullptr && instance->received) lag = std::max(lag, body.lag);
+    if (body.loose.received && body.loose.peer == peer) lag = std::max(lag, body.lag);
   }
   return lag;
 }
 
-Pose RemoteBodies::Ahead(const ObjectState& state, double loop_age_s) noexcept {
+Pose RemoteBodies::ExtrapolatedPose(const ObjectState& state, double loop_age_s) noexcept {
   const double ahead = std::min(0.5 * loop_age_s, kFarthestAhead_s);
   const auto& [w, v] = state.V_WB;
   const Vec3 way = ahead * v;
@@ -103,12 +103,12 @@ Pose RemoteBodies::Ahead(const ObjectState& state, double loop_age_s) noexcept {
   return {RotationBy(ahead * w) * state.X_WB.q, state.X_WB.p + share * way};
 }
 
-void RemoteBodies::Reckon(std::span<const Echoes::Loop> loops) noexcept {
+void RemoteBodies::Extrapolate(std::span<const RoundTripTracker::Loop> loops) noexcept {
   if (mirror_ != MirrorModel::kDeadReckoned) return;
   const auto reckon = [&loops](Instance& instance) {
-    if (!instance.heard) return;
-    const auto loop = std::ranges::find(loops, instance.peer, &Echoes::Loop::peer);
-    instance.X_WB = Ahead(instance.state, loop == loops.end() ? 0.0 : loop->age_s);
+    if (!instance.received) return;
+    const auto loop = std::ranges::find(loops, instance.peer, &RoundTripTracker::Loop::peer);
+    instance.X_WB = ExtrapolatedPose(instance.state, loop == loops.end() ? 0.0 : loop->age_s);
   };
   for (Body& body : bodies_) {
     std::ranges::for_each(body.instances, reckon);
@@ -124,9 +124,9 @@ void RemoteBodies::Place(std::size_t index, StepInputs& inputs) noexcept {
   const Instance* second = nullptr;
   double farthest = -1;
   for (const Instance& a : body.instances) {
-    if (!a.heard) continue;
+    if (!a.received) continue;
     for (const Instance& b : body.instances) {
-      if (!b.heard || b.peer < a.peer) continue;
+      if (!b.received || b.peer < a.peer) continue;
       const double apart = (a.X_WB.p - b.X_WB.p).norm();
       if (apart <= farthest) continue;
       farthest = apart;
@@ -146,7 +146,7 @@ void RemoteBodies::Place(std::size_t index, StepInputs& inputs) noexcept {
   std::array<Eigen::Vector4d, 2> q{Eigen::Vector4d::Zero(), Eigen::Vector4d::Zero()};
   std::array<double, 2> count{};
   for (const Instance& instance : body.instances) {
-    if (!instance.heard) continue;
+    if (!instance.received) continue;
     const Pose& X_WB = instance.X_WB;
     const bool nearer_second =
         (X_WB.p - second->X_WB.p).squaredNorm() < (X_WB.p - first->X_WB.p).squaredNorm();
@@ -178,8 +178,8 @@ void RemoteBodies::Prepare(int held, StepInputs& inputs) noexcept {
       TakeOver(b, inputs);
       continue;
     }
-    const bool in_hand = std::ranges::any_of(bodies_[b].instances, &Instance::heard);
-    const bool followed = in_hand || bodies_[b].loose.heard;
+    const bool in_hand = std::ranges::any_of(bodies_[b].instances, &Instance::received);
+    const bool followed = in_hand || bodies_[b].loose.received;
     input.drive = followed ? BodyDrive::kMirrored : BodyDrive::kParked;
     if (in_hand) {
       Place(b, inputs);
@@ -198,11 +198,11 @@ void RemoteBodies::TakeOver(std::size_t body, StepInputs& inputs) noexcept {
   MeetAsOne(body, inputs);
 }
 
-void RemoteBodies::HandOn(std::size_t body, PeerId peer, const RigidState& state,
-                          StepInputs& inputs) noexcept {
+void RemoteBodies::HandOver(std::size_t body, PeerId peer, const RigidState& state,
+                            StepInputs& inputs) noexcept {
   Body& mirror = bodies_[body];
   if (inputs.instances[body].drive != BodyDrive::kParked) return;  // its states have come already
-  mirror.loose = {.peer = peer, .heard = true, .state = {}, .X_WB = state.X_WB};
+  mirror.loose = {.peer = peer, .received = true, .state = {}, .X_WB = state.X_WB};
   mirror.loose.state.X_WB = state.X_WB;
   mirror.told_V_WB = state.V_WB;
   mirror.told_frames = 0;
@@ -210,65 +210,67 @@ void RemoteBodies::HandOn(std::size_t body, PeerId peer, const RigidState& state
   inputs.instances[body].mirror_WB = state.X_WB;
 }
 
-double RemoteBodies::WorstLoop(const Body& body, std::span<const Echoes::Loop> loops) noexcept {
+double RemoteBodies::WorstLoop(const Body& body,
+                               std::span<const RoundTripTracker::Loop> loops) noexcept {
   double worst = -1;
   const auto look = [&](const Instance& instance, double unknown_s) {
-    const auto loop = std::ranges::find(loops, instance.peer, &Echoes::Loop::peer);
+    const auto loop = std::ranges::find(loops, instance.peer, &RoundTripTracker::Loop::peer);
     worst = std::max(worst, loop == loops.end() ? unknown_s : loop->peak_s);
   };
   for (const Instance& instance : body.instances) {
     if (instance.holds) look(instance, 0);
   }
-  if (body.loose.heard) look(body.loose, kUnknownLoop_s);
+  if (body.loose.received) look(body.loose, kUnknownLoop_s);
   return worst;
 }
 
-void RemoteBodies::GoHome(Body& body, bool pushed, const RigidState& state,
-                          StepInputs::InstanceInput& input) noexcept {
-  body.eases = body.eases || pushed || body.blends[0].yields();
-  body.blends[0] = ContactBlend{};
+void RemoteBodies::ReturnToRest(Body& body, bool pushed, const RigidState& state,
+                                StepInputs::InstanceInput& input) noexcept {
+  body.eases = body.eases || pushed || body.compliances[0].compliant();
+  body.compliances[0] = MirrorCompliance{};
   if (input.drive != BodyDrive::kMirrored) return;  // it waits for its pose
   const Pose& home_WB = input.mirror_WB;
   body.lag = (home_WB.p - state.X_WB.p).norm();
   const double turn = home_WB.q.angularDistance(state.X_WB.q);
   const double frames = std::max(body.lag / kHomeStep, turn / kHomeTurn);
   body.eases = body.eases && frames > 1;
-  if (body.eases) input.mirror_WB = Between(state.X_WB, home_WB, 1.0 / frames);
+  if (body.eases) input.mirror_WB = Interpolate(state.X_WB, home_WB, 1.0 / frames);
 }
 
-void RemoteBodies::Ease(const Body& body, const RigidState& state,
-                        StepInputs::InstanceInput& input) noexcept {
+void RemoteBodies::SmoothTarget(const Body& body, const RigidState& state,
+                                StepInputs::InstanceInput& input) noexcept {
   if (!body.eased || input.drive != BodyDrive::kMirrored) return;
   const bool goes_on = body.told_frames <= kGoesOn;
   const Vec3 v = goes_on ? body.told_V_WB.v : Vec3::Zero();
   const Vec3 w = goes_on ? body.told_V_WB.w : Vec3::Zero();
   const Pose on{RotationBy(kFrame * w) * state.X_WB.q, state.X_WB.p + kFrame * v};
-  input.mirror_WB = Between(on, input.mirror_WB, kFrame / kEase_s);
+  input.mirror_WB = Interpolate(on, input.mirror_WB, kFrame / kEase_s);
 }
 
 void RemoteBodies::Yield(const World& world, InstanceIndex instance, double te_s,
-                         ContactBlend& blend, double& most_lag,
+                         MirrorCompliance& compliance, double& most_lag,
                          StepInputs::InstanceInput& input) const noexcept {
   if (input.drive != BodyDrive::kMirrored) {
-    blend = ContactBlend{};
+    compliance = MirrorCompliance{};
     return;
   }
   const RigidState& state = world.state(instance);
   const Inertia& inertia = world.model().bodies[world.shape_of(instance)].inertia;
-  const bool pushed = mirror_ == MirrorModel::kBlend && world.Pushed(instance);
+  const bool pushed = mirror_ == MirrorModel::kCompliantMirror && world.Pushed(instance);
   const double lag = (input.mirror_WB.p - state.X_WB.p).norm();
   most_lag = std::max(most_lag, lag);
-  blend.Next(pushed, te_s, lag, kFrame);
-  if (!blend.yields()) return;
+  compliance.Next(pushed, te_s, lag, kFrame);
+  if (!compliance.compliant()) return;
   const Mat3 R = state.X_WB.q.toRotationMatrix();
   const Mat3 per_mass = R * inertia.I_B * R.transpose() / inertia.mass;
-  const double drag = blend.Drag(inertia.mass);
-  input.pull = {blend.stiffness(), drag, blend.stiffness() * per_mass, drag * per_mass};
-  input.drive = BodyDrive::kYielding;
+  const double drag = compliance.Drag(inertia.mass);
+  input.pull = {compliance.stiffness(), drag, compliance.stiffness() * per_mass, drag * per_mass};
+  input.drive = BodyDrive::kCompliant;
 }
 
-void RemoteBodies::GiveWay(const World& world, std::span<const Echoes::Loop> loops,
-                           StepInputs& inputs) noexcept {
+void RemoteBodies::ApplyCompliance(const World& world,
+                                   std::span<const RoundTripTracker::Loop> loops,
+                                   StepInputs& inputs) noexcept {
   mirror_lag_ = 0;
   for (std::size_t b = 0; b < bodies_.size(); ++b) {
     StepInputs::InstanceInput& input = inputs.instances[b];
@@ -277,8 +279,8 @@ void RemoteBodies::GiveWay(const World& world, std::span<const Echoes::Loop> loo
     const double worst_loop = WorstLoop(body, loops);
     const double te_s = DesignDelay(std::max(worst_loop, 0.0));
     if (worst_loop < 0 && input.drive != BodyDrive::kSimulated) {
-      GoHome(body, world.Pushed(b), world.state(b), input);
-      if (!body.eases) Ease(body, world.state(b), input);
+      ReturnToRest(body, world.Pushed(b), world.state(b), input);
+      if (!body.eases) SmoothTarget(body, world.state(b), input);
       mirror_lag_ = std::max(mirror_lag_, body.lag);
       continue;
     }
@@ -287,11 +289,11 @@ void RemoteBodies::GiveWay(const World& world, std::span<const Echoes::Loop> loo
       body.told_V_WB = world.state(b).V_WB;
       body.told_frames = 0;
     }
-    Yield(world, b, te_s, body.blends[0], body.lag, input);
-    Ease(body, world.state(b), input);
+    Yield(world, b, te_s, body.compliances[0], body.lag, input);
+    SmoothTarget(body, world.state(b), input);
     if (body.second) {
       const InstanceIndex second = *body.second;
-      Yield(world, second, te_s, body.blends[1], body.lag, inputs.instances[second]);
+      Yield(world, second, te_s, body.compliances[1], body.lag, inputs.instances[second]);
     }
     mirror_lag_ = std::max(mirror_lag_, body.lag);
   }

@@ -6,8 +6,8 @@
 #include <span>
 #include <vector>
 
-#include "collab/coupling/echoes.h"
-#include "collab/mirror/contact_blend.h"
+#include "collab/coupling/round_trip_tracker.h"
+#include "collab/mirror/mirror_compliance.h"
 #include "collab/session/membership.h"
 #include "collab/session/peer_map.h"
 #include "engine/base/experiment_options.h"
@@ -36,17 +36,18 @@ class RemoteBodies {
   /// measured.
   static constexpr double kUnknownLoop_s = 0.2;
 
-  explicit RemoteBodies(const WorldModel& model, MirrorModel mirror = MirrorModel::kBlend);
+  explicit RemoteBodies(const WorldModel& model,
+                        MirrorModel mirror = MirrorModel::kCompliantMirror);
 
   void OnMembership(const MembershipChange& change) noexcept;
   /// Takes states of held, loose and parked bodies; a parked state ends the loose ones.
   void OnState(const ObjectState& state) noexcept;
   /// Counts the instances of other peers from which at least one state has come.
-  std::size_t heard() const noexcept;
+  std::size_t received_instances() const noexcept;
 
   /// Extrapolates each instance by half the age of its peer's loop, for dead reckoning; called
   /// before Prepare(). Other models stay with the received pose.
-  void Reckon(std::span<const Echoes::Loop> loops) noexcept;
+  void Extrapolate(std::span<const RoundTripTracker::Loop> loops) noexcept;
 
   /// Decides how every body but `held` (index into the moving bodies, or -1) is driven.
   ///
@@ -59,16 +60,17 @@ class RemoteBodies {
   void TakeOver(std::size_t body, StepInputs& inputs) noexcept;
   /// Gives `peer` a free body that was simulated here: its mirror goes on from there. After
   /// Prepare().
-  void HandOn(std::size_t body, PeerId peer, const RigidState& state, StepInputs& inputs) noexcept;
-  /// Lets pushed mirrors give way (ContactBlend), where the model says so, as far as the worst loop
-  /// to the body's holders requires; after Prepare().
+  void HandOver(std::size_t body, PeerId peer, const RigidState& state,
+                StepInputs& inputs) noexcept;
+  /// Lets pushed mirrors give way (MirrorCompliance), where the model says so, as far as the worst
+  /// loop to the body's holders requires; after Prepare().
   ///
   /// A body that no peer holds yields to no push: it stays where it was put. If it was pushed or
   /// gave way, it returns there at kHomeStep and kHomeTurn. The mirror of a free body goes on with
   /// its received velocity while its lag fades. So it neither stops nor jumps when another peer
   /// takes it over.
-  void GiveWay(const World& world, std::span<const Echoes::Loop> loops,
-               StepInputs& inputs) noexcept;
+  void ApplyCompliance(const World& world, std::span<const RoundTripTracker::Loop> loops,
+                       StepInputs& inputs) noexcept;
   /// The greatest distance of a mirror from its received pose, m.
   double mirror_lag_m() const noexcept { return mirror_lag_; }
   /// The greatest such distance of the bodies that this peer moves, m.
@@ -79,7 +81,7 @@ class RemoteBodies {
     PeerId peer = 0;
     bool holds = false;
     std::uint32_t epoch = 0;  // epoch of its claim, while it holds
-    bool heard = false;
+    bool received = false;
     ObjectState state;  // received
     Pose X_WB;          // estimated pose of the instance
   };
@@ -91,7 +93,7 @@ class RemoteBodies {
     bool eases = false;                     // returns home at kHomeStep
     double lag = 0;                         // m
     std::optional<InstanceIndex> second{};  // its second instance in the world, if it has one
-    std::array<ContactBlend, 2> blends{};   // blends of its two instances in the world
+    std::array<MirrorCompliance, 2> compliances{};  // blends of its two instances in the world
     PeerMap<Instance, kMaxPeers> instances{};
     Instance loose;       // the instance at its authority, while it is in no hand
     Twist told_V_WB;      // newest twist received for a free body
@@ -103,19 +105,19 @@ class RemoteBodies {
   /// Makes the second instance of a body inactive, if it has one.
   void MeetAsOne(std::size_t body, StepInputs& inputs) const noexcept;
   /// Returns the worst loop age to the peers that move the body, s; less than 0: no peer does.
-  static double WorstLoop(const Body& body, std::span<const Echoes::Loop> loops) noexcept;
+  static double WorstLoop(const Body& body, std::span<const RoundTripTracker::Loop> loops) noexcept;
   /// Shortens the way of a body that no peer holds, where a jump might jolt a hand.
-  static void GoHome(Body& body, bool pushed, const RigidState& state,
-                     StepInputs::InstanceInput& input) noexcept;
+  static void ReturnToRest(Body& body, bool pushed, const RigidState& state,
+                           StepInputs::InstanceInput& input) noexcept;
   /// Replaces the received pose of a free body's mirror by the next pose on its smooth way.
-  static void Ease(const Body& body, const RigidState& state,
-                   StepInputs::InstanceInput& input) noexcept;
+  static void SmoothTarget(const Body& body, const RigidState& state,
+                           StepInputs::InstanceInput& input) noexcept;
   /// Lets a mirrored instance give way where it is pushed. `te_s`: the delay that gains are made
   /// for; `most_lag` becomes its lag if that is greater, m.
-  void Yield(const World& world, InstanceIndex instance, double te_s, ContactBlend& blend,
+  void Yield(const World& world, InstanceIndex instance, double te_s, MirrorCompliance& compliance,
              double& most_lag, StepInputs::InstanceInput& input) const noexcept;
   /// Returns the extrapolated pose of an instance, for a loop of that age.
-  static Pose Ahead(const ObjectState& state, double loop_age_s) noexcept;
+  static Pose ExtrapolatedPose(const ObjectState& state, double loop_age_s) noexcept;
 
   MirrorModel mirror_;
   std::vector<Body> bodies_;

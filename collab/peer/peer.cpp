@@ -39,34 +39,34 @@ Peer::Peer(World& world, Device& device, PeerInbox& inbox, const PeerOptions& op
       device_(&device),
       inbox_(&inbox),
       options_(options),
-      holdings_(options.id, world.model(), options.settle_ns, options.own_only, &inbox.drops()),
-      parting_(options.id, world.model()),
+      ownership_(options.id, world.model(), options.settle_ns, options.own_only, &inbox.drops()),
+      separation_(options.id, world.model()),
       remote_(world.model(), options.experiments.mirror),
-      gate_(options.id, world.model().object, inbox.drops(), SharedOf(world.model())),
+      validator_(options.id, world.model().object, inbox.drops(), SharedOf(world.model())),
       device_can_(device.capabilities()),
       guard_(device_can_.peak),
-      echoes_(options.id),
+      round_trips_(options.id),
       telemetry_({.id = options.id,
                   .world = world,
                   .inputs = inputs_,
                   .report = report_,
-                  .holdings = holdings_,
+                  .ownership = ownership_,
                   .remote = remote_,
-                  .echoes = echoes_,
-                  .parting = parting_,
+                  .echoes = round_trips_,
+                  .separation = separation_,
                   .drops = inbox.drops()},
                  options.trace_frames) {
   const WorldModel& model = world.model();
   inputs_ = ParkedInputs(model);
   inputs_.capacity = options.capacity;
-  inputs_.look_price = options.look_price;
+  inputs_.query_price = options.query_price;
   next_parked_ns_.resize(model.bodies.size());
   free_.resize(model.bodies.size());
   handle_.X_WA.p.setConstant(std::numeric_limits<double>::quiet_NaN());
   if (options.held_object < 0) return;
   const auto object = static_cast<std::size_t>(options.held_object);
   TANDEM_CHECK(object < model.body_index.size() && model.body_index[object] >= 0);
-  holdings_.Ask(static_cast<ObjectId>(object));
+  ownership_.Ask(static_cast<ObjectId>(object));
 }
 
 const RigidState* Peer::held_state() const noexcept {
@@ -88,23 +88,23 @@ SafetyState Peer::safety_state() const noexcept {
 }
 
 void Peer::Tick(std::int64_t now_ns, Outbox& out) noexcept {
-  FrameTap* const tap = options_.tap;
-  if (tap != nullptr) tap->Begin(now_ns, inputs_.capacity);
+  FrameObserver* const observer = options_.observer;
+  if (observer != nullptr) observer->Begin(now_ns, inputs_.capacity);
   Receive(now_ns);
   Simulate(now_ns);
   Publish(now_ns, out);
-  if (tap != nullptr) tap->End(StateHash());
+  if (observer != nullptr) observer->End(StateHash());
 }
 
 // The phases. Within each the order counts: every line uses what the lines before it have set.
 
 void Peer::Receive(std::int64_t now_ns) noexcept {
-  SeeBodies();
+  UpdateBodyPoses();
   TakeMessages(now_ns);
-  SeeTouches();
-  TickHoldings(now_ns);
-  TakeAndLetGo();
-  if (shared_) CoupleTheRest();
+  NoteTouches();
+  TickOwnership(now_ns);
+  SyncHeldBody();
+  if (shared_) CoupleWaiting();
   StartWhenReady(now_ns);
 }
 
@@ -113,7 +113,7 @@ void Peer::Simulate(std::int64_t now_ns) noexcept {
   PrepareOthers(now_ns);
   PrepareHand(now_ns, goal);
   report_ = world_->Step(inputs_);
-  if (attached_ && parting_.leading()) report_.hand_B_W = {};
+  if (attached_ && separation_.guiding()) report_.hand_B_W = {};
   CountLimits();
   Render();
   DiscardBadWrenches();
@@ -121,19 +121,19 @@ void Peer::Simulate(std::int64_t now_ns) noexcept {
 
 void Peer::Publish(std::int64_t now_ns, Outbox& out) noexcept {
   FillOutbox(now_ns, out);
-  SayLoose(now_ns, out);
-  SayParked(now_ns);
+  PublishLoose(now_ns, out);
+  PublishParked(now_ns);
   if (seq_ % PeerTable::kPeriod == 0) telemetry_.PublishTable(now_ns, shared());
   if (held_ >= 0 && started_ns_) telemetry_.RecordHand(now_ns, held_);
 }
 
 void Peer::PrepareOthers(std::int64_t now_ns) noexcept {
-  echoes_.Measure(now_ns, held_ >= 0);
-  remote_.Reckon(echoes_.loops());
+  round_trips_.Measure(now_ns, held_ >= 0);
+  remote_.Extrapolate(round_trips_.loops());
   remote_.Prepare(held_, inputs_);
   PrepareLoose();
   PrepareParked();
-  remote_.GiveWay(*world_, echoes_.loops(), inputs_);
+  remote_.ApplyCompliance(*world_, round_trips_.loops(), inputs_);
 }
 
 void Peer::PrepareHand(std::int64_t now_ns, const Anchor& goal) noexcept {
@@ -153,11 +153,11 @@ void Peer::PrepareHand(std::int64_t now_ns, const Anchor& goal) noexcept {
     inputs_.hand = {.body = held_,
                     .X_BD = X_BD_,
                     .goal = goal,
-                    .gains = BorneBy(device_can_, DefaultHandGains(body.inertia))};
+                    .gains = LimitGains(device_can_, DefaultHandGains(body.inertia))};
   }
   if (!shared_) return;
-  parting_.Look(now_ns, *held_state(), *shared_);
-  if (attached_) parting_.Lead(*held_state(), goal.X_WA, X_BD_, inputs_.hand);
+  separation_.Update(now_ns, *held_state(), *shared_);
+  if (attached_) separation_.GuideHand(*held_state(), goal.X_WA, X_BD_, inputs_.hand);
   shared_->Prepare(now_ns, *held_state(), inputs_);
 }
 
@@ -190,36 +190,36 @@ Anchor Peer::ReadDevice() noexcept {
   } else {
     handle_.V_WA = {};
   }
-  if (options_.tap != nullptr) options_.tap->Felt(handle_);
+  if (options_.observer != nullptr) options_.observer->OnDevice(handle_);
   return handle_;
 }
 
-void Peer::SeeBodies() noexcept {
+void Peer::UpdateBodyPoses() noexcept {
   for (std::size_t b = 0; b < body_count(); ++b) {
-    holdings_.SeeAt(b, world_->state(b).X_WB);
+    ownership_.SetPose(b, world_->state(b).X_WB);
   }
 }
 
-void Peer::TickHoldings(std::int64_t now_ns) noexcept {
+void Peer::TickOwnership(std::int64_t now_ns) noexcept {
   std::array<Event, 8> events;
   std::size_t count = 0;
-  holdings_.Tick(now_ns, events, count);
+  ownership_.Tick(now_ns, events, count);
   for (std::size_t i = 0; i < count; ++i) events_.TryPush(events[i]);
-  HoldingNews news;
-  while (holdings_.TakeNews(news)) news_.TryPush(news);
-  while (parting_.TakeNews(news)) news_.TryPush(news);
+  Notification notification;
+  while (ownership_.TakeNotifications(notification)) notifications_.TryPush(notification);
+  while (separation_.TakeNotifications(notification)) notifications_.TryPush(notification);
   ClaimList& list = claims_.back();
-  list.count = holdings_.Claims(list.claims);
-  list.belief_count = holdings_.Beliefs(list.beliefs);
+  list.count = ownership_.Claims(list.claims);
+  list.belief_count = ownership_.Beliefs(list.beliefs);
   claims_.Publish();
 }
 
-void Peer::TakeAndLetGo() noexcept {
-  const int now_held = holdings_.held();
+void Peer::SyncHeldBody() noexcept {
+  const int now_held = ownership_.held();
   if (now_held == held_) return;
   if (shared_) last_delay_s_ = shared_->mean_delay_s();
   shared_.reset();
-  parting_.Begin(-1);
+  separation_.Begin(-1);
   held_ = now_held;
   attached_ = false;
   nearing_frames_ = 0;
@@ -228,12 +228,12 @@ void Peer::TakeAndLetGo() noexcept {
   const auto body = static_cast<std::size_t>(held_);
   const ObjectId object = model.object[body];
   if (!model.scene.bodies[object].shared) return;
-  parting_.Begin(held_);
+  separation_.Begin(held_);
   uncoupled_.Clear();
   shared_.emplace(options_.id, object, model.bodies[body].inertia,
                   SharedBody::Options{options_.law, options_.experiments});
   std::array<PeerId, kMaxPeers> holders{};
-  const std::size_t count = holdings_.Holders(body, holders);
+  const std::size_t count = ownership_.Holders(body, holders);
   for (std::size_t i = 0; i < count; ++i) Couple(holders[i]);
 }
 
@@ -241,12 +241,12 @@ void Peer::Couple(PeerId peer) noexcept {
   if (shared_->Join(peer)) return;
   if (uncoupled_.Find(peer) != nullptr || uncoupled_.FindOrInsert(peer) == nullptr) return;
   const ObjectId object = world_->model().object[static_cast<std::size_t>(held_)];
-  news_.TryPush({HoldingNews::Kind::kUncoupled, object, peer});
+  notifications_.TryPush({Notification::Kind::kUncoupled, object, peer});
 }
 
-void Peer::CoupleTheRest() noexcept {
+void Peer::CoupleWaiting() noexcept {
   for (const PeerKey& rest : uncoupled_) {
-    const bool holds = holdings_.HeldBy(static_cast<std::size_t>(held_), rest.peer);
+    const bool holds = ownership_.HeldBy(static_cast<std::size_t>(held_), rest.peer);
     if (!holds || shared_->Join(rest.peer)) uncoupled_.Erase(rest.peer);
   }
 }
@@ -256,18 +256,19 @@ void Peer::Attach(const Anchor& goal) noexcept {
   const Pose& X_WB = held_state()->X_WB;
   // the hand takes a free body where it is; the other bodies first come to their told pose
   const bool free = world_->model().scene.bodies[world_->model().object[body]].free;
-  const Pose* told = shared_ || free ? nullptr : holdings_.ParkedAt(body);
-  if (told != nullptr && nearing_frames_ < kNearingFrames) {
+  const Pose* reported = shared_ || free ? nullptr : ownership_.ParkedAt(body);
+  if (reported != nullptr && nearing_frames_ < kNearingFrames) {
     const bool near =
-        (told->p - X_WB.p).norm() < kNear && told->q.angularDistance(X_WB.q) < kNearAngle;
+        (reported->p - X_WB.p).norm() < kNear && reported->q.angularDistance(X_WB.q) < kNearAngle;
     if (!near) {
       // its told pose is not reached here yet: the body is in our hand, so it comes at a hand's
       // pace
       ++nearing_frames_;
-      const double turn = told->q.angularDistance(X_WB.q);
-      const double frames = std::max((told->p - X_WB.p).norm() / kNearingStep, turn / kNearingTurn);
+      const double turn = reported->q.angularDistance(X_WB.q);
+      const double frames =
+          std::max((reported->p - X_WB.p).norm() / kNearingStep, turn / kNearingTurn);
       inputs_.instances[body].drive = BodyDrive::kMirrored;
-      inputs_.instances[body].mirror_WB = Between(X_WB, *told, 1.0 / std::max(1.0, frames));
+      inputs_.instances[body].mirror_WB = Interpolate(X_WB, *reported, 1.0 / std::max(1.0, frames));
       return;
     }
   }
@@ -284,13 +285,13 @@ void Peer::CountLimits() noexcept {
   const PeerTelemetry::FrameEvents events = telemetry_.CountStep();
   // the force that the hand felt before the wait comes back slowly
   if (events.voxels_came) guard_.Begin();
-  if (events.first_crowded) news_.TryPush({HoldingNews::Kind::kCrowded, kNoObject, 0});
+  if (events.first_crowded) notifications_.TryPush({Notification::Kind::kCrowded, kNoObject, 0});
 }
 
 void Peer::Render() noexcept {
   // the reaction of the body, about the device's own origin
   Wrench wanted;
-  if (attached_ && !parting_.leading()) {
+  if (attached_ && !separation_.guiding()) {
     const Vec3 r = held_state()->X_WB.q * X_BD_.p;
     wanted = {-(report_.hand_B_W.tau - r.cross(report_.hand_B_W.f)), -report_.hand_B_W.f};
   }
@@ -300,35 +301,35 @@ void Peer::Render() noexcept {
   device_->Render(given);
   if (guard_.broken() == broken) return;
   const ObjectId object = world_->model().object[static_cast<std::size_t>(held_)];
-  news_.TryPush({HoldingNews::Kind::kForceStopped, object, 0});
+  notifications_.TryPush({Notification::Kind::kForceStopped, object, 0});
 }
 
 void Peer::PrepareParked() noexcept {
   for (std::size_t b = 0; b < body_count(); ++b) {
     StepInputs::InstanceInput& input = inputs_.instances[b];
     if (input.drive != BodyDrive::kParked) continue;
-    const Pose* told = holdings_.ParkedAt(b);
-    if (told == nullptr) continue;
+    const Pose* reported = ownership_.ParkedAt(b);
+    if (reported == nullptr) continue;
     input.drive = BodyDrive::kMirrored;
-    input.mirror_WB = *told;
+    input.mirror_WB = *reported;
   }
 }
 
 void Peer::StartWhenReady(std::int64_t now_ns) noexcept {
   if (started_ns_) return;
   // the hand does not begin until its first body is in hand, or refused
-  if (options_.held_object >= 0 && holdings_.wanted() >= 0) return;
+  if (options_.held_object >= 0 && ownership_.wanted() >= 0) return;
   // coupled peers must have heard us too; from other peers a first pose is enough
-  const std::size_t ready = shared_ ? shared_->coupled() : remote_.heard();
+  const std::size_t ready = shared_ ? shared_->coupled() : remote_.received_instances();
   if (ready < options_.wait_for) return;
   started_ns_ = now_ns;
   device_->Start();
 }
 
 void Peer::Leave(std::int64_t now_ns) noexcept {
-  SeeBodies();
-  holdings_.Leave();
-  for (int turns = 0; turns < 32; ++turns) TickHoldings(now_ns);
+  UpdateBodyPoses();
+  ownership_.Leave();
+  for (int turns = 0; turns < 32; ++turns) TickOwnership(now_ns);
 }
 
 std::uint64_t Peer::StateHash() const noexcept {

@@ -5,15 +5,15 @@
 #include <span>
 #include <vector>
 
-#include "collab/coupling/echoes.h"
+#include "collab/coupling/round_trip_tracker.h"
 #include "collab/coupling/shared_body.h"
 #include "collab/mirror/remote_bodies.h"
-#include "collab/ownership/holdings.h"
-#include "collab/peer/frame_tap.h"
+#include "collab/ownership/ownership.h"
+#include "collab/peer/frame_observer.h"
 #include "collab/peer/peer_telemetry.h"
 #include "collab/receive/peer_inbox.h"
-#include "collab/receive/sample_gate.h"
-#include "collab/separation/parting.h"
+#include "collab/receive/sample_validator.h"
+#include "collab/separation/instance_separation.h"
 #include "collab/session/command.h"
 #include "collab/session/frame_limits.h"
 #include "collab/session/outbox.h"
@@ -35,10 +35,10 @@ struct PeerOptions {
   std::size_t wait_for = 0;    // other users whose loop must be closed before the hand starts
   std::shared_ptr<const CouplingLaw> law = DefaultLaw();  // law of shared bodies' links
   ExperimentOptions experiments;                          // experiments of the lab and tests
-  double capacity = kDefaultCapacity;     // point tests that fit into a frame (paper §5)
-  double look_price = kDefaultLookPrice;  // price of an exact look, in point tests
-  std::size_t trace_frames = 0;           // frames to trace from the hand's start; 0: none
-  FrameTap* tap = nullptr;                // receives every frame's inputs; must outlive the peer
+  double capacity = kDefaultCapacity;       // point tests that fit into a frame (paper §5)
+  double query_price = kDefaultQueryPrice;  // price of an exact query, in point tests
+  std::size_t trace_frames = 0;             // frames to trace from the hand's start; 0: none
+  FrameObserver* observer = nullptr;        // receives every frame's inputs; must outlive the peer
 };
 
 /// The haptic half of a peer: device, simulation and the couplings to other peers. A state machine
@@ -72,7 +72,7 @@ class Peer {
   double mirror_lag_m() const noexcept { return remote_.mirror_lag_m(); }
   /// The couplings of the body in hand; null: it is not shared.
   const SharedBody* shared() const noexcept { return shared_ ? &*shared_ : nullptr; }
-  const Holdings& holdings() const noexcept { return holdings_; }
+  const Ownership& ownership() const noexcept { return ownership_; }
   /// The guard between the simulation and the hand.
   const ForceGuard& guard() const noexcept { return guard_; }
   /// Counts of the actions of this guard and of the device's own; for callers in the same thread.
@@ -80,7 +80,7 @@ class Peer {
   /// The reason why the hand's force is held back; the device's own guard comes first.
   SafetyState safety_state() const noexcept;
   /// The separation of our instance of the body in hand from the others'.
-  const Parting& parting() const noexcept { return parting_; }
+  const InstanceSeparation& separation() const noexcept { return separation_; }
 
   /// The user's orders; pushed by one other thread.
   SpscQueue<Command>& commands() noexcept { return commands_; }
@@ -90,7 +90,7 @@ class Peer {
   /// For the control thread.
   TripleBuffer<ClaimList>& claims() noexcept { return claims_; }
   TripleBuffer<PeerTable>& table() noexcept { return telemetry_.table(); }
-  SpscQueue<HoldingNews>& news() noexcept { return news_; }
+  SpscQueue<Notification>& notifications() noexcept { return notifications_; }
 
   /// Hands on all bodies that this peer answers for; after the last frame.
   void Leave(std::int64_t now_ns) noexcept;
@@ -114,17 +114,17 @@ class Peer {
   void OnState(const ObjectState& state) noexcept;
   void OnEvent(const Event& event) noexcept;
   void OnCommand(const Command& command) noexcept;
-  void SeeBodies() noexcept;
-  /// Tells the holdings which free bodies the body in hand pushed in the last frame.
-  void SeeTouches() noexcept;
-  /// Runs the time-outs of the holdings and queues their events and news.
-  void TickHoldings(std::int64_t now_ns) noexcept;
-  /// Makes the hand hold the body that the holdings say.
-  void TakeAndLetGo() noexcept;
+  void UpdateBodyPoses() noexcept;
+  /// Tells Ownership which free bodies the body in hand pushed in the last frame.
+  void NoteTouches() noexcept;
+  /// Runs the time-outs of Ownership and queues their events and news.
+  void TickOwnership(std::int64_t now_ns) noexcept;
+  /// Makes the hand hold the body that Ownership names.
+  void SyncHeldBody() noexcept;
   /// Couples the body in hand to its instance at `peer`; reports once if there is no place.
   void Couple(PeerId peer) noexcept;
   /// Couples the holders that found no place, as soon as there is one.
-  void CoupleTheRest() noexcept;
+  void CoupleWaiting() noexcept;
   void StartWhenReady(std::int64_t now_ns) noexcept;
 
   // parts of Simulate()
@@ -152,10 +152,10 @@ class Peer {
   // parts of Publish()
   void FillOutbox(std::int64_t now_ns, Outbox& out) noexcept;
   /// Sends the next of the loose bodies here.
-  void SayLoose(std::int64_t now_ns, Outbox& out) noexcept;
+  void PublishLoose(std::int64_t now_ns, Outbox& out) noexcept;
   /// Returns whether a body that this peer simulates in no hand has moved lately.
   bool IsLoose(std::size_t body, std::int64_t now_ns) const noexcept;
-  void SayParked(std::int64_t now_ns) noexcept;
+  void PublishParked(std::int64_t now_ns) noexcept;
 
   std::uint64_t StateHash() const noexcept;
 
@@ -163,7 +163,7 @@ class Peer {
   Device* device_;
   PeerInbox* inbox_;
   PeerOptions options_;
-  Holdings holdings_;
+  Ownership ownership_;
   int held_ = -1;          // body in hand, into the world's moving bodies; -1: none
   bool attached_ = false;  // the hand has grasped it
   Pose X_BD_;              // grasp of the hand on it
@@ -171,20 +171,20 @@ class Peer {
   std::optional<SharedBody> shared_;
   PeerSet<kMaxPeers> uncoupled_;  // holders without a place
   double last_delay_s_ = 0;       // mean_delay_s() of the body last let go of
-  Parting parting_;
+  InstanceSeparation separation_;
   RemoteBodies remote_;
-  SampleGate gate_;
+  SampleValidator validator_;
   DeviceCapabilities device_can_;
   bool stop_pressed_ = false;  // at the device, in the last frame
   ForceGuard guard_;
   Anchor handle_;  // the device's handle, as last read
-  Echoes echoes_;
+  RoundTripTracker round_trips_;
   StepInputs inputs_;
   StepReport report_;
   SpscQueue<Command> commands_{64};
   SpscQueue<Event> events_{256};
   SpscQueue<ObjectState> parked_{512};
-  SpscQueue<HoldingNews> news_{64};
+  SpscQueue<Notification> notifications_{64};
   TripleBuffer<ClaimList> claims_;
   std::vector<std::int64_t> next_parked_ns_;  // per moving body
   struct FreeBody {

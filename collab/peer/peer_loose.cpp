@@ -12,14 +12,14 @@ constexpr double kRestSpeed = 1e-3;            // m/s; at any of its points
 
 }  // namespace
 
-void Peer::SeeTouches() noexcept {
+void Peer::NoteTouches() noexcept {
   if (!attached_) return;
   const auto held = static_cast<InstanceIndex>(held_);
   for (std::size_t pair = 0; pair < world_->pair_count(); ++pair) {
     const InstanceIndex shell = world_->shell_of(pair);
     const InstanceIndex map = world_->voxmap_of(pair);
     if (!world_->pushes(pair) || map == kFixture || (shell != held && map != held)) continue;
-    holdings_.Touch(shell == held ? map : shell);
+    ownership_.NoteTouch(shell == held ? map : shell);
   }
 }
 
@@ -27,7 +27,7 @@ bool Peer::IsSimulatedLoose(std::size_t body) const noexcept {
   const WorldModel& model = world_->model();
   if (!model.scene.bodies[model.object[body]].free || static_cast<int>(body) == held_) return false;
   const Vec3 fell = world_->state(body).X_WB.p - model.bodies[body].X_WB0.p;
-  return holdings_.Parks(body) && !holdings_.listening() && fell.norm() < kOutOfScene;
+  return ownership_.Parks(body) && !ownership_.listening() && fell.norm() < kOutOfScene;
 }
 
 void Peer::PrepareLoose() noexcept {
@@ -41,9 +41,9 @@ void Peer::PrepareLoose() noexcept {
     } else {
       free_[b].moved_ns = 0;
     }
-    const PeerId answers = holdings_.authority(b);
+    const PeerId answers = ownership_.authority(b);
     if (free_[b].ours && !ours && answers != options_.id) {
-      remote_.HandOn(b, answers, world_->state(b), inputs_);
+      remote_.HandOver(b, answers, world_->state(b), inputs_);
     }
     free_[b].ours = ours;
   }
@@ -53,7 +53,7 @@ bool Peer::IsLoose(std::size_t body, std::int64_t now_ns) const noexcept {
   return free_[body].moved_ns != 0 && now_ns - free_[body].moved_ns < kRestNs;
 }
 
-void Peer::SayLoose(std::int64_t now_ns, Outbox& out) noexcept {
+void Peer::PublishLoose(std::int64_t now_ns, Outbox& out) noexcept {
   out.is_loose = false;
   const std::size_t count = body_count();
   for (std::size_t b = 0; b < count; ++b) {
@@ -70,7 +70,7 @@ void Peer::SayLoose(std::int64_t now_ns, Outbox& out) noexcept {
     out.is_loose = true;
     out.loose = {.peer = options_.id,
                  .object = world_->model().object[b],
-                 .epoch = holdings_.epoch(b),
+                 .epoch = ownership_.epoch(b),
                  .seq = seq_,
                  .flags = kStateLoose,
                  .sample_ns = now_ns,

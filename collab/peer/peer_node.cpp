@@ -41,7 +41,7 @@ PeerNode::PeerNode(std::shared_ptr<const WorldModel> model, std::unique_ptr<Devi
                    std::uint64_t scene_hash, const NodeOptions& options)
     : model_(std::move(model)),
       options_(options),
-      world_(model_, {.helpers = options.helpers, .experiments = options.peer.experiments}),
+      world_(model_, {.workers = options.workers, .experiments = options.peer.experiments}),
       device_(std::move(device)),
       directory_(options.peer.id, scene_hash, options.name, TermsOf(*model_)),
       inbox_(options.conditions, directory_, options.waiting),
@@ -123,8 +123,8 @@ void PeerNode::ControlFrame(std::int64_t now_ns, Transport& transport) {
   info_.terms.force_layer = table.own_layer;
   info_.terms.displacement = table.own_displacement_m;
   directory_.SetOwnTerms(info_.terms);
-  directory_.TellOwed();
-  directory_.TellRefusals(inbox_.drops());
+  directory_.NotifyOwed();
+  directory_.NotifyRefusals(inbox_.drops());
   if (changed) next_info_ns_ = now_ns;
   if (TakeTurn(now_ns, kInfoPeriodNs, kControlEarlyNs, next_info_ns_)) {
     ++info_.beat;
@@ -145,65 +145,65 @@ void PeerNode::Leave(std::int64_t now_ns, Transport& transport) {
   transport.Leave();
 }
 
-std::vector<std::string> PeerNode::TakeNews(const OnHand& on_hand) {
-  std::vector<std::string> lines = directory_.TakeNews();
-  HoldingNews news;
-  while (peer_.news().TryPop(news)) {
-    lines.push_back(Told(news));
-    if (on_hand) on_hand(news, lines.back());
+std::vector<std::string> PeerNode::TakeNotifications(const OnHand& on_hand) {
+  std::vector<std::string> lines = directory_.TakeNotifications();
+  Notification notification;
+  while (peer_.notifications().TryPop(notification)) {
+    lines.push_back(DescribeNotification(notification));
+    if (on_hand) on_hand(notification, lines.back());
   }
   return lines;
 }
 
-std::string PeerNode::Told(const HoldingNews& news) const {
-  if (news.kind == HoldingNews::Kind::kNotApart) {
+std::string PeerNode::DescribeNotification(const Notification& notification) const {
+  if (notification.kind == Notification::Kind::kNotApart) {
     return "heal: nothing stands between your body and the others'";
   }
-  if (news.kind == HoldingNews::Kind::kCrowded) {
+  if (notification.kind == Notification::Kind::kCrowded) {
     return "a pair of bodies has more contacts than there is room for, so bodies may sink into one "
            "another here; larger voxels give fewer contacts";
   }
-  const std::string body = model_->scene.bodies[news.object].name;
-  const std::string who = directory_.NameOf(news.peer);
-  switch (news.kind) {
-    case HoldingNews::Kind::kInHand:
+  const std::string body = model_->scene.bodies[notification.object].name;
+  const std::string who = directory_.NameOf(notification.peer);
+  switch (notification.kind) {
+    case Notification::Kind::kInHand:
       return "you hold " + body;
-    case HoldingNews::Kind::kAsking:
+    case Notification::Kind::kAsking:
       return "asking " + who + " for " + body;
-    case HoldingNews::Kind::kRefused:
+    case Notification::Kind::kRefused:
       return who + " holds " + body + ", and its user sees that you ask for it";
-    case HoldingNews::Kind::kAsked:
+    case Notification::Kind::kAsked:
       return who + " asks for " + body + ", which you hold: 'give " + body + " " + who +
              "' hands it over";
-    case HoldingNews::Kind::kNoAnswer:
+    case Notification::Kind::kNoAnswer:
       return who + " does not answer: you do not get " + body;
-    case HoldingNews::Kind::kLetGo:
+    case Notification::Kind::kLetGo:
       return "you let go of " + body;
-    case HoldingNews::Kind::kGiven:
+    case Notification::Kind::kGiven:
       return "you gave " + body + " to " + who;
-    case HoldingNews::Kind::kTaken:
+    case Notification::Kind::kTaken:
       return who + " took over " + body + ", so your hand let go of it";
-    case HoldingNews::Kind::kInherited:
+    case Notification::Kind::kInherited:
       return "you are the authority of " + body + " now";
-    case HoldingNews::Kind::kForceStopped:
+    case Notification::Kind::kForceStopped:
       return "the force of " + body +
              " is not a number: your hand feels nothing of it until you take it again";
-    case HoldingNews::Kind::kApart:
+    case Notification::Kind::kApart:
       return "something stands between your " + body + " and that of " + who +
              ": the link between them pulls with at most 3 N";
-    case HoldingNews::Kind::kComingBack:
+    case Notification::Kind::kComingBack:
       return "your " + body + " comes back to that of " + who + "; your hand is free until then";
-    case HoldingNews::Kind::kNoWayBack:
+    case Notification::Kind::kNoWayBack:
       return "no way is known that brings your " + body + " to that of " + who;
-    case HoldingNews::Kind::kTogether:
+    case Notification::Kind::kTogether:
       return "nothing stands between your " + body + " and that of " + who + " any more";
-    case HoldingNews::Kind::kUncoupled:
+    case Notification::Kind::kUncoupled:
       return "more than " + std::to_string(kMaxLinks + 1) + " hold " + body +
              ": your hand is not coupled to that of " + who;
-    case HoldingNews::Kind::kStopped:
+    case Notification::Kind::kStopped:
       return "emergency stop: you get no " + body + " until 'resume'";
-    case HoldingNews::Kind::kNotApart:
-    case HoldingNews::Kind::kCrowded:
+    case Notification::Kind::kNotApart:
+    case Notification::Kind::kCrowded:
       break;
   }
   return {};

@@ -24,7 +24,7 @@ struct NodeOptions {
   LinkConditions conditions;                         // link of samples heard
   std::size_t waiting = PeerInbox::kDefaultWaiting;  // most samples under way
   double publish_hz = 1000;                          // rate of states and links
-  FrameHelpers* helpers = nullptr;  // helpers of the haptic thread; must outlive the node
+  WorkerPool* workers = nullptr;  // workers of the haptic thread; must outlive the node
   ForceTerms terms;  // told to others, with the present layer and displacement; no law: not told
 };
 
@@ -56,13 +56,14 @@ class PeerNode {
   void Leave(std::int64_t now_ns, Transport& transport);
   /// Returns the news since the last call, a line each: on peers and on bodies. `on_hand`: called
   /// first with each news of a body, and its line.
-  using OnHand = std::function<void(const HoldingNews& news, const std::string& line)>;
-  std::vector<std::string> TakeNews(const OnHand& on_hand = {}) TANDEM_RUNS_ON(kControlThread);
+  using OnHand = std::function<void(const Notification& notification, const std::string& line)>;
+  std::vector<std::string> TakeNotifications(const OnHand& on_hand = {})
+      TANDEM_RUNS_ON(kControlThread);
   /// Counts of the states of held bodies, sent and due; read after the last SendFrame().
   const SentStates& sent_states() const noexcept { return sent_states_; }
   /// Returns whether as many peers as a session takes were here first, by their beats
   /// (PeerDirectory).
-  bool OneTooMany() const { return directory_.CameBefore(info_.beat) >= kMaxPeers; }
+  bool IsBeyondLimit() const { return directory_.CameBefore(info_.beat) >= kMaxPeers; }
   /// Returns whether another program uses our keys, and did so first.
   bool IsTwin() const { return directory_.TwinCameBefore(info_.beat); }
   /// The manifest that this peer offers.
@@ -78,7 +79,7 @@ class PeerNode {
   Peer peer_;
   TripleBuffer<Outbox> outbox_;
 
-  std::string Told(const HoldingNews& news) const;
+  std::string DescribeNotification(const Notification& notification) const;
   void SendEvents(Transport& transport);
 
   // sender thread

@@ -25,7 +25,7 @@ PeerTelemetry::FrameEvents PeerTelemetry::CountStep() noexcept {
     voxel_waits_.count += waited_ == 1 ? 1 : 0;
     ++voxel_waits_.frames;
     voxel_waits_.longest = std::max(voxel_waits_.longest, waited_);
-    if (waited_ >= kLongestVoxelWait) voxels_lack_.store(true, std::memory_order_relaxed);
+    if (waited_ >= kLongestVoxelWait) voxels_missing_.store(true, std::memory_order_relaxed);
   }
   if ((report.flags & StepReport::kContactsFull) != 0) {
     events.first_crowded = crowded_frames_ == 0;
@@ -35,21 +35,21 @@ PeerTelemetry::FrameEvents PeerTelemetry::CountStep() noexcept {
 }
 
 void PeerTelemetry::CountForce(const Wrench& given) noexcept {
-  felt_.peak_force = std::max(felt_.peak_force, given.f.norm());
-  felt_.peak_moment = std::max(felt_.peak_moment, given.tau.norm());
-  felt_.peak_step = std::max(felt_.peak_step, (given.f - felt_.F_D_W.f).norm());
-  felt_.F_D_W = given;
+  rendered_.peak_force = std::max(rendered_.peak_force, given.f.norm());
+  rendered_.peak_moment = std::max(rendered_.peak_moment, given.tau.norm());
+  rendered_.peak_step = std::max(rendered_.peak_step, (given.f - rendered_.F_D_W.f).norm());
+  rendered_.F_D_W = given;
 }
 
 void PeerTelemetry::NoteLimits(const ObjectState& state) noexcept {
-  HeardLimits* heard = heard_limits_.FindOrInsert(state.peer);
-  if (heard == nullptr) {  // the limits heard first give way
-    heard = heard_limits_.InSlot(next_heard_);
-    next_heard_ = (next_heard_ + 1) % heard_limits_.capacity();
-    heard_limits_.Erase(heard->peer);
-    heard = heard_limits_.FindOrInsert(state.peer);
+  ReceivedLimits* received = received_limits_.FindOrInsert(state.peer);
+  if (received == nullptr) {  // the limits heard first give way
+    received = received_limits_.InSlot(next_received_);
+    next_received_ = (next_received_ + 1) % received_limits_.capacity();
+    received_limits_.Erase(received->peer);
+    received = received_limits_.FindOrInsert(state.peer);
   }
-  heard->flags = state.flags;
+  received->flags = state.flags;
 }
 
 void PeerTelemetry::RecordHand(std::int64_t now_ns, int body) noexcept {
@@ -71,7 +71,7 @@ void PeerTelemetry::RecordHand(std::int64_t now_ns, int body) noexcept {
                    .V_WB = state.V_WB,
                    .hand_force = static_cast<float>(force),
                    .contact_points = report.contact_points,
-                   .loaded = report.loaded_points > 0};
+                   .loaded = report.pushing_points > 0};
   traced_.store(frame + 1, std::memory_order_release);
 }
 
@@ -99,7 +99,7 @@ void PeerTelemetry::FillView(std::int64_t now_ns, std::uint32_t seq, const InHan
   if (hand.body >= 0) {
     std::uint32_t flags = ViewBody::kHeld;
     if (report.contact_points > 0) flags |= ViewBody::kInContact;
-    if (parts_.parting.trapped()) flags |= ViewBody::kTrapped;
+    if (parts_.separation.trapped()) flags |= ViewBody::kTrapped;
     flags |= limit_flags();
     AddBody(static_cast<std::size_t>(hand.body), flags, report.hand_B_W.f, view);
     for (std::size_t link = 0; link < parts_.inputs.link_count; ++link) {
@@ -115,7 +115,7 @@ void PeerTelemetry::FillView(std::int64_t now_ns, std::uint32_t seq, const InHan
 
 void PeerTelemetry::AddStanding(std::int64_t now_ns, int held, ViewFrame& view) const noexcept {
   const auto stands = [&](std::size_t b) {
-    return static_cast<int>(b) != held && parts_.holdings.Parks(b);
+    return static_cast<int>(b) != held && parts_.ownership.Parks(b);
   };
   const std::size_t bodies = parts_.world.model().bodies.size();
   const std::uint32_t in_hand = view.count;
@@ -142,7 +142,7 @@ void PeerTelemetry::PublishTable(std::int64_t now_ns, const SharedBody* shared) 
   table.own_limits = limits_.last();
   table.own_layer = parts_.inputs.clearance.force_layer;
   table.own_displacement_m = parts_.inputs.clearance.displacement;
-  const std::span<const Echoes::Loop> loops = parts_.echoes.loops();
+  const std::span<const RoundTripTracker::Loop> loops = parts_.echoes.loops();
   table.count = static_cast<std::uint32_t>(loops.size());
   std::array<LinkView, kMaxLinks> links;
   const std::size_t link_count = shared != nullptr ? shared->Links(now_ns, links) : 0;
@@ -152,7 +152,7 @@ void PeerTelemetry::PublishTable(std::int64_t now_ns, const SharedBody* shared) 
   table_.Publish();
 }
 
-void PeerTelemetry::FillRow(const Echoes::Loop& loop, std::span<const LinkView> links,
+void PeerTelemetry::FillRow(const RoundTripTracker::Loop& loop, std::span<const LinkView> links,
                             PeerTableRow& row) const noexcept {
   row = {};
   row.peer = loop.peer;
@@ -166,13 +166,13 @@ void PeerTelemetry::FillRow(const Echoes::Loop& loop, std::span<const LinkView> 
     row.link_force = link.force;
     row.its_link_force = link.its_force;
     row.disagreement = link.disagreement;
-    row.trapped = parts_.parting.trapped(row.peer);
+    row.trapped = parts_.separation.trapped(row.peer);
   }
-  const HeardLimits* const limits = heard_limits_.Find(row.peer);
+  const ReceivedLimits* const limits = received_limits_.Find(row.peer);
   if (limits != nullptr) row.limits = LimitsIn(limits->flags);
   row.delay_s = 0.5 * row.loop_age_s;
   row.mirror_lag_m = parts_.remote.LagOf(row.peer);
-  row.drops = parts_.drops.Of(row.peer);
+  row.drops = parts_.drops.CountsOf(row.peer);
 }
 
 }  // namespace tandem

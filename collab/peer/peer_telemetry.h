@@ -6,11 +6,11 @@
 #include <span>
 #include <vector>
 
-#include "collab/coupling/echoes.h"
+#include "collab/coupling/round_trip_tracker.h"
 #include "collab/coupling/shared_body.h"
 #include "collab/mirror/remote_bodies.h"
-#include "collab/ownership/holdings.h"
-#include "collab/separation/parting.h"
+#include "collab/ownership/ownership.h"
+#include "collab/separation/instance_separation.h"
 #include "collab/session/drop_counts.h"
 #include "collab/session/frame_limits.h"
 #include "collab/session/messages.h"
@@ -32,7 +32,7 @@ struct TraceSample {
 };
 
 /// Forces given to a device.
-struct Felt {
+struct RenderedForces {
   Wrench F_D_W;            // wrench in the last frame
   double peak_force = 0;   // N
   double peak_moment = 0;  // N m
@@ -60,10 +60,10 @@ class PeerTelemetry {
     const World& world;
     const StepInputs& inputs;
     const StepReport& report;
-    const Holdings& holdings;
+    const Ownership& ownership;
     const RemoteBodies& remote;
-    const Echoes& echoes;
-    const Parting& parting;
+    const RoundTripTracker& echoes;
+    const InstanceSeparation& separation;
     const DropTable& drops;
   };
   /// The body in the user's hand; -1 and null without one.
@@ -102,24 +102,24 @@ class PeerTelemetry {
   }
   const HandFigures& hand_figures() const noexcept { return hand_figures_; }
   /// The forces given to the device in the last frame, and the peaks so far.
-  const Felt& felt() const noexcept { return felt_; }
+  const RenderedForces& rendered() const noexcept { return rendered_; }
   /// Frames in which a pair had more contacts than there is room for: some of them did not push.
   std::uint64_t crowded_frames() const noexcept { return crowded_frames_; }
   /// Number and length of the waits for voxels. Read it after the last frame.
   const VoxelWaits& voxel_waits() const noexcept { return voxel_waits_; }
   /// Returns whether the wait for voxels has been so long (kLongestVoxelWait) that the simulation
   /// is to end. Any thread.
-  bool voxels_lack() const noexcept { return voxels_lack_.load(std::memory_order_relaxed); }
+  bool voxels_missing() const noexcept { return voxels_missing_.load(std::memory_order_relaxed); }
   /// For the control thread.
   TripleBuffer<PeerTable>& table() noexcept { return table_; }
 
  private:
   /// The newest frame limits of another peer.
-  struct HeardLimits {
+  struct ReceivedLimits {
     PeerId peer = 0;
     std::uint32_t flags = 0;
   };
-  void FillRow(const Echoes::Loop& loop, std::span<const LinkView> links,
+  void FillRow(const RoundTripTracker::Loop& loop, std::span<const LinkView> links,
                PeerTableRow& row) const noexcept;
   void AddBody(std::size_t body, std::uint32_t flags, const Vec3& hand_force_W,
                ViewFrame& view) const noexcept;
@@ -127,15 +127,15 @@ class PeerTelemetry {
   void AddStanding(std::int64_t now_ns, int held, ViewFrame& view) const noexcept;
 
   Parts parts_;
-  Felt felt_;
+  RenderedForces rendered_;
   std::uint64_t crowded_frames_ = 0;
   VoxelWaits voxel_waits_;
   int waited_ = 0;  // frames, as in the last report
-  std::atomic<bool> voxels_lack_{false};
+  std::atomic<bool> voxels_missing_{false};
   FrameLimitCount limits_;       // over all frames
   FrameLimitCount hand_limits_;  // over the frames of HandFigures
-  PeerMap<HeardLimits, kMaxPeers> heard_limits_;
-  std::size_t next_heard_ = 0;  // slot of the limits that give way next, where all are in use
+  PeerMap<ReceivedLimits, kMaxPeers> received_limits_;
+  std::size_t next_received_ = 0;  // slot of the limits that give way next, where all are in use
   HandFigures hand_figures_;
   std::vector<TraceSample> trace_;  // full size from the start
   std::atomic<std::size_t> traced_ = 0;

@@ -69,14 +69,14 @@ PeerInbox::Sender& PeerInbox::SenderOf(PeerId from, std::int64_t arrival_ns) noe
     sender = &PlaceFor(from);
     sender->conditioner = LinkConditioner(conditions_, from);
   }
-  sender->heard_ns = arrival_ns;
+  sender->received_ns = arrival_ns;
   return *sender;
 }
 
 PeerInbox::Sender& PeerInbox::PlaceFor(PeerId from) noexcept {
   if (Sender* const place = senders_.FindOrInsert(from)) return *place;
   // the new sender goes on with the share that is used up: another name brings no new share
-  const auto silent = std::ranges::min_element(senders_, {}, &Sender::heard_ns);
+  const auto silent = std::ranges::min_element(senders_, {}, &Sender::received_ns);
   const std::uint64_t collects = silent->collects;
   const std::size_t brought = silent->brought;
   senders_.Erase(silent->peer);

@@ -81,7 +81,7 @@ class PeerInbox : public Inbox {
     PeerId peer = 0;
     std::uint64_t collects = 0;  // value of collects_ when `brought` began
     std::size_t brought = 0;     // samples since the haptic thread last collected
-    std::int64_t heard_ns = 0;
+    std::int64_t received_ns = 0;
     LinkConditioner conditioner{LinkConditions{}};
   };
 

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <type_traits>
 
-#include "collab/peer/frame_tap.h"
+#include "collab/peer/frame_observer.h"
 
 namespace tandem {
 

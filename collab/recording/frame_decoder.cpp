@@ -60,23 +60,23 @@ class Decoder {
   bool sound_ = true;
 };
 
-bool Within(const Vec3& v, double most) {
+bool IsWithin(const Vec3& v, double most) {
   for (const double x : v) {
     if (!(std::abs(x) <= most)) return false;  // nor NaN
   }
   return true;
 }
-bool Within(double x, double most) {
+bool IsWithin(double x, double most) {
   return x >= 0 && x <= most;
 }
 bool IsSound(const Pose& pose) {
-  return Within(pose.p, kFarthest) && std::abs(pose.q.norm() - 1.0) <= kUnitTolerance;
+  return IsWithin(pose.p, kFarthest) && std::abs(pose.q.norm() - 1.0) <= kUnitTolerance;
 }
 bool IsSound(const Twist& twist) {
-  return Within(twist.w, kFastestTurn) && Within(twist.v, kFastest);
+  return IsWithin(twist.w, kFastestTurn) && IsWithin(twist.v, kFastest);
 }
 bool IsSound(const Wrench& wrench) {
-  return Within(wrench.tau, kStrongest) && Within(wrench.f, kStrongest);
+  return IsWithin(wrench.tau, kStrongest) && IsWithin(wrench.f, kStrongest);
 }
 
 bool IsSound(const MembershipChange& change) {
@@ -97,7 +97,7 @@ bool IsSound(const CouplingLinks& links) {
   if (links.from == 0 || links.count > kMaxLinks) return false;
   for (std::size_t i = 0; i < links.count; ++i) {
     const LinkEntry& entry = links.entries[i];
-    if (!Within(entry.stiffness, kStiffest) || !Within(entry.gate_overflow, kMostEnergy) ||
+    if (!IsWithin(entry.stiffness, kStiffest) || !IsWithin(entry.gate_overflow, kMostEnergy) ||
         !IsSound(entry.applied_B_W)) {
       return false;
     }

@@ -142,10 +142,10 @@ std::string Recorder::WhyEnded() const {
 }
 
 std::string Recorder::News() {
-  if (told_) return {};
+  if (reported_) return {};
   // a ring that ran over still holds frames: their number is known when the disk has them
   if (fault_.load() == 0 && !(ended_.load() && drained_.load())) return {};
-  told_ = true;
+  reported_ = true;
   return WhyEnded();
 }
 
@@ -243,22 +243,22 @@ void Recorder::Begin(std::int64_t now_ns, double capacity) noexcept {
   code(now_ns);
   code(capacity);
 }
-void Recorder::Heard(const MembershipChange& change) noexcept {
+void Recorder::OnReceived(const MembershipChange& change) noexcept {
   PutPart(FramePart::kMembership, change);
 }
-void Recorder::Heard(const Event& event) noexcept {
+void Recorder::OnReceived(const Event& event) noexcept {
   PutPart(FramePart::kEvent, event);
 }
-void Recorder::Heard(const ObjectState& state) noexcept {
+void Recorder::OnReceived(const ObjectState& state) noexcept {
   PutPart(FramePart::kState, state);
 }
-void Recorder::Heard(const CouplingLinks& links) noexcept {
+void Recorder::OnReceived(const CouplingLinks& links) noexcept {
   PutPart(FramePart::kLinks, links);
 }
-void Recorder::Asked(const Command& command) noexcept {
+void Recorder::OnCommand(const Command& command) noexcept {
   PutPart(FramePart::kCommand, command);
 }
-void Recorder::Felt(const Anchor& device) noexcept {
+void Recorder::OnDevice(const Anchor& device) noexcept {
   PutPart(FramePart::kDevice, device);
 }
 void Recorder::End(std::uint64_t state_hash) noexcept {

@@ -25,7 +25,7 @@ inline constexpr std::string_view kFirstRecordingMagic = "tandem-recording 1\n";
 /// ms. The haptic thread puts frames into a ring, and the recorder's own thread writes them. If
 /// that cannot keep up, the recording ends with the last whole frame, for later frames could not be
 /// repeated.
-class Recorder final : public FrameTap {
+class Recorder final : public FrameObserver {
  public:
   /// Makes a new file, readable by its owner alone. Refuses a file that has bytes in it or is being
   /// recorded into: recordings are never overwritten.
@@ -36,12 +36,12 @@ class Recorder final : public FrameTap {
   Recorder& operator=(const Recorder&) = delete;
 
   void Begin(std::int64_t now_ns, double capacity) noexcept override;
-  void Heard(const MembershipChange& change) noexcept override;
-  void Heard(const Event& event) noexcept override;
-  void Heard(const ObjectState& state) noexcept override;
-  void Heard(const CouplingLinks& links) noexcept override;
-  void Asked(const Command& command) noexcept override;
-  void Felt(const Anchor& device) noexcept override;
+  void OnReceived(const MembershipChange& change) noexcept override;
+  void OnReceived(const Event& event) noexcept override;
+  void OnReceived(const ObjectState& state) noexcept override;
+  void OnReceived(const CouplingLinks& links) noexcept override;
+  void OnCommand(const Command& command) noexcept override;
+  void OnDevice(const Anchor& device) noexcept override;
   void End(std::uint64_t state_hash) noexcept override;
 
   /// Notes a peer's name for readers of the recording. Called by another thread than the haptic
@@ -95,7 +95,7 @@ class Recorder final : public FrameTap {
   std::uint64_t bytes_ = 0;               // in the file, all in whole frames
   std::atomic<std::uint64_t> frames_{0};  // in the file
   std::atomic<int> fault_{0};             // errno: the disk took no more
-  bool told_ = false;                     // News() has reported it
+  bool reported_ = false;                 // News() has reported it
   std::thread thread_;
 };
 

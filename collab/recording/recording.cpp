@@ -124,7 +124,7 @@ PeerOptions PeerIn(const JsonNode& root) {
   peer.settle_ns = static_cast<std::int64_t>(root["settle_ns"].Unsigned(kLongestSettlingNs));
   peer.wait_for = static_cast<std::size_t>(root["wait_for"].WholeNumber(0, kMaxPeers));
   peer.capacity = root["capacity"].NumberFrom(0);
-  peer.look_price = root["look_price"].NumberFrom(0);
+  peer.query_price = root["look_price"].NumberFrom(0);
   return peer;
 }
 
@@ -185,7 +185,7 @@ std::string AsText(const RecordingHeader& header) {
                     {"settle_ns", header.peer.settle_ns},
                     {"wait_for", header.peer.wait_for},
                     {"capacity", header.peer.capacity},
-                    {"look_price", header.peer.look_price}};
+                    {"look_price", header.peer.query_price}};
   // a device that bears every gain has none of these
   for (const BorneGain& gain : kBorneGains) {
     const double most = header.device.*gain.value;

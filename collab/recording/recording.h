@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "collab/peer/frame_tap.h"
+#include "collab/peer/frame_observer.h"
 #include "collab/peer/peer.h"
 #include "engine/base/files/regular_file.h"
 #include "engine/base/result.h"

@@ -30,7 +30,7 @@ std::string ForTopic(std::string name) {
   return name;
 }
 
-const char* Said(MembershipChange::Kind kind) {
+const char* NameOfKind(MembershipChange::Kind kind) {
   switch (kind) {
     case MembershipChange::Kind::kJoined:
       return "joined";
@@ -48,7 +48,7 @@ const char* Said(MembershipChange::Kind kind) {
   return "";
 }
 
-const char* Said(EventKind kind) {
+const char* NameOfKind(EventKind kind) {
   switch (kind) {
     case EventKind::kAsk:
       return "asks for";
@@ -66,7 +66,7 @@ const char* Said(EventKind kind) {
   return "";
 }
 
-const char* Said(Command::Kind kind) {
+const char* NameOfKind(Command::Kind kind) {
   switch (kind) {
     case Command::Kind::kGrab:
       return "grab";
@@ -199,7 +199,7 @@ void RecordingExport::AddWords(const RecordedFrame& frame) {
                    String(words));
   };
   for (const MembershipChange& change : frame.changes) {
-    std::string words = NameOfPeer(change.peer) + " " + Said(change.kind);
+    std::string words = NameOfPeer(change.peer) + " " + NameOfKind(change.kind);
     for (std::uint32_t i = 0; i < change.claim_count; ++i) {
       words += (i == 0 ? ": " : ", ") + NameOf(change.claims[i].object) +
                (change.claims[i].held ? " in hand" : "");
@@ -207,12 +207,12 @@ void RecordingExport::AddWords(const RecordedFrame& frame) {
     say(words);
   }
   for (const Event& event : frame.events) {
-    say(NameOfPeer(event.peer) + " " + Said(event.kind) + " " + NameOf(event.object) +
+    say(NameOfPeer(event.peer) + " " + NameOfKind(event.kind) + " " + NameOf(event.object) +
         (event.to != 0 ? ", to " + NameOfPeer(event.to) : ""));
   }
   for (const Command& command : frame.commands) {
     std::string words("asked here: ");
-    words.append(Said(command.kind));
+    words.append(NameOfKind(command.kind));
     if (command.object != kNoObject) words.append(" ").append(NameOf(command.object));
     if (command.kind == Command::Kind::kLayer) {
       words.append(" ").append(std::to_string(command.layer));

@@ -24,25 +24,25 @@ class Replay::Device final : public tandem::Device {
 };
 
 /// Keeps the state hash of the frame.
-class Replay::Tap final : public FrameTap {
+class Replay::Observer final : public FrameObserver {
  public:
   void Begin(std::int64_t, double) noexcept override {}
-  void Heard(const MembershipChange&) noexcept override {}
-  void Heard(const Event&) noexcept override {}
-  void Heard(const ObjectState&) noexcept override {}
-  void Heard(const CouplingLinks&) noexcept override {}
-  void Asked(const Command&) noexcept override {}
-  void Felt(const Anchor&) noexcept override {}
+  void OnReceived(const MembershipChange&) noexcept override {}
+  void OnReceived(const Event&) noexcept override {}
+  void OnReceived(const ObjectState&) noexcept override {}
+  void OnReceived(const CouplingLinks&) noexcept override {}
+  void OnCommand(const Command&) noexcept override {}
+  void OnDevice(const Anchor&) noexcept override {}
   void End(std::uint64_t state_hash) noexcept override { hash = state_hash; }
   std::uint64_t hash = 0;
 };
 
-Replay::Replay() : tap_(std::make_unique<Tap>()) {}
+Replay::Replay() : tap_(std::make_unique<Observer>()) {}
 Replay::~Replay() = default;
 
 Result<std::unique_ptr<Replay>> Replay::Create(const RecordingHeader& header,
                                                std::shared_ptr<const WorldModel> model,
-                                               FrameHelpers* helpers) {
+                                               WorkerPool* workers) {
   const int object = header.peer.held_object;
   const auto bodies = static_cast<int>(model->body_index.size());
   if (object >= bodies ||
@@ -61,9 +61,9 @@ Result<std::unique_ptr<Replay>> Replay::Create(const RecordingHeader& header,
   options.peer = header.peer;
   options.peer.law = *std::move(law);
   options.peer.experiments.contact = header.contact;
-  options.peer.tap = replay->tap_.get();
+  options.peer.observer = replay->tap_.get();
   options.name = header.name;
-  options.helpers = helpers;
+  options.workers = workers;
   replay->node_ =
       std::make_unique<PeerNode>(std::move(model), std::move(device), header.scene_hash, options);
   return replay;

@@ -17,7 +17,7 @@ class Replay {
   /// the scene does not have.
   static Result<std::unique_ptr<Replay>> Create(const RecordingHeader& header,
                                                 std::shared_ptr<const WorldModel> model,
-                                                FrameHelpers* helpers = nullptr);
+                                                WorkerPool* workers = nullptr);
   ~Replay();
 
   /// Runs one frame; returns the hash of its final state.
@@ -27,10 +27,10 @@ class Replay {
 
  private:
   class Device;
-  class Tap;
+  class Observer;
   Replay();
 
-  std::unique_ptr<Tap> tap_;
+  std::unique_ptr<Observer> tap_;
   Device* device_ = nullptr;  // owned by the node
   std::unique_ptr<PeerNode> node_;
 };

@@ -40,20 +40,20 @@ class PoseHistory {
   std::int64_t end() const noexcept { return end_; }
   const Pose& Ours(std::int64_t moment) const noexcept { return At(moment).ours; }
   /// The pose of a peer's instance at a moment; null: it was not heard then.
-  const Pose* Of(PeerId peer, std::int64_t moment) const noexcept {
+  const Pose* PoseOf(PeerId peer, std::int64_t moment) const noexcept {
     const Moment& at = At(moment);
-    const std::size_t i = PlaceOf(at, peer);
+    const std::size_t i = IndexOf(at, peer);
     return i < at.count ? &at.others[i].X_WB : nullptr;
   }
   /// Returns whether a straight line to that peer's instance was free then.
   bool WasFree(PeerId peer, std::int64_t moment) const noexcept {
     const Moment& at = At(moment);
-    const std::size_t i = PlaceOf(at, peer);
+    const std::size_t i = IndexOf(at, peer);
     return i < at.count && !at.blocked[i];
   }
 
  private:
-  static std::size_t PlaceOf(const Moment& at, PeerId peer) noexcept {
+  static std::size_t IndexOf(const Moment& at, PeerId peer) noexcept {
     std::size_t i = 0;
     while (i < at.count && at.others[i].peer != peer) ++i;
     return i;

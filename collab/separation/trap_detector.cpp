@@ -155,8 +155,8 @@ bool TrapDetector::Decided() const noexcept {
          sweep_.crossings + left < kCrossings;
 }
 
-void TrapDetector::Look(std::int64_t now_ns, const Pose& X_WB, const InstanceView* others,
-                        std::size_t count) noexcept {
+void TrapDetector::Update(std::int64_t now_ns, const Pose& X_WB, const InstanceView* others,
+                          std::size_t count) noexcept {
   if (points_B_[body_].empty()) return;
   Match(others, count);
   // short lines take one read each

@@ -36,8 +36,8 @@ class TrapDetector {
   /// Forgets all and begins with the body in hand (index into the moving bodies).
   void Begin(std::size_t body) noexcept;
   /// Examines our instance and those of the other users, for one frame.
-  void Look(std::int64_t now_ns, const Pose& X_WB, const InstanceView* others,
-            std::size_t count) noexcept;
+  void Update(std::int64_t now_ns, const Pose& X_WB, const InstanceView* others,
+              std::size_t count) noexcept;
 
   /// Returns whether the fixture keeps us apart from that peer's instance.
   bool trapped(PeerId peer) const noexcept;

@@ -54,7 +54,7 @@ const char* NameOf(Drop reason) noexcept {
   return "";
 }
 
-const char* InWords(Drop reason) noexcept {
+const char* ReasonText(Drop reason) noexcept {
   switch (reason) {
     case Drop::kFlood:
       return "sends far too many messages and is ignored for a second at a time";
@@ -124,7 +124,7 @@ DropCounts DropTable::Read(const Row& row) noexcept {
   return counts;
 }
 
-DropCounts DropTable::Of(PeerId peer) const noexcept {
+DropCounts DropTable::CountsOf(PeerId peer) const noexcept {
   if (peer == 0) return Read(nobody_);
   for (const Row& row : rows_) {
     if (row.peer.load(std::memory_order_relaxed) == peer) return Read(row);

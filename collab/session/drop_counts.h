@@ -42,7 +42,7 @@ using DropCounts = std::array<std::uint64_t, kDropReasons>;
 const char* NameOf(Drop reason) noexcept;  // "not_finite" …
 /// Says for a person what the sender does: "claims what others have and have not given away"; null:
 /// the person is not told of this reason.
-const char* InWords(Drop reason) noexcept;
+const char* ReasonText(Drop reason) noexcept;
 /// Returns the count from which on the user is told. A few drops of some reasons arise from
 /// messages that cross.
 std::uint64_t TellFrom(Drop reason) noexcept;
@@ -55,7 +55,7 @@ class DropTable {
   /// `peer`: the owner of the sample as far as its path tells; 0: unknown.
   void Count(PeerId peer, Drop reason) noexcept;
 
-  DropCounts Of(PeerId peer) const noexcept;
+  DropCounts CountsOf(PeerId peer) const noexcept;
   DropCounts Total() const noexcept;
   std::vector<std::pair<PeerId, DropCounts>> Rows() const;  // senders with drops; 0: unknown sender
 

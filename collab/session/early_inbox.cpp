@@ -19,7 +19,7 @@ std::string EarlyInbox::NameOf(PeerId peer) const {
 void EarlyInbox::HandOver(Inbox& inbox) {
   const std::lock_guard lock(mutex_);
   TANDEM_CHECK(next_.load() == nullptr);
-  for (const auto& [peer, heard] : here_) inbox.OnPeerInfo(heard.info, heard.arrival_ns);
+  for (const auto& [peer, received] : here_) inbox.OnPeerInfo(received.info, received.arrival_ns);
   for (const SceneManifest& manifest : offers_.All()) inbox.OnScene(manifest);
   here_.clear();
   next_.store(&inbox);

@@ -43,7 +43,7 @@ class EarlyInbox : public Inbox {
   void OnTwin(const PeerInfo& info) override;
 
  private:
-  struct Heard {
+  struct ReceivedMessage {
     PeerInfo info;
     std::int64_t arrival_ns = 0;
   };
@@ -53,7 +53,7 @@ class EarlyInbox : public Inbox {
   std::atomic<Inbox*> next_{nullptr};  // set under mutex_
   std::atomic<bool> twin_{false};
   mutable std::mutex mutex_;
-  std::map<PeerId, Heard> here_;
+  std::map<PeerId, ReceivedMessage> here_;
   SceneOffers offers_;
 };
 

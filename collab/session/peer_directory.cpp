@@ -132,8 +132,8 @@ void PeerDirectory::OnPeerInfo(const PeerInfo& info) {
   } else if (returned) {
     Say(entry.info.name + role + " is back");
   }
-  TellUnequal(entry);
-  TellTerms(entry);
+  NotifyUnequal(entry);
+  NotifyTerms(entry);
   using Kind = MembershipChange::Kind;
   // a peer that is here but has ceased to take part is gone for the hand
   const bool begins = Counts(entry) && !entry.felt;
@@ -153,7 +153,7 @@ void PeerDirectory::OnScene(const SceneManifest& manifest) {
   const std::lock_guard lock(mutex_);
   offers_.OnScene(manifest);
   const auto it = entries_.find(manifest.offered_by);
-  if (it != entries_.end()) TellUnequal(it->second);
+  if (it != entries_.end()) NotifyUnequal(it->second);
 }
 
 void PeerDirectory::OnSceneWithdrawn(PeerId peer) {
@@ -178,10 +178,10 @@ void PeerDirectory::SetOwnTerms(const ForceTerms& terms) {
   const std::lock_guard lock(mutex_);
   if (own_ == terms) return;
   own_ = terms;
-  for (auto& [id, entry] : entries_) TellTerms(entry);
+  for (auto& [id, entry] : entries_) NotifyTerms(entry);
 }
 
-void PeerDirectory::TellTerms(Entry& entry) {
+void PeerDirectory::NotifyTerms(Entry& entry) {
   const bool counts = entry.info.role == Role::kActive && entry.refused.empty() &&
                       entry.presence == Presence::kHere && !own_.law.empty();
   if (!counts || entry.info.terms.law.empty()) return;
@@ -193,11 +193,11 @@ void PeerDirectory::TellTerms(Entry& entry) {
                              : " uses other force terms: " + entry.terms_told));
 }
 
-void PeerDirectory::TellRefusals(const DropTable& drops) {
+void PeerDirectory::NotifyRefusals(const DropTable& drops) {
   for (const auto& [peer, counts] : drops.Rows()) {
     for (std::size_t i = 0; i < counts.size(); ++i) {
       const auto reason = static_cast<Drop>(i);
-      const char* const what = InWords(reason);
+      const char* const what = ReasonText(reason);
       if (what == nullptr || counts[i] < TellFrom(reason)) continue;
       if (refusals_told_.size() >= kMostRefusals || !refusals_told_.emplace(peer, reason).second) {
         continue;
@@ -209,7 +209,7 @@ void PeerDirectory::TellRefusals(const DropTable& drops) {
   }
 }
 
-void PeerDirectory::TellUnequal(Entry& entry) {
+void PeerDirectory::NotifyUnequal(Entry& entry) {
   const SceneManifest* const offer = offers_.From(entry.info.peer);
   if (!entry.unequal || entry.unequal_told || offer == nullptr) return;
   const ForceParameters theirs = ParametersOf(*offer);
@@ -266,7 +266,7 @@ void PeerDirectory::HandOver(Entry& entry) {
   }
 }
 
-void PeerDirectory::TellOwed() {
+void PeerDirectory::NotifyOwed() {
   const std::lock_guard lock(mutex_);
   // ends first: they make room for peers that have come
   for (auto& [id, entry] : entries_) HandOverEnd(entry);
@@ -292,8 +292,8 @@ bool PeerDirectory::Push(const Entry& entry, MembershipChange::Kind kind) {
 }
 
 void PeerDirectory::Say(std::string line) {
-  if (news_.size() < kMostNews) {
-    news_.push_back(std::move(line));
+  if (notifications_.size() < kMostNews) {
+    notifications_.push_back(std::move(line));
   } else {
     ++untold_;
   }
@@ -327,11 +327,11 @@ PeerId PeerDirectory::PeerNamed(const std::string& name) const {
   return 0;
 }
 
-std::vector<std::string> PeerDirectory::TakeNews() {
+std::vector<std::string> PeerDirectory::TakeNotifications() {
   const std::lock_guard lock(mutex_);
-  if (untold_ > 0) news_.push_back("and " + std::to_string(untold_) + " more such lines");
+  if (untold_ > 0) notifications_.push_back("and " + std::to_string(untold_) + " more such lines");
   untold_ = 0;
-  return std::exchange(news_, {});
+  return std::exchange(notifications_, {});
 }
 
 }  // namespace tandem

@@ -69,9 +69,9 @@ class PeerDirectory {
   /// Sets our own force terms, which the other peers' are compared with; called when they change.
   void SetOwnTerms(const ForceTerms& terms);
   /// Passes changes that found no room in the haptic thread's queue, as far as there is room.
-  void TellOwed();
+  void NotifyOwed();
   /// Reports for each peer which of its samples were refused, once for each reason.
-  void TellRefusals(const DropTable& drops);
+  void NotifyRefusals(const DropTable& drops);
   /// Returns whether the other program with our keys was here first, by its beat and ours.
   bool TwinCameBefore(std::uint32_t beat) const;
 
@@ -87,7 +87,7 @@ class PeerDirectory {
   std::optional<SceneManifest> SessionScene() const;
   /// Returns the news since the last call, a line each: "anna joined", "anna left", "anna is lost",
   /// "anna is back".
-  std::vector<std::string> TakeNews();
+  std::vector<std::string> TakeNotifications();
   /// The haptic thread's end of the queue.
   SpscQueue<MembershipChange>& changes() noexcept { return changes_; }
 
@@ -105,8 +105,8 @@ class PeerDirectory {
   void HandOverEnd(Entry& entry);
   void HandOver(Entry& entry);
   bool Push(const Entry& entry, MembershipChange::Kind kind);
-  void TellUnequal(Entry& entry);
-  void TellTerms(Entry& entry);
+  void NotifyUnequal(Entry& entry);
+  void NotifyTerms(Entry& entry);
   void Say(std::string line);
 
   PeerId self_;
@@ -122,7 +122,7 @@ class PeerDirectory {
   std::set<std::pair<PeerId, Drop>> refusals_told_;
   std::uint64_t departures_ = 0;
   bool crowd_told_ = false;
-  std::vector<std::string> news_;
+  std::vector<std::string> notifications_;
   std::size_t untold_ = 0;  // lines that found no room
   SpscQueue<MembershipChange> changes_{256};
 };

@@ -21,8 +21,8 @@ std::string OtherProtocol(const PeerInfo& info) {
 
 bool Viewer::IsOfAScene(ObjectId object) const {
   const SceneManifest* const session = offers_.session();
-  const bool told = session != nullptr && !session->bodies.empty();
-  return object < (told ? session->bodies.size() : kMaxSceneBodies);
+  const bool reported = session != nullptr && !session->bodies.empty();
+  return object < (reported ? session->bodies.size() : kMaxSceneBodies);
 }
 
 std::uint64_t Viewer::refused() const {
@@ -61,7 +61,7 @@ void Viewer::OnView(const ViewFrame& frame, std::int64_t arrival_ns) {
   peer.V_W = frame.V_W;
   peer.seq = frame.seq;
   if (peer.first_heard_ns == 0) peer.first_heard_ns = arrival_ns;
-  peer.heard_ns = arrival_ns;
+  peer.received_ns = arrival_ns;
   // each frame of a peer with many bodies has some of them
   for (std::size_t i = 0; i < std::min<std::size_t>(frame.count, kMaxViewBodies); ++i) {
     const ViewBody& body = frame.bodies[i];
@@ -101,7 +101,7 @@ void Viewer::OnPeerInfo(const PeerInfo& info, std::int64_t arrival_ns) {
   peer.introduced = true;
   peer.presence = ViewedPeer::Presence::kHere;
   if (peer.first_heard_ns == 0) peer.first_heard_ns = arrival_ns;
-  peer.heard_ns = std::max(peer.heard_ns, arrival_ns);
+  peer.received_ns = std::max(peer.received_ns, arrival_ns);
   if (renamed) TakePlacesOfNamesakes(peer);
 }
 
@@ -147,8 +147,8 @@ void Viewer::NoteEnd(PeerId peer, ViewedPeer::Presence presence) {
   it->second.presence = presence;
   // it fell silent before a namesake came: the same person, whose first program has crashed
   for (auto& [id, other] : peers_) {
-    const bool after =
-        other.presence == ViewedPeer::Presence::kHere && other.first_heard_ns > it->second.heard_ns;
+    const bool after = other.presence == ViewedPeer::Presence::kHere &&
+                       other.first_heard_ns > it->second.received_ns;
     if (after && AreNamesakes(other, it->second)) return TakePlace(other, peer);
   }
 }

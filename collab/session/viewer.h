@@ -47,7 +47,7 @@ struct ViewedPeer {
   double link_force = 0;         // N; largest force of its couplings
   Twist V_W;                     // twist of its held body, at the body's X_W
   std::uint32_t seq = 0;         // number of its newest frame
-  std::int64_t heard_ns = 0;     // newest sign of it, on this machine's clock
+  std::int64_t received_ns = 0;  // newest sign of it, on this machine's clock
   std::vector<ViewBody> bodies;  // newest poses
 };
 

@@ -7,8 +7,8 @@
 #include <utility>
 
 #include "collab/coupling/coupling_law.h"
+#include "collab/simulated/checkers/monitored_hand.h"
 #include "collab/simulated/checkers/session_checker.h"
-#include "collab/simulated/checkers/watched_hand.h"
 #include "collab/simulated/network/hostile_member.h"
 #include "collab/simulated/network/light_scene.h"
 #include "engine/base/hash.h"
@@ -92,22 +92,22 @@ class Run {
       const std::int64_t end_ms = rest_ms + kQuietMs + 4 * round_trip_ms;
       // a law that ignores delay does not come to rest
       if (ms == end_ms && schedule_.law != "constant") {
-        checker_.LookAtEnd(session_, member_, viewer_);
+        checker_.CheckEnd(session_, member_, viewer_);
       }
       result.seconds = 1e-3 * static_cast<double>(ms);
       if (ms == end_ms + kForgetMs) break;
       if (hostile_) ms < schedule_.faults_end_ms ? hostile_->Step() : hostile_->Leave();
       session_.Step();
       SeeGrasps();
-      checker_.Look(session_);
-      if (log_) TellNews();
+      checker_.Check(session_);
+      if (log_) PrintNotifications();
       if (ms % kDigestFrames == 0) Digest();
       for (std::size_t m = 0; m < session_.size(); ++m) {
         result.peer_seconds += session_.present(m) ? 1e-3 : 0.0;
       }
     }
-    if (schedule_.law != "constant") checker_.LookAtLinks(session_);
-    result.broken = checker_.breakages().all();
+    if (schedule_.law != "constant") checker_.CheckLinks(session_);
+    result.broken = checker_.violations().all();
     result.digest = digest_.value();
     result.tally = CountOf(schedule_);
     result.tally["asked"] = checker_.events(EventKind::kAsk);
@@ -116,9 +116,9 @@ class Run {
     result.tally["let go"] = checker_.events(EventKind::kRelease);
     result.tally["taken in hand"] = taken_;
     if (hostile_) {
-      result.tally["hostile words"] = hostile_->said();
+      result.tally["hostile words"] = hostile_->stated();
       for (std::size_t m = 0; m < session_.size(); ++m) {
-        const DropCounts drops = session_.node(m).inbox().drops().Of(hostile_->id());
+        const DropCounts drops = session_.node(m).inbox().drops().CountsOf(hostile_->id());
         for (std::size_t i = 0; i < drops.size(); ++i) {
           if (drops[i] == 0) continue;
           result.tally[std::string("refused: ") + NameOf(static_cast<Drop>(i))] += drops[i];
@@ -143,7 +143,7 @@ class Run {
                                                static_cast<double>(schedule_.peers.size()));
     const auto body =
         static_cast<std::size_t>(model_->body_index[static_cast<std::size_t>(peer.object)]);
-    auto hand = std::make_unique<WatchedHand>(peer.hand, model_->bodies[body].X_WB0, checker_, p);
+    auto hand = std::make_unique<MonitoredHand>(peer.hand, model_->bodies[body].X_WB0, checker_, p);
     hands_[p] = hand.get();
     auto node = std::make_unique<PeerNode>(model_, std::move(hand), kSceneHash, options);
     member_[p] = static_cast<int>(session_.Add(std::move(node), peer.id, peer.clock));
@@ -233,7 +233,7 @@ class Run {
   bool HandsAreHome() {
     for (std::size_t p = 0; p < schedule_.peers.size(); ++p) {
       if (!IsHere(p)) continue;
-      if (!hands_[p]->at_home() || PeerOf(p).holdings().wanted() >= 0) return false;
+      if (!hands_[p]->at_home() || PeerOf(p).ownership().wanted() >= 0) return false;
       if (grasps_[p].held >= 0 && !grasps_[p].stillness.is_still()) return false;
     }
     return true;
@@ -250,7 +250,7 @@ class Run {
     for (std::size_t p = 0; p < schedule_.peers.size(); ++p) {
       if (!IsHere(p)) continue;
       Grasp& grasp = grasps_[p];
-      const int held = PeerOf(p).holdings().held();
+      const int held = PeerOf(p).ownership().held();
       if (held != grasp.held && held >= 0) {
         ++taken_;
         const auto body = static_cast<std::size_t>(held);
@@ -301,17 +301,17 @@ class Run {
     }
   }
 
-  void TellNews() {
+  void PrintNotifications() {
     for (std::size_t m = 0; m < session_.size(); ++m) {
-      for (const std::string& line : session_.node(m).TakeNews()) {
+      for (const std::string& line : session_.node(m).TakeNotifications()) {
         log_(Text("%6.3f s: peer %llu is told: ",
                   1e-9 * static_cast<double>(session_.now_ns() - kBeginNs),
                   static_cast<unsigned long long>(session_.id(m))) +
              line);
       }
     }
-    for (; told_ < checker_.breakages().all().size(); ++told_) {
-      log_("   BROKEN " + checker_.breakages().all()[told_]);
+    for (; reported_ < checker_.violations().all().size(); ++reported_) {
+      log_("   BROKEN " + checker_.violations().all()[reported_]);
     }
   }
 
@@ -328,7 +328,7 @@ class Run {
   struct Grasp {
     int held = -1;           // body in hand a frame ago
     bool as_agreed = false;  // grasped at the place that all know, before the body had moved
-    Stillness stillness;     // stillness of the held body
+    RestDetector stillness;  // stillness of the held body
     bool again = false;      // it is to take the shared body once more
     std::vector<bool> at_first;
   };
@@ -342,12 +342,12 @@ class Run {
   std::unique_ptr<Transport> viewer_link_;
   std::optional<HostileMember> hostile_;
   std::vector<int> member_;  // number in the session of each scheduled peer; -1: not there yet
-  std::vector<const WatchedHand*> hands_;
+  std::vector<const MonitoredHand*> hands_;
   std::vector<Grasp> grasps_;
   std::vector<std::vector<LinkConditions>> links_;
   std::vector<std::pair<std::size_t, std::size_t>> cuts_;
   std::uint64_t taken_ = 0;
-  std::size_t told_ = 0;
+  std::size_t reported_ = 0;
   Hash64 digest_;
 };
 

@@ -22,7 +22,7 @@ constexpr double kCubicGrowth = 0.4;  // packets/s^3
 class MadeWay {
  public:
   /// `phase`: phase of the period and the transfers, 0 to 1, the same for both ways.
-  MadeWay(const WayModel& model, std::uint64_t seed, double phase)
+  MadeWay(const DirectionModel& model, std::uint64_t seed, double phase)
       : model_(model), random_(seed), phase_(phase) {
     level_ = Random();
     wait_ = Normal();
@@ -135,7 +135,7 @@ class MadeWay {
     return chance < (in_burst_ ? model_.burst_loss : model_.loss);
   }
 
-  const WayModel& model_;
+  const DirectionModel& model_;
   std::mt19937_64 random_;
   double phase_;
   double level_ = 0;    // delay share of this period

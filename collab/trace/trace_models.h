@@ -11,7 +11,7 @@ namespace tandem {
 
 /// Model of one way of a line. Samples keep their order: each part is a queue.
 /// docs/network-plans.md says which figures are published and which are chosen.
-struct WayModel {
+struct DirectionModel {
   double base_ms = 0;       // least delay
   double grid_ms = 0;       // sending begins at multiples of this: a sample waits for the next
   double queue_ms = 0;      // mean wait behind other traffic, which varies (log-normal)
@@ -48,8 +48,8 @@ struct WayModel {
 struct TraceModel {
   std::string name;
   std::string title;
-  WayModel there;
-  WayModel back;
+  DirectionModel there;
+  DirectionModel back;
 };
 
 std::span<const TraceModel> TraceModels();

@@ -25,7 +25,7 @@ constexpr std::size_t kMostKept = 32'000'000;  // samples of all traces, 8 bytes
 struct Kept {
   std::mutex mutex;
   std::map<std::string, NetworkTrace> traces;
-  std::map<std::tuple<std::string, TraceWay, double>, std::unique_ptr<const LinkTrace>> ways;
+  std::map<std::tuple<std::string, TraceDirection, double>, std::unique_ptr<const LinkTrace>> ways;
   std::size_t samples = 0;  // sum over all ways
 };
 
@@ -36,8 +36,8 @@ Kept& AllKept() {
 
 /// Returns one way of the trace that `make` makes, called once for each `key`.
 template <typename Make>
-Result<const LinkTrace*> KeepWay(const std::string& key, LinkTrace::Source source, TraceWay way,
-                                 double stretch, Make make) {
+Result<const LinkTrace*> KeepWay(const std::string& key, LinkTrace::Source source,
+                                 TraceDirection way, double stretch, Make make) {
   Kept& kept = AllKept();
   const std::lock_guard lock(kept.mutex);
   auto network = kept.traces.find(key);
@@ -46,7 +46,7 @@ Result<const LinkTrace*> KeepWay(const std::string& key, LinkTrace::Source sourc
     if (!made) return made.error();
     network = kept.traces.emplace(key, *std::move(made)).first;
   }
-  const bool back = way == TraceWay::kBack;
+  const bool back = way == TraceDirection::kBack;
   const auto found = kept.ways.find({key, way, stretch});
   if (found != kept.ways.end()) return found->second.get();
   const NetworkTrace& trace = network->second;
@@ -88,7 +88,7 @@ double PlaceOf(std::uint64_t seed) {
 
 }  // namespace
 
-Result<const LinkTrace*> KeepTrace(const std::filesystem::path& file, TraceWay way,
+Result<const LinkTrace*> KeepTrace(const std::filesystem::path& file, TraceDirection way,
                                    double stretch) {
   std::error_code failed;
   const std::filesystem::path whole = std::filesystem::absolute(file, failed);
@@ -99,7 +99,7 @@ Result<const LinkTrace*> KeepTrace(const std::filesystem::path& file, TraceWay w
   });
 }
 
-Result<const LinkTrace*> KeepModel(const std::string& name, TraceWay way, double stretch) {
+Result<const LinkTrace*> KeepModel(const std::string& name, TraceDirection way, double stretch) {
   LinkTrace::Source source;
   source.model = name;
   return KeepWay("model " + name, source, way, stretch, [&name] {
@@ -127,14 +127,14 @@ TraceChoice ReadTraceKeys(const JsonNode& node, const std::filesystem::path& fol
   if (node.Has("mix")) choice.mix = node["mix"].TrueOrFalse();
   const JsonNode named = node[model ? "model" : "trace"];
   const std::string name = named.Text(model ? "the name of a model" : "a trace's file");
-  for (const TraceWay way : {TraceWay::kThere, TraceWay::kBack}) {
+  for (const TraceDirection way : {TraceDirection::kThere, TraceDirection::kBack}) {
     const Result<const LinkTrace*> kept =
         model ? KeepModel(name, way, stretch) : KeepTrace(folder / name, way, stretch);
     if (!kept) {
       named.Fault(kept.error().what);
       return {};
     }
-    (way == TraceWay::kThere ? choice.there : choice.back) = *kept;
+    (way == TraceDirection::kThere ? choice.there : choice.back) = *kept;
     if ((*kept)->facts().longest_ms > kLongestTracedMs) {
       named.Fault("holds a sample back for more than 10 s: stretch it less");
       return {};

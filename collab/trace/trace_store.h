@@ -11,15 +11,16 @@
 namespace tandem {
 
 /// A way of a network's trace.
-enum class TraceWay : std::uint8_t { kThere, kBack };
+enum class TraceDirection : std::uint8_t { kThere, kBack };
 
 /// Returns one way of a trace file. The program reads or makes each trace once and keeps it until
 /// its end, so that threads may use it without counting. A changed file is another trace. From any
 /// thread.
-Result<const LinkTrace*> KeepTrace(const std::filesystem::path& file, TraceWay way, double stretch);
+Result<const LinkTrace*> KeepTrace(const std::filesystem::path& file, TraceDirection way,
+                                   double stretch);
 /// Does the same for a model's first two minutes at 1 kHz (trace_models.h), with seed 1. Errors: no
 /// model has that name.
-Result<const LinkTrace*> KeepModel(const std::string& name, TraceWay way, double stretch);
+Result<const LinkTrace*> KeepModel(const std::string& name, TraceDirection way, double stretch);
 
 /// The trace named by a plan's step or a case's network: `trace` (a file in `folder`) or `model`,
 /// `stretch`, `start_s`, `mix`.

@@ -55,7 +55,7 @@ struct FilePiece {
 };
 
 /// One side of a transfer. A transport calls it on a separate thread.
-class FileParty {
+class TransferEndpoint {
  public:
   /// Functions that send its messages. Messages that cannot be sent are lost.
   struct Out {
@@ -64,7 +64,7 @@ class FileParty {
     std::function<std::size_t()> listeners;  // number of programs that receive pieces
   };
 
-  virtual ~FileParty() = default;
+  virtual ~TransferEndpoint() = default;
   virtual bool serves() const = 0;  // else it fetches
   /// Returns whether it takes part in transfers now. While it fetches nothing, others send it
   /// nothing: every program that receives pieces costs the serving peers a copy of them.
@@ -72,7 +72,7 @@ class FileParty {
   virtual void OnAsk(const FileAsk& /*ask*/, std::int64_t /*now_ns*/) {}
   virtual void OnPiece(const FilePiece& /*piece*/, std::int64_t /*now_ns*/) {}
   /// Sends the messages that are due. Returns the latest time for the next call.
-  virtual std::int64_t Turn(std::int64_t now_ns, const Out& out) = 0;
+  virtual std::int64_t Tick(std::int64_t now_ns, const Out& out) = 0;
   /// Makes lengthy work give up.
   virtual void Stop() {}
 };

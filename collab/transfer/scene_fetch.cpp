@@ -27,8 +27,8 @@ PeerId SceneFetch::source() const noexcept {
   return found == sources_.end() ? 0 : found->peer;
 }
 
-std::vector<std::string> SceneFetch::TakeNews() {
-  return std::exchange(news_, {});
+std::vector<std::string> SceneFetch::TakeNotifications() {
+  return std::exchange(notifications_, {});
 }
 
 void SceneFetch::GoTo(State state, std::int64_t now_ns) {
@@ -195,7 +195,7 @@ void SceneFetch::Refuse(const std::string& why, std::int64_t now_ns) {
     state_ = State::kFailed;
     return;
   }
-  news_.push_back(why + "; another peer has other files");
+  notifications_.push_back(why + "; another peer has other files");
   GoTo(State::kLooking, now_ns);
 }
 
@@ -211,14 +211,14 @@ void SceneFetch::OnListPiece(const FilePiece& piece, std::int64_t now_ns) {
   const std::size_t at = std::size_t{piece.number} * kPieceBytes;
   const std::size_t bytes = std::min(kPieceBytes, list_text_.size() - at);
   if (!coder_.Unpack(piece.bytes, piece.compressed, std::span(list_text_).subspan(at, bytes))) {
-    news_.emplace_back(
+    notifications_.emplace_back(
         "a peer sent what is no piece of the list of files: nothing more is taken from it");
     return Drop(Fault::kWrong, now_ns);
   }
   held_[piece.number] = true;
   if (std::ranges::find(held_, false) != held_.end()) return;
   if (FileDigestOf(list_text_) != digest_) {
-    news_.emplace_back(
+    notifications_.emplace_back(
         "a peer sent another list of files than it offered: nothing more is taken from it");
     held_.assign(held_.size(), false);
     first_missing_ = 0;
@@ -240,7 +240,8 @@ void SceneFetch::OnFilePiece(const FilePiece& piece, std::int64_t now_ns) {
   const bool sound = coder_.Unpack(piece.bytes, piece.compressed, piece_) &&
                      FileDigestOf(piece_) == list_.files[place.file].pieces[place.piece];
   if (!sound) {
-    news_.emplace_back("a peer sent a piece that is not the file's: nothing more is taken from it");
+    notifications_.emplace_back(
+        "a peer sent a piece that is not the file's: nothing more is taken from it");
     return Drop(Fault::kWrong, now_ns);
   }
   if (!store_->Write(place, piece_)) {
@@ -262,7 +263,7 @@ void SceneFetch::Ask(std::int64_t now_ns, const Out& out) {
     return is_lost;
   });
   rate_.OnLost(lost);
-  rate_.Turn(now_ns);
+  rate_.Tick(now_ns);
   if (now_ns - asked_ns_ < kLeastAskNs) return;
   const std::size_t free = rate_.room() - std::min(rate_.room(), outstanding_.size());
   if (free < std::min(kLeastAsked, rate_.room() / 2)) return;
@@ -277,19 +278,20 @@ void SceneFetch::Ask(std::int64_t now_ns, const Out& out) {
   std::uint32_t number = first_missing_;
   while (number < PiecesWanted() && (Holds(number) || outstanding_.contains(number))) ++number;
   ask.first = number;
-  std::size_t asked = 0;
-  for (std::size_t i = 0; i < kAskSpan && number < PiecesWanted() && asked < free; ++i, ++number) {
+  std::size_t requested = 0;
+  for (std::size_t i = 0; i < kAskSpan && number < PiecesWanted() && requested < free;
+       ++i, ++number) {
     if (Holds(number) || outstanding_.contains(number)) continue;
     ask.wanted[i] = true;
     outstanding_[number] = now_ns;
-    ++asked;
+    ++requested;
   }
-  if (asked == 0) return;
+  if (requested == 0) return;
   asked_ns_ = now_ns;
   out.ask(ask);
 }
 
-std::int64_t SceneFetch::Turn(std::int64_t now_ns, const Out& out) {
+std::int64_t SceneFetch::Tick(std::int64_t now_ns, const Out& out) {
   if (began_ns_ == 0) began_ns_ = since_ns_ = now_ns;
   if (state_ == State::kLooking) {
     if (offer_ns_ != 0 && now_ns - offer_ns_ >= kSettleNs && !sources_.empty()) {

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "collab/transfer/file_messages.h"
-#include "collab/transfer/rate_finder.h"
+#include "collab/transfer/rate_controller.h"
 #include "collab/transfer/scene_list.h"
 
 namespace tandem {
@@ -33,7 +33,7 @@ class PieceStore {
 /// programs offer is tried first. The content hash of its files tells at the end whether they are
 /// the session's scene. If they are not, Refuse() goes on to the next list. Times are handed in.
 /// Used by one thread.
-class SceneFetch : public FileParty {
+class SceneFetch : public TransferEndpoint {
  public:
   static constexpr std::size_t kMostSources = 16;
   static constexpr std::int64_t kAgainNs = 250'000'000;   // asks for offers again
@@ -58,7 +58,7 @@ class SceneFetch : public FileParty {
 
   bool serves() const override { return false; }
   void OnPiece(const FilePiece& piece, std::int64_t now_ns) override;
-  std::int64_t Turn(std::int64_t now_ns, const Out& out) override;
+  std::int64_t Tick(std::int64_t now_ns, const Out& out) override;
 
   /// Accepts the list, and fetches its files into `store`, except pieces that are there.
   void Begin(PieceStore& store, std::int64_t now_ns);
@@ -75,7 +75,7 @@ class SceneFetch : public FileParty {
   /// The reason of a failure, in a line.
   const std::string& fault() const noexcept { return fault_; }
   /// Returns the news for a person, a line each.
-  std::vector<std::string> TakeNews();
+  std::vector<std::string> TakeNotifications();
   /// The peers whose pieces or lists were wrong.
   const std::vector<PeerId>& liars() const noexcept { return liars_; }
 
@@ -119,7 +119,7 @@ class SceneFetch : public FileParty {
   std::set<std::uint64_t> wrong_programs_;
   std::set<FileDigest> wrong_lists_;
   std::vector<PeerId> liars_;
-  std::vector<std::string> news_;
+  std::vector<std::string> notifications_;
   FileDigest digest_{};           // digest of the list
   std::uint32_t list_bytes_ = 0;  // size of the list, as offered
   std::vector<char> list_text_;
@@ -130,7 +130,7 @@ class SceneFetch : public FileParty {
   std::map<std::uint32_t, std::int64_t> outstanding_;  // piece numbers asked for, and when
   std::uint64_t bytes_held_ = 0;
   std::uint64_t bytes_at_start_ = 0;
-  RateFinder rate_;
+  RateController rate_;
   PieceCoder coder_;
   std::vector<char> piece_;
   std::string fault_;

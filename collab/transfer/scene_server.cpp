@@ -29,20 +29,20 @@ SceneServer::SceneServer(PeerId self, std::uint64_t content_hash, Open open, std
 
 std::size_t SceneServer::waiting() const noexcept {
   std::size_t sum = 0;
-  for (const Asker& asker : askers_) sum += asker.waiting.size();
+  for (const Requester& asker : askers_) sum += asker.waiting.size();
   return sum;
 }
 
 void SceneServer::Note(const std::string& line) {
   const std::scoped_lock lock(news_mutex_);
-  news_ = line;
+  notifications_ = line;
   has_news_.store(true);
 }
 
-std::string SceneServer::TakeNews() {
+std::string SceneServer::TakeNotifications() {
   if (!has_news_.exchange(false)) return {};
   const std::scoped_lock lock(news_mutex_);
-  return std::exchange(news_, {});
+  return std::exchange(notifications_, {});
 }
 
 void SceneServer::OnAsk(const FileAsk& ask, std::int64_t now_ns) {
@@ -52,7 +52,7 @@ void SceneServer::OnAsk(const FileAsk& ask, std::int64_t now_ns) {
     return;
   }
   if (!files_ || ask.list != list_digest_) return;
-  auto asker = std::ranges::find(askers_, ask.program, &Asker::program);
+  auto asker = std::ranges::find(askers_, ask.program, &Requester::program);
   if (asker == askers_.end()) {
     if (askers_.size() == kMostAskers) return;
     asker = askers_.emplace(askers_.end());
@@ -62,12 +62,12 @@ void SceneServer::OnAsk(const FileAsk& ask, std::int64_t now_ns) {
     asker->waiting.clear();
     asker->known.clear();
   }
-  if (ask.kind == FileAsk::Kind::kFiles && !std::exchange(told_, true)) {
+  if (ask.kind == FileAsk::Kind::kFiles && !std::exchange(reported_, true)) {
     Note("a joiner fetches the scene's files from here (--no-share-scene keeps them here)");
   }
   asker->kind = ask.kind;
   asker->peer = ask.from;
-  asker->heard_ns = now_ns;
+  asker->received_ns = now_ns;
   asker->rate = std::max(ask.rate, kLeastRate);
   const std::uint32_t pieces =
       ask.kind == FileAsk::Kind::kList ? PiecesOf(list_.size()) : files_->list().pieces();
@@ -113,12 +113,12 @@ void SceneServer::Offer(std::int64_t now_ns, const Out& out) {
   out.piece(offer);
 }
 
-SceneServer::Asker* SceneServer::NextAsker(std::int64_t now_ns) {
-  std::erase_if(askers_, [now_ns](const Asker& asker) {
-    return now_ns - asker.heard_ns > kForgetNs;
+SceneServer::Requester* SceneServer::NextRequester(std::int64_t now_ns) {
+  std::erase_if(askers_, [now_ns](const Requester& asker) {
+    return now_ns - asker.received_ns > kForgetNs;
   });
   for (std::size_t i = 0; i < askers_.size(); ++i) {
-    Asker& asker = askers_[(turn_ + i) % askers_.size()];
+    Requester& asker = askers_[(turn_ + i) % askers_.size()];
     if (asker.waiting.empty() || asker.room_from_ns > now_ns) continue;
     turn_ = (turn_ + i + 1) % askers_.size();
     return &asker;
@@ -126,7 +126,7 @@ SceneServer::Asker* SceneServer::NextAsker(std::int64_t now_ns) {
   return nullptr;
 }
 
-std::size_t SceneServer::Serve(Asker& asker, std::int64_t now_ns, const Out& out) {
+std::size_t SceneServer::Serve(Requester& asker, std::int64_t now_ns, const Out& out) {
   const std::uint32_t number = asker.waiting.front();
   asker.waiting.pop_front();
   asker.known.erase(number);
@@ -150,14 +150,14 @@ std::size_t SceneServer::Serve(Asker& asker, std::int64_t now_ns, const Out& out
   return out_.bytes.size() + kHeads;
 }
 
-std::int64_t SceneServer::Turn(std::int64_t now_ns, const Out& out) {
+std::int64_t SceneServer::Tick(std::int64_t now_ns, const Out& out) {
   Offer(now_ns, out);
   std::int64_t next_ns = now_ns + kIdleNs;
   if (wants_offer_) next_ns = std::min(next_ns, offer_from_ns_);
   if (!files_) return next_ns;
   room_from_ns_ = std::max(room_from_ns_, now_ns - kAtOnceNs);
   if (room_from_ns_ <= now_ns) {
-    if (Asker* const asker = NextAsker(now_ns)) {
+    if (Requester* const asker = NextRequester(now_ns)) {
       const std::size_t bytes = Serve(*asker, now_ns, out);
       // each program that receives pieces gets a copy
       const std::size_t copies = std::clamp<std::size_t>(out.listeners(), 1, 64);
@@ -166,7 +166,7 @@ std::int64_t SceneServer::Turn(std::int64_t now_ns, const Out& out) {
           std::max(asker->room_from_ns, now_ns - kAtOnceNs) + NsOf(bytes, asker->rate);
     }
   }
-  for (const Asker& asker : askers_) {
+  for (const Requester& asker : askers_) {
     if (asker.waiting.empty()) continue;
     next_ns = std::min(next_ns, std::max(asker.room_from_ns, room_from_ns_));
   }

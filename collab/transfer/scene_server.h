@@ -20,7 +20,7 @@ namespace tandem {
 /// asking program takes a bounded place, whatever it asks for: there are kMostAskers places of
 /// kMostWaiting pieces each, served in turn. A program that has not asked for kForgetNs loses its
 /// place; until then no other program gets it.
-class SceneServer : public FileParty {
+class SceneServer : public TransferEndpoint {
  public:
   static constexpr std::size_t kMostAskers = 16;
   static constexpr std::size_t kMostWaiting = 512;
@@ -35,20 +35,20 @@ class SceneServer : public FileParty {
 
   bool serves() const override { return true; }
   void OnAsk(const FileAsk& ask, std::int64_t now_ns) override;
-  std::int64_t Turn(std::int64_t now_ns, const Out& out) override;
+  std::int64_t Tick(std::int64_t now_ns, const Out& out) override;
   void Stop() override { stop_.store(true); }
 
   /// Returns news for a person here, each once; empty: none. From any thread.
-  std::string TakeNews();
+  std::string TakeNotifications();
   std::size_t askers() const noexcept { return askers_.size(); }
   std::size_t waiting() const noexcept;  // pieces of all askers
 
  private:
-  struct Asker {
+  struct Requester {
     std::uint64_t program = 0;
     PeerId peer = 0;
     FileAsk::Kind kind = FileAsk::Kind::kFiles;
-    std::int64_t heard_ns = 0;
+    std::int64_t received_ns = 0;
     std::int64_t room_from_ns = 0;  // when its own rate has paid off the bytes sent to it
     std::uint32_t rate = 0;
     std::deque<std::uint32_t> waiting;
@@ -58,9 +58,9 @@ class SceneServer : public FileParty {
   bool Ready();
   void Note(const std::string& line);
   void Offer(std::int64_t now_ns, const Out& out);
-  Asker* NextAsker(std::int64_t now_ns);
+  Requester* NextRequester(std::int64_t now_ns);
   /// Sends its next piece; returns its bytes, 0: none was sent.
-  std::size_t Serve(Asker& asker, std::int64_t now_ns, const Out& out);
+  std::size_t Serve(Requester& asker, std::int64_t now_ns, const Out& out);
 
   const PeerId self_;
   const std::uint64_t content_hash_;
@@ -69,13 +69,13 @@ class SceneServer : public FileParty {
   std::atomic<bool> stop_{false};
   std::atomic<bool> has_news_{false};
   std::mutex news_mutex_;
-  std::string news_;
-  bool told_ = false;  // the user was told that a program fetches
+  std::string notifications_;
+  bool reported_ = false;  // the user was told that a program fetches
   bool opened_ = false;
   std::optional<SceneFiles> files_;
   std::vector<char> list_;  // encoded
   FileDigest list_digest_{};
-  std::vector<Asker> askers_;
+  std::vector<Requester> askers_;
   std::size_t turn_ = 0;            // index of the asker whose turn it is
   std::int64_t room_from_ns_ = 0;   // when the rate has paid off all bytes sent
   std::int64_t offer_from_ns_ = 0;  // the same for offers

@@ -17,9 +17,9 @@ using ScheduleMaker = std::unique_ptr<Schedule> (*)(const PointBlocks& blocks, c
 
 /// The behaviour of a mirror while we push it.
 enum class MirrorModel : std::uint8_t {
-  kBlend,         // firm at first, then it gives way as the delay requires: ContactBlend
-  kHeld,          // rigid at the last received pose
-  kDeadReckoned,  // rigid at the pose extrapolated to the present
+  kCompliantMirror,  // firm at first, then it gives way as the delay requires: MirrorCompliance
+  kHeld,             // rigid at the last received pose
+  kDeadReckoned,     // rigid at the pose extrapolated to the present
 };
 
 /// Everything that exists to compare: each option takes one part of the simulation away, or puts
@@ -39,7 +39,7 @@ struct ExperimentOptions {
   /// Each end of a link computes the spring between its instance and the copy, sends that force,
   /// and applies the force that it receives. Unstable from a quarter of k_crit on.
   bool exchange_forces = false;
-  MirrorModel mirror = MirrorModel::kBlend;
+  MirrorModel mirror = MirrorModel::kCompliantMirror;
 };
 
 }  // namespace tandem

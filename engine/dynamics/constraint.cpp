@@ -128,7 +128,8 @@ Constraint BallConstraint(const Pose& X_WB0, const Vec3& p_W) {
 }
 
 StepEquations ConstrainedEquations(const Constraint& constraint, const Inertia& inertia,
-                                   const RigidState& state, const Load& load, double h) noexcept {
+                                   const RigidState& state, const LinearizedForce& load,
+                                   double h) noexcept {
   StepEquations step = ImplicitEquations(inertia, state, load, h);
   // the centre of mass circles J: m w x (w' x r) with the new w', which does no work on w'
   const Vec3 lever = Lever(constraint, state.X_WB);
@@ -145,7 +146,7 @@ Mat6 AllowedBasis(const Constraint& constraint, const Pose& X_WB) noexcept {
 }
 
 Twist ConstrainedTwist(const Constraint& constraint, const Inertia& inertia,
-                       const RigidState& state, const Load& load, double h) noexcept {
+                       const RigidState& state, const LinearizedForce& load, double h) noexcept {
   const Directions S = AllowedTwists(constraint, state.X_WB);
   const StepEquations step = ConstrainedEquations(constraint, inertia, state, load, h);
   using Reduced = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 6, 6>;
@@ -160,7 +161,7 @@ Twist ConstrainedTwist(const Constraint& constraint, const Inertia& inertia,
 
 double Advance(const Constraint& constraint, RigidState& state, const Twist& V_WB, double h,
                double radius, double max_travel) noexcept {
-  constexpr int kMostLooks = 8;
+  constexpr int kMostQueries = 8;
   if (!V_WB.v.allFinite() || !V_WB.w.allFinite()) {
     state.V_WB = {};
     return 0;
@@ -169,7 +170,7 @@ double Advance(const Constraint& constraint, RigidState& state, const Twist& V_W
   const Pose X_J0J = constraint.Allowed(InJoint(constraint, state.X_WB));
   double scale = 1.0;
   // usually one look, two where the travel is limited; a limit as small as rounding stops the body
-  for (int look = 0; look < kMostLooks; ++look) {
+  for (int look = 0; look < kMostQueries; ++look) {
     const JointRates rates{scale * wanted.turn, scale * wanted.slide};
     const Pose next{RotationBy(h * rates.turn) * X_J0J.q, X_J0J.p + h * rates.slide};
     const Pose X_WB = InWorld(constraint, constraint.Allowed(next));

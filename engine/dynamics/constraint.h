@@ -2,7 +2,7 @@
 
 #include <array>
 
-#include "engine/base/load.h"
+#include "engine/base/linearized_force.h"
 #include "engine/dynamics/rigid_body.h"
 
 namespace tandem {
@@ -43,14 +43,15 @@ Constraint BallConstraint(const Pose& X_WB0, const Vec3& p_W);
 
 /// Returns ImplicitEquations() for a constrained body.
 StepEquations ConstrainedEquations(const Constraint& constraint, const Inertia& inertia,
-                                   const RigidState& state, const Load& load, double h) noexcept;
+                                   const RigidState& state, const LinearizedForce& load,
+                                   double h) noexcept;
 /// Returns the twists that the body may have, as columns; the other columns are zero.
 Mat6 AllowedBasis(const Constraint& constraint, const Pose& X_WB) noexcept;
 
 /// Returns ImplicitTwist() for a constrained body: among the allowed twists, the choice of Gauss'
 /// principle of least constraint. The state's pose and twist must be allowed.
 Twist ConstrainedTwist(const Constraint& constraint, const Inertia& inertia,
-                       const RigidState& state, const Load& load, double h) noexcept;
+                       const RigidState& state, const LinearizedForce& load, double h) noexcept;
 
 /// Does Advance() for a constrained body. The new pose is allowed to rounding, after any number of
 /// steps. The new twist has the same rates of slide and turn at the new pose.

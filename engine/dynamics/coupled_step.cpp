@@ -37,7 +37,8 @@ void CoupledStep::AddBody(std::size_t number, const StepEquations& step, const T
   Add(number, number, reduced);
 }
 
-void CoupledStep::Couple(std::size_t a, std::size_t b, const CrossLoad& cross, double h) noexcept {
+void CoupledStep::Couple(std::size_t a, std::size_t b, const CrossJacobian& cross,
+                         double h) noexcept {
   TANDEM_CHECK(has(a) && has(b));
   Body& first = bodies_[a];
   Body& second = bodies_[b];

@@ -28,7 +28,7 @@ class CoupledStep {
                const Mat6& basis) noexcept;
   bool has(std::size_t body) const noexcept { return bodies_[body].here; }
   /// Adds the effect of two bodies on one another, after both have been added.
-  void Couple(std::size_t a, std::size_t b, const CrossLoad& cross, double h) noexcept;
+  void Couple(std::size_t a, std::size_t b, const CrossJacobian& cross, double h) noexcept;
   /// Solves for the twists at the end of the step. The symmetric part of the matrix is positive
   /// definite, so that blocks may be eliminated in any order.
   void Solve() noexcept;

@@ -4,8 +4,8 @@
 
 namespace tandem {
 
-StepEquations ImplicitEquations(const Inertia& inertia, const RigidState& state, const Load& load,
-                                double h) noexcept {
+StepEquations ImplicitEquations(const Inertia& inertia, const RigidState& state,
+                                const LinearizedForce& load, double h) noexcept {
   const Mat3 R = state.X_WB.q.toRotationMatrix();
   const Mat3 I_W = R * inertia.I_B * R.transpose();
   StepEquations step;
@@ -21,7 +21,7 @@ StepEquations ImplicitEquations(const Inertia& inertia, const RigidState& state,
   return step;
 }
 
-Twist ImplicitTwist(const Inertia& inertia, const RigidState& state, const Load& load,
+Twist ImplicitTwist(const Inertia& inertia, const RigidState& state, const LinearizedForce& load,
                     double h) noexcept {
   const StepEquations step = ImplicitEquations(inertia, state, load, h);
   const Vec6 V = step.A.partialPivLu().solve(step.b);
@@ -34,10 +34,10 @@ double Advance(RigidState& state, const Twist& V_WB, double h, double radius,
     state.V_WB = {};
     return 0;
   }
-  const double wanted = TravelOf(h * V_WB.v, h * V_WB.w.norm(), radius);
+  const double desired = TravelOf(h * V_WB.v, h * V_WB.w.norm(), radius);
   // |sin| is concave: scaling the twist scales the travel by at least as much, so a second look is
   // cheap
-  double scale = wanted > max_travel ? max_travel / wanted : 1.0;
+  double scale = desired > max_travel ? max_travel / desired : 1.0;
   double made = TravelOf(scale * h * V_WB.v, scale * h * V_WB.w.norm(), radius);
   while (made > max_travel) {
     scale *= 0.999 * max_travel / made;

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "engine/base/load.h"
+#include "engine/base/linearized_force.h"
 
 namespace tandem {
 
@@ -28,11 +28,11 @@ struct StepEquations {
 /// gyroscopic moment w x I w0 = G V, which does no work on the new w: a body that nothing pulls
 /// never gains energy, however fast it tumbles. The step is correct in the limit of small steps,
 /// and stable for any stiffness (docs/decisions/0004-contact-and-step.md).
-StepEquations ImplicitEquations(const Inertia& inertia, const RigidState& state, const Load& load,
-                                double h) noexcept;
+StepEquations ImplicitEquations(const Inertia& inertia, const RigidState& state,
+                                const LinearizedForce& load, double h) noexcept;
 
 /// Returns their solution.
-Twist ImplicitTwist(const Inertia& inertia, const RigidState& state, const Load& load,
+Twist ImplicitTwist(const Inertia& inertia, const RigidState& state, const LinearizedForce& load,
                     double h) noexcept;
 
 /// Moves the state by `V_WB` for h seconds. It scales the whole twist down so that no surface point

@@ -18,15 +18,15 @@ void SetAtLever(double k, const Mat3& rotation, const Vec3& r, Mat6& matrix) {
 
 }  // namespace
 
-Load CouplingLoad(const CouplingGains& gains, const RigidState& body, const Pose& X_BA,
-                  const Anchor& anchor) noexcept {
+LinearizedForce CouplingForce(const CouplingGains& gains, const RigidState& body, const Pose& X_BA,
+                              const Anchor& anchor) noexcept {
   const Vec3 r = body.X_WB.q * X_BA.p;  // vector from the centre of mass to A
   const Quat q_WA = body.X_WB.q * X_BA.q;
   const Vec3 apart = anchor.X_WA.p - (body.X_WB.p + r);
   const Vec3 turned_apart = RotationVector(anchor.X_WA.q * q_WA.conjugate());
   const Vec3 v_A = body.V_WB.v + body.V_WB.w.cross(r);
   const Vec3 force = gains.stiffness * apart + gains.damping * (anchor.V_WA.v - v_A);
-  Load load;
+  LinearizedForce load;
   load.force << r.cross(force) + gains.rotation_stiffness * turned_apart +
                     gains.rotation_damping * (anchor.V_WA.w - body.V_WB.w),
       force;
@@ -35,8 +35,8 @@ Load CouplingLoad(const CouplingGains& gains, const RigidState& body, const Pose
   return load;
 }
 
-CentreLoad CentreCouplingLoad(const CouplingGains& gains, const RigidState& body,
-                              const Anchor& anchor) noexcept {
+CentreForce CentreCouplingForce(const CouplingGains& gains, const RigidState& body,
+                                const Anchor& anchor) noexcept {
   const Vec3 apart = anchor.X_WA.p - body.X_WB.p;
   const Vec3 turned_apart = RotationVector(anchor.X_WA.q * body.X_WB.q.conjugate());
   return {{gains.rotation_stiffness * turned_apart +
@@ -45,7 +45,7 @@ CentreLoad CentreCouplingLoad(const CouplingGains& gains, const RigidState& body
           gains};
 }
 
-void CentreLoad::AddTo(Load& load) const noexcept {
+void CentreForce::AddTo(LinearizedForce& load) const noexcept {
   load.force.head<3>() += F_B_W.tau;
   load.force.tail<3>() += F_B_W.f;
   load.stiffness.topLeftCorner<3, 3>() += gains.rotation_stiffness;
@@ -54,21 +54,23 @@ void CentreLoad::AddTo(Load& load) const noexcept {
   load.damping.diagonal().tail<3>().array() += gains.damping;
 }
 
-Load GroundDamping(double damping, const Mat3& rotation_damping, const RigidState& body) noexcept {
-  Load load;
+LinearizedForce GroundDamping(double damping, const Mat3& rotation_damping,
+                              const RigidState& body) noexcept {
+  LinearizedForce load;
   load.damping.topLeftCorner<3, 3>() = rotation_damping;
   load.damping.bottomRightCorner<3, 3>() = damping * Mat3::Identity();
   load.force << -(rotation_damping * body.V_WB.w), -damping * body.V_WB.v;
   return load;
 }
 
-Wrench AppliedWrench(const Load& load, const Twist& before, const Twist& after, double h) noexcept {
+Wrench AppliedWrench(const LinearizedForce& load, const Twist& before, const Twist& after,
+                     double h) noexcept {
   const Vec6 v_new = Stacked(after);
   return AsWrench(load.force - h * load.stiffness * v_new -
                   load.damping * (v_new - Stacked(before)));
 }
 
-Wrench AppliedWrench(const CentreLoad& load, const Twist& before, const Twist& after,
+Wrench AppliedWrench(const CentreForce& load, const Twist& before, const Twist& after,
                      double h) noexcept {
   const CouplingGains& gains = load.gains;
   return {load.F_B_W.tau - (h * gains.rotation_stiffness) * after.w -

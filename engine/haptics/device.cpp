@@ -14,32 +14,32 @@ Mat3 Held(const Mat3& gain, double most) {
 
 }  // namespace
 
-CouplingGains BorneBy(const DeviceCapabilities& device, CouplingGains gains) noexcept {
-  gains.stiffness = std::min(gains.stiffness, SoundGain(device.stiffness));
-  gains.damping = std::min(gains.damping, SoundGain(device.damping));
-  gains.rotation_stiffness = Held(gains.rotation_stiffness, SoundGain(device.rotation_stiffness));
-  gains.rotation_damping = Held(gains.rotation_damping, SoundGain(device.rotation_damping));
+CouplingGains LimitGains(const DeviceCapabilities& device, CouplingGains gains) noexcept {
+  gains.stiffness = std::min(gains.stiffness, ValidGain(device.stiffness));
+  gains.damping = std::min(gains.damping, ValidGain(device.damping));
+  gains.rotation_stiffness = Held(gains.rotation_stiffness, ValidGain(device.rotation_stiffness));
+  gains.rotation_damping = Held(gains.rotation_damping, ValidGain(device.rotation_damping));
   return gains;
 }
 
-std::string WhatGainsBecame(const std::string& who, const DeviceCapabilities& can) {
+std::string DescribeGainChange(const std::string& who, const DeviceCapabilities& can) {
   struct Gain {
     const char* name;
     const char* unit;
     double claimed;
   };
-  std::string said;
-  for (const Gain& gain : {Gain{"a stiffness", "N/m", can.stiffness},
-                           Gain{"a damping", "N s/m", can.damping},
-                           Gain{"a rotation stiffness", "N m/rad", can.rotation_stiffness},
-                           Gain{"a rotation damping", "N m s/rad", can.rotation_damping}}) {
+  std::string changes;
+  for (const Gain& gain :
+       {Gain{"a stiffness", "N/m", can.stiffness}, Gain{"a damping", "N s/m", can.damping},
+        Gain{"a rotation stiffness", "N m/rad", can.rotation_stiffness},
+        Gain{"a rotation damping", "N m s/rad", can.rotation_damping}}) {
     if (gain.claimed > 0) continue;
     char text[120];
     std::snprintf(text, sizeof text, "%s of %g %s is none: it counts as zero", gain.name,
                   gain.claimed, gain.unit);
-    said += (said.empty() ? who + ": " : "; ") + text;
+    changes += (changes.empty() ? who + ": " : "; ") + text;
   }
-  return said;
+  return changes;
 }
 
 }  // namespace tandem

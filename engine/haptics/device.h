@@ -30,7 +30,7 @@ struct DeviceCapabilities {
 };
 
 /// Ages of the forces that a vendor's thread gets when it first fetches them (VendorMailbox).
-struct AskedTimes {
+struct ForceFetchTimes {
   std::uint64_t count = 0;
   std::int64_t mean_ns = 0;
   std::int64_t max_ns = 0;
@@ -66,19 +66,19 @@ class Device {
   /// Returns the state of a guard besides the controller's own; without one: no limits.
   virtual DeviceSafety safety() const noexcept { return {}; }
   /// Returns the ages of the forces, for a device whose vendor's thread fetches them.
-  virtual AskedTimes asked_times() const noexcept { return {}; }
+  virtual ForceFetchTimes fetch_times() const noexcept { return {}; }
 };
 
 /// Returns a gain that a device bears, as claimed; infinity: any. A value that is not a number or
 /// not positive counts as zero.
-inline double SoundGain(double claimed) noexcept {
+inline double ValidGain(double claimed) noexcept {
   return claimed > 0 ? claimed : 0.0;
 }
 /// Returns a text for a person on gains that `who` claims and that are not taken as they are; empty
 /// if they are.
-std::string WhatGainsBecame(const std::string& who, const DeviceCapabilities& can);
+std::string DescribeGainChange(const std::string& who, const DeviceCapabilities& can);
 
 /// Returns `gains`, no larger than the device bears.
-CouplingGains BorneBy(const DeviceCapabilities& device, CouplingGains gains) noexcept;
+CouplingGains LimitGains(const DeviceCapabilities& device, CouplingGains gains) noexcept;
 
 }  // namespace tandem

@@ -10,16 +10,16 @@ namespace {
 MotorGuard::Options GuardOptions(const Device& driver, const DeviceLoop::Options& options) {
   const DeviceCapabilities can = driver.capabilities();
   MotorGuard::Options guard;
-  guard.limits = SoundLimits(can.peak, options.users);
+  guard.limits = ValidLimits(can.peak, options.users);
   guard.continuous = can.continuous;
   // a device without motors gets the force too: a handle moved by a rate yields to it, and would
   // run ahead of the part if a user's low limit cut it off
   if (can.freedoms_out == 0) {
     guard.limits = guard.continuous =
-        SoundLimits({std::max(options.users.force, kUsersDefault.force),
+        ValidLimits({std::max(options.users.force, kUsersDefault.force),
                      std::max(options.users.moment, kUsersDefault.moment)});
   }
-  guard.damping = std::min(MotorGuard::kDamping, SoundGain(can.damping));
+  guard.damping = std::min(MotorGuard::kDamping, ValidGain(can.damping));
   guard.period_ns = DeviceLoop::PeriodOf(can.rate_hz);
   guard.passivity_control = options.passivity_control;
   return guard;
@@ -40,20 +40,21 @@ std::int64_t DeviceLoop::PeriodOf(double rate_hz) noexcept {
   return static_cast<std::int64_t>(std::clamp(periods, 1.0, most)) * kPeriodNs;
 }
 
-std::string WhatRateBecame(const std::string& who, double rate_hz) {
+std::string DescribeRateChange(const std::string& who, double rate_hz) {
   char text[160];
   if (!(rate_hz > 0)) {
-    std::snprintf(text, sizeof text, ": a rate of %g Hz is none: it is written to 1000 times a second",
-                  rate_hz);
+    std::snprintf(text, sizeof text,
+                  ": a rate of %g Hz is none: it is written to 1000 times a second", rate_hz);
     return who + text;
   }
   const std::int64_t period_ns = DeviceLoop::PeriodOf(rate_hz);
   // too slow by more than the rounding of PeriodOf
   if (1e9 / rate_hz <= 1.01 * static_cast<double>(period_ns)) return {};
-  std::snprintf(text, sizeof text,
-                ": its %g Hz are too slow for the limits on old forces: it is written to %g times a "
-                "second",
-                rate_hz, 1e9 / static_cast<double>(period_ns));
+  std::snprintf(
+      text, sizeof text,
+      ": its %g Hz are too slow for the limits on old forces: it is written to %g times a "
+      "second",
+      rate_hz, 1e9 / static_cast<double>(period_ns));
   return who + text;
 }
 
@@ -72,7 +73,7 @@ DeviceLoop::DeviceLoop(Device& driver, DeviceMemory& memory, LoopClock& clock,
   memory.period_ns = period_ns_;
 }
 
-void DeviceLoop::Say(const Anchor& handle) noexcept {
+void DeviceLoop::PublishTick(const Anchor& handle) noexcept {
   tick_.X_WD = AsNumbers(handle.X_WA);
   const Twist& V = handle.V_WA;
   tick_.V_WD = {V.w[0], V.w[1], V.w[2], V.v[0], V.v[1], V.v[2]};
@@ -81,8 +82,7 @@ void DeviceLoop::Say(const Anchor& handle) noexcept {
   tick_.clutch_button = driver_->clutch_button();
   tick_.counts = guard_.counts();
   const PassivityObserver& port = guard_.passivity();
-  tick_.passivity = {guard_.passivity_control(), port.balance_J(), port.least_J(),
-                     guard_.damped()};
+  tick_.passivity = {guard_.passivity_control(), port.balance_J(), port.least_J(), guard_.damped()};
   memory_->tick.Write(tick_);
   memory_->tick_bell.Ring();
 }
@@ -108,13 +108,13 @@ bool DeviceLoop::TakeOrder() noexcept {
   return answers_ == tick_.tick;
 }
 
-void DeviceLoop::Tick(const Circumstances& now) noexcept {
+void DeviceLoop::Tick(const TickConditions& now) noexcept {
   ++tick_.tick;
   // read before the handle: a driver that answers slowly gives an old handle
   tick_.input_ns = clock_->NowNs();
   const Anchor handle = driver_->Read();
   std::uint32_t seen = memory_->order_bell.rings();
-  Say(handle);
+  PublishTick(handle);
 
   const bool first = answers_ == 0;  // it answers a tick for which no wait was made
   bool answered = TakeOrder();
@@ -147,7 +147,7 @@ void DeviceLoop::Tick(const Circumstances& now) noexcept {
     missed_ += static_cast<std::uint64_t>((now.deadline_ns - last_deadline_ns_) / period_ns_ - 1);
   }
   last_deadline_ns_ = now.deadline_ns;
-  if (tick_.tick % kTellEvery == 0) Tell();
+  if (tick_.tick % kTellEvery == 0) PublishTimes();
 }
 
 void DeviceLoop::Count(bool answered, bool first) noexcept {
@@ -161,7 +161,7 @@ void DeviceLoop::Count(bool answered, bool first) noexcept {
 }
 
 DeviceTimes DeviceLoop::times() const noexcept {
-  const AskedTimes asked = driver_->asked_times();
+  const ForceFetchTimes requested = driver_->fetch_times();
   return {.ticks = tick_.tick,
           .answered = answered_,
           .unanswered = unanswered_,
@@ -170,9 +170,9 @@ DeviceTimes DeviceLoop::times() const noexcept {
           .read_to_write_p50_ns = read_to_write_.Quantile(0.5),
           .read_to_write_p99_ns = read_to_write_.Quantile(0.99),
           .read_to_write_max_ns = read_to_write_.max(),
-          .asked = asked.count,
-          .asked_mean_ns = asked.mean_ns,
-          .asked_max_ns = asked.max_ns};
+          .requested = requested.count,
+          .asked_mean_ns = requested.mean_ns,
+          .asked_max_ns = requested.max_ns};
 }
 
 }  // namespace tandem

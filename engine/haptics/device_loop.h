@@ -15,7 +15,7 @@ using AnswerWait = void (*)(void* of, std::uint32_t seen, std::int64_t until_ns)
 
 /// Returns a text for a person on a rate that `who` claims and that its loop does not follow; empty
 /// if it does, or if the device is faster.
-std::string WhatRateBecame(const std::string& who, double rate_hz);
+std::string DescribeRateChange(const std::string& who, double rate_hz);
 
 /// The work of a device process. A tick reads the handle, informs the controller, waits a bounded
 /// time for its answer, and writes to the motor what the guard passes. So the force that is
@@ -37,12 +37,12 @@ class DeviceLoop {
   /// `driver`, `memory` and `clock` must outlive the loop.
   DeviceLoop(Device& driver, DeviceMemory& memory, LoopClock& clock, const Options& options);
 
-  struct Circumstances {
+  struct TickConditions {
     std::int64_t deadline_ns = 0;  // deadline of this tick
     bool ending = false;           // the process is about to end
     bool slept = false;            // the machine slept
   };
-  void Tick(const Circumstances& circumstances) noexcept;
+  void Tick(const TickConditions& circumstances) noexcept;
 
   /// Replaces the wait, for tests in virtual time.
   void SetWait(AnswerWait wait, void* of) noexcept {
@@ -60,10 +60,10 @@ class DeviceLoop {
   bool at_rest() const noexcept { return given_.f.isZero() && given_.tau.isZero(); }
   DeviceTimes times() const noexcept;
   /// Writes the times so far for the controller.
-  void Tell() noexcept { memory_->times.Write(times()); }
+  void PublishTimes() noexcept { memory_->times.Write(times()); }
 
  private:
-  void Say(const Anchor& handle) noexcept;
+  void PublishTick(const Anchor& handle) noexcept;
   /// Takes the newest order; returns whether it answers this tick.
   bool TakeOrder() noexcept;
   /// Counts a tick's order. `first`: it is the first of all.

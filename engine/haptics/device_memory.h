@@ -5,7 +5,7 @@
 #include <cstdint>
 
 #include "engine/haptics/device.h"
-#include "engine/realtime/bell.h"
+#include "engine/realtime/doorbell.h"
 #include "engine/realtime/seqlock.h"
 #include "engine/safety/motor_guard.h"
 
@@ -47,7 +47,7 @@ struct DeviceTimes {
   std::int64_t read_to_write_max_ns = 0;  // counts all answers, including late ones
   // for a device whose vendor's thread fetches the force: age of that, short by less than its
   // period
-  std::uint64_t asked = 0;
+  std::uint64_t requested = 0;
   std::int64_t asked_mean_ns = 0;
   std::int64_t asked_max_ns = 0;
 
@@ -73,11 +73,12 @@ struct DeviceMemory {
   std::int64_t period_ns = 0;
   std::array<char, 256> fault{};     // reason why there is no device, in a line
   std::array<char, 16> scheduler{};  // scheduler of the loop's thread
-  std::array<char, 512> warning{};   // a line that says what that thread was not granted; empty: nothing
+  std::array<char, 512>
+      warning{};  // a line that says what that thread was not granted; empty: nothing
   enum Ready : std::uint32_t { kNotYet, kReady, kFailed };
   std::atomic<std::uint32_t> ready{kNotYet};
-  Bell tick_bell;
-  Bell order_bell;
+  Doorbell tick_bell;
+  Doorbell order_bell;
   Seqlock<DeviceTick> tick;
   Seqlock<DeviceOrder> order;
   Seqlock<DeviceTimes> times;

@@ -39,7 +39,7 @@ void GoalDevice::See(const PartInHand& part) noexcept {
   } else if (part_.wanted >= 0) {
     // taken by another program than a host: as it stands
     handle_ = {part_.state.X_WB, {}};
-    asked_ = handle_.X_WA;
+    requested_ = handle_.X_WA;
   }
 }
 
@@ -50,7 +50,7 @@ void GoalDevice::TakeOrder(const GoalOrder& order) noexcept {
     input_frames_ = 0;
     way_.Stop();
     said_since_grasp_ = order.input == GoalOrder::Input::kPose;
-    if (said_since_grasp_) asked_ = order.X_WG;
+    if (said_since_grasp_) requested_ = order.X_WG;
   }
   if (order.grasp_seq != grasp_seq_) {
     grasp_seq_ = order.grasp_seq;
@@ -75,7 +75,7 @@ void GoalDevice::Grasp(const GoalOrder& order) noexcept {
   if (!placed_) p_BG_ = order.at_centre ? Vec3(Vec3::Zero()) : X_WB.Inverse() * order.p_WG;
   placed_ = true;
   handle_ = {{Quat::Identity(), X_WB * p_BG_}, {}};
-  if (!said_since_grasp_) asked_ = handle_.X_WA;
+  if (!said_since_grasp_) requested_ = handle_.X_WA;
 }
 
 Anchor GoalDevice::Read() noexcept {
@@ -118,24 +118,26 @@ void GoalDevice::Calm(const GoalLimits& limits) noexcept {
 
 Pose GoalDevice::Next(const GoalOrder& order) noexcept {
   const Pose& now = handle_.X_WA;
-  if (way_.state() == WayBack::State::kUnderWay || way_.state() == WayBack::State::kArrived ||
-      way_.state() == WayBack::State::kStuck || way_.state() == WayBack::State::kCut) {
+  if (way_.state() == PathBacktracker::State::kUnderWay ||
+      way_.state() == PathBacktracker::State::kArrived ||
+      way_.state() == PathBacktracker::State::kStuck ||
+      way_.state() == PathBacktracker::State::kCut) {
     // the hand stays where the way has brought it until the user gives a new order
-    asked_ = way_.goal() * part_.X_BG;
-    return asked_;
+    requested_ = way_.goal() * part_.X_BG;
+    return requested_;
   }
   if (order.input == GoalOrder::Input::kPose || input_seq_ == 0) {
-    return Towards(asked_, order.limits);
+    return StepTowards(requested_, order.limits);
   }
   if (input_frames_ >= kRateFrames) return now;
   const bool push = order.input == GoalOrder::Input::kPush;
   const Vec3 v = Shortened((push ? kPushYield : 1.0) * order.linear, order.limits.speed);
   const Vec3 w = Shortened((push ? kPushTurn : 1.0) * order.angular, order.limits.spin);
-  asked_ = {RotationBy(kFrame * w) * now.q, now.p + kFrame * v};
-  return asked_;
+  requested_ = {RotationBy(kFrame * w) * now.q, now.p + kFrame * v};
+  return requested_;
 }
 
-Pose GoalDevice::Towards(const Pose& target, const GoalLimits& limits) const noexcept {
+Pose GoalDevice::StepTowards(const Pose& target, const GoalLimits& limits) const noexcept {
   const Pose& now = handle_.X_WA;
   const double share = limits.smoothing > 0 ? 1.0 - std::exp(-kFrame / limits.smoothing) : 1.0;
   const Vec3 step = Shortened(share * (target.p - now.p), kFrame * limits.speed);

@@ -5,7 +5,7 @@
 #include <memory>
 
 #include "engine/haptics/device.h"
-#include "engine/haptics/way_back.h"
+#include "engine/haptics/path_backtracker.h"
 #include "engine/realtime/triple_buffer.h"
 
 namespace tandem {
@@ -89,11 +89,11 @@ class GoalDevice : public Device {
   void Render(const Wrench&) noexcept override {}
 
   /// Return the user's target of the grasp frame, and the pose to which the coupling pulls it.
-  const Pose& asked() const noexcept { return asked_; }
+  const Pose& requested() const noexcept { return requested_; }
   const Anchor& handle() const noexcept { return handle_; }
   /// Tells whether the limit holds the handle back.
   bool limited() const noexcept { return limited_; }
-  const WayBack& way() const noexcept { return way_; }
+  const PathBacktracker& way() const noexcept { return way_; }
   /// Return the newest orders that were seen.
   std::uint32_t grasp_seq() const noexcept { return grasp_seq_; }
   std::uint32_t way_seq() const noexcept { return way_seq_; }
@@ -105,13 +105,13 @@ class GoalDevice : public Device {
   void Calm(const GoalLimits& limits) noexcept;
   /// Returns where the handle goes in this frame, without the limit on its lead.
   Pose Next(const GoalOrder& order) noexcept;
-  Pose Towards(const Pose& target, const GoalLimits& limits) const noexcept;
+  Pose StepTowards(const Pose& target, const GoalLimits& limits) const noexcept;
   Pose WithinLead(const Pose& handle, const GoalLimits& limits) noexcept;
 
   std::shared_ptr<Orders> orders_;
   PartInHand part_;
-  WayBack way_;
-  Pose asked_;
+  PathBacktracker way_;
+  Pose requested_;
   Anchor handle_;
   bool limited_ = false;
   int attached_ = -1;               // body grasped in the last frame

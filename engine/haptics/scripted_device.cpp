@@ -25,7 +25,8 @@ void ScriptedDevice::Render(const Wrench& F_D_W) noexcept {
                             hand.rotation_damping * Mat3::Identity()};
   const Wrench push_D_W = started_ ? script_.PushAt(time_) : Wrench{};
   if (started_) time_ += kFrame;
-  Load load = CouplingLoad(gains, state_, Pose{}, IntendedHandle(script_, X_WB0_, time_));
+  LinearizedForce load =
+      CouplingForce(gains, state_, Pose{}, IntendedHandle(script_, X_WB0_, time_));
   load.force.head<3>() += F_D_W.tau + push_D_W.tau;
   load.force.tail<3>() += F_D_W.f + push_D_W.f;
   const Inertia inertia{hand.mass, hand.inertia * Mat3::Identity()};

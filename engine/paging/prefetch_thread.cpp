@@ -63,7 +63,7 @@ void PrefetchThread::Run(const std::stop_token& stop) {
   while (!stop.stop_requested()) {
     TakeMail();
     for (std::size_t b = 0; b < boxes_->size(); ++b) X_SV_[b] = (*boxes_)[b]->X_VS.Read().Inverse();
-    if (!failed_ && BringIn(stop)) continue;
+    if (!failed_ && LoadNext(stop)) continue;
     // one more page may be asked back while all pages are kept
     const bool idle = !waiting_ && wanted_.empty() && asked_back_ == 0;
     if (idle || starving_ || failed_)
@@ -72,7 +72,7 @@ void PrefetchThread::Run(const std::stop_token& stop) {
   }
 }
 
-void PrefetchThread::Want(const PageRequest& request) {
+void PrefetchThread::AddRequest(const PageRequest& request) {
   state_[request.record] = State::kWanted;
   wanted_.push_back(request);
   std::push_heap(wanted_.begin(), wanted_.end(), IsLater);
@@ -104,16 +104,16 @@ void PrefetchThread::TakeMail() {
     const bool on_its_way = state_[request.record] == State::kThere ||
                             state_[request.record] == State::kAskedBack ||
                             (waiting_ && waiting_->record == request.record && !waiting_->hint);
-    if (!on_its_way) Want(request);
+    if (!on_its_way) AddRequest(request);
     ++requests_taken_;
   }
-  std::size_t said = 0;
-  while (said < unsaid_.size() && mail_->news.TryPush(unsaid_[said])) ++said;
-  unsaid_.erase(unsaid_.begin(), unsaid_.begin() + static_cast<std::ptrdiff_t>(said));
+  std::size_t sent = 0;
+  while (sent < unsent_.size() && mail_->news.TryPush(unsent_[sent])) ++sent;
+  unsent_.erase(unsent_.begin(), unsent_.begin() + static_cast<std::ptrdiff_t>(sent));
 }
 
-void PrefetchThread::Tell(const PageNews& news) {
-  if (!unsaid_.empty() || !mail_->news.TryPush(news)) unsaid_.push_back(news);
+void PrefetchThread::Notify(const PageUpdate& news) {
+  if (!unsent_.empty() || !mail_->news.TryPush(news)) unsent_.push_back(news);
 }
 
 double PrefetchThread::DistanceOf(std::uint32_t record) const {
@@ -131,9 +131,9 @@ double PrefetchThread::DistanceOf(std::uint32_t record) const {
   return least - kBall;
 }
 
-std::size_t PrefetchThread::AskBack(double beyond) {
+std::size_t PrefetchThread::RequestRelease(double beyond) {
   // the haptic thread must hear that a page has come before it is asked to let it go
-  if (!unsaid_.empty() || asked_back_ > 0) return 0;
+  if (!unsent_.empty() || asked_back_ > 0) return 0;
   // pages that were kept may leave after a while, when a shell has moved
   const std::int64_t now_ns = MachineClock().NowNs();
   if (now_ns - kept_since_ns_ > kKeptNs) {
@@ -151,25 +151,25 @@ std::size_t PrefetchThread::AskBack(double beyond) {
       std::min({PageMail::kMostAskedBack, far.size(), std::size_t{1} + there_.size() / 16});
   std::partial_sort(far.begin(), far.begin() + static_cast<std::ptrdiff_t>(count), far.end(),
                     std::greater<>());
-  std::size_t asked = 0;
-  while (asked < count && mail_->asked_back.TryPush(far[asked].second)) {
-    state_[far[asked].second] = State::kAskedBack;
-    ++asked;
+  std::size_t requested = 0;
+  while (requested < count && mail_->asked_back.TryPush(far[requested].second)) {
+    state_[far[requested].second] = State::kAskedBack;
+    ++requested;
   }
-  asked_back_ += asked;
-  return asked;
+  asked_back_ += requested;
+  return requested;
 }
 
-void PrefetchThread::KeepRoom() {
+void PrefetchThread::EvictPages() {
   if (arena_->free_frames() >= reserve_ || asked_back_ > 0) return;
   const std::int64_t now_ns = MachineClock().NowNs();
   if (now_ns < next_room_ns_) return;
-  if (AskBack(kNear) == 0) next_room_ns_ = now_ns + kKeptNs;
+  if (RequestRelease(kNear) == 0) next_room_ns_ = now_ns + kKeptNs;
 }
 
 void PrefetchThread::Refuse(std::uint32_t record) {
   state_[record] = State::kAbsent;
-  Tell({record, false});
+  Notify({record, false});
 }
 
 bool PrefetchThread::ReadNext(const std::stop_token& stop) {
@@ -178,14 +178,15 @@ bool PrefetchThread::ReadNext(const std::stop_token& stop) {
     wanted_.pop_back();
   }
   if (wanted_.empty()) {
-    KeepRoom();
+    EvictPages();
     return false;
   }
   const PageRequest next = wanted_.front();
   if (next.hint && arena_->free_frames() < reserve_) {
     // no page that is as near leaves for it
     if (asked_back_ > 0) return false;
-    if (AskBack(std::max(kNear, DistanceOf(next.record) + kHyperchunkSide)) > 0) return false;
+    if (RequestRelease(std::max(kNear, DistanceOf(next.record) + kHyperchunkSide)) > 0)
+      return false;
     Refuse(next.record);
     return true;
   }
@@ -204,7 +205,7 @@ bool PrefetchThread::ReadNext(const std::stop_token& stop) {
   return true;
 }
 
-bool PrefetchThread::BringIn(const std::stop_token& stop) {
+bool PrefetchThread::LoadNext(const std::stop_token& stop) {
   if (!waiting_ && !ReadNext(stop)) return false;
   if (!waiting_) return true;
   const PageRequest request = *waiting_;
@@ -217,11 +218,12 @@ bool PrefetchThread::BringIn(const std::stop_token& stop) {
     if (!wanted_.empty() && IsLater(request, wanted_.front())) {
       // a more urgent request may need less room
       waiting_.reset();
-      Want(request);
+      AddRequest(request);
       return true;
     }
-    const bool asked = asked_back_ > 0 || AskBack(-std::numeric_limits<double>::infinity()) > 0;
-    starving_ = !asked;
+    const bool requested =
+        asked_back_ > 0 || RequestRelease(-std::numeric_limits<double>::infinity()) > 0;
+    starving_ = !requested;
     return false;
   }
   waiting_.reset();
@@ -230,8 +232,8 @@ bool PrefetchThread::BringIn(const std::stop_token& stop) {
   there_.push_back(request.record);
   ++pages_read_;
   most_pages_ = std::max<std::uint64_t>(most_pages_, there_.size());
-  Tell({request.record, true});
-  KeepRoom();
+  Notify({request.record, true});
+  EvictPages();
   return true;
 }
 

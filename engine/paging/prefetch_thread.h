@@ -30,7 +30,7 @@ struct PageRequest {
   std::uint32_t due = 0;  // frame from which on it may be read
   bool hint = false;      // it may never be read
 };
-struct PageNews {
+struct PageUpdate {
   std::uint32_t record = 0;
   bool there = false;  // false: there is no room for a hint
 };
@@ -44,7 +44,7 @@ struct PageMail {
   static constexpr std::size_t kMostAskedBack = 512;
 
   SpscQueue<PageRequest> requests{1U << 16U};           // to the pre-fetch thread
-  SpscQueue<PageNews> news{1U << 12U};                  // from it
+  SpscQueue<PageUpdate> news{1U << 12U};                // from it
   SpscQueue<std::uint32_t> asked_back{kMostAskedBack};  // from it
   SpscQueue<PageVerdict> verdicts{kMostAskedBack};      // to it
 };
@@ -82,18 +82,18 @@ class PrefetchThread {
   void Run(const std::stop_token& stop);
   void TakeMail();
   void TakeVerdicts();
-  void Want(const PageRequest& request);
-  void Tell(const PageNews& news);
+  void AddRequest(const PageRequest& request);
+  void Notify(const PageUpdate& news);
   /// Reads the most urgent page into page_, or refuses it; false: there is nothing to do.
   bool ReadNext(const std::stop_token& stop);
   /// Brings in the most urgent page; false: nothing can be done at present.
-  bool BringIn(const std::stop_token& stop);
+  bool LoadNext(const std::stop_token& stop);
   /// Gives up pages ahead of time, so that nothing waits for room.
-  void KeepRoom();
+  void EvictPages();
   void Refuse(std::uint32_t record);
   /// Asks the haptic thread to let go of the farthest pages beyond `beyond` voxels; returns their
   /// number.
-  std::size_t AskBack(double beyond);
+  std::size_t RequestRelease(double beyond);
   /// Returns the voxels between a hyperchunk and the nearest shell's box.
   double DistanceOf(std::uint32_t record) const;
 
@@ -105,7 +105,7 @@ class PrefetchThread {
   std::vector<State> state_;          // per record
   std::vector<PageRequest> wanted_;   // a heap
   std::vector<std::uint32_t> there_;  // records with a page in the arena
-  std::vector<PageNews> unsaid_;      // news for which the mail has no room
+  std::vector<PageUpdate> unsent_;    // news for which the mail has no room
   std::vector<Pose> X_SV_;            // per box
   VoxelPage page_;
   std::optional<PageRequest> waiting_;  // request whose page was read and waits for room

@@ -49,7 +49,7 @@ ResidentVoxels::ResidentVoxels(std::shared_ptr<const PageSource> source, std::si
     : arena_(source->outline(), frames),
       has_page_(arena_.voxmap().header().record_count),
       there_(has_page_.size(), 0),
-      asked_(has_page_.size()),
+      requested_(has_page_.size()),
       thread_(source, arena_, mail_, boxes_) {
   for (std::uint32_t r = 0; r < has_page_.size(); ++r) has_page_[r] = source->HasPage(r) ? 1 : 0;
 }
@@ -66,33 +66,33 @@ VoxelReader& ResidentVoxels::AddReader(const Vec3& centre, const Vec3& half_size
 
 bool ResidentVoxels::Ask(std::uint32_t record, std::uint32_t frames, bool hint) noexcept {
   const std::uint32_t due = frame_ + frames;
-  Asked& asked = asked_[record];
-  const bool known = asked.due != 0 && (hint || !asked.hint);
-  if (known && due + kSooner > asked.due) return true;
+  RequestedPage& requested = requested_[record];
+  const bool known = requested.due != 0 && (hint || !requested.hint);
+  if (known && due + kSooner > requested.due) return true;
   if (!mail_.requests.TryPush({record, due, hint})) return false;
   ++requests_;
-  outstanding_ += asked.due == 0 ? 1 : 0;
-  asked = {due, hint && (asked.due == 0 || asked.hint)};
+  outstanding_ += requested.due == 0 ? 1 : 0;
+  requested = {due, hint && (requested.due == 0 || requested.hint)};
   return true;
 }
 
-void ResidentVoxels::TakeNews() noexcept {
-  PageNews news;
+void ResidentVoxels::TakeNotifications() noexcept {
+  PageUpdate news;
   while (mail_.news.TryPop(news)) {
     there_[news.record] = news.there ? 1 : 0;
-    outstanding_ -= asked_[news.record].due != 0 ? 1 : 0;
-    asked_[news.record] = {};
+    outstanding_ -= requested_[news.record].due != 0 ? 1 : 0;
+    requested_[news.record] = {};
   }
 }
 
 void ResidentVoxels::BeginFrame() noexcept {
   ++frame_;
-  TakeNews();
+  TakeNotifications();
   constexpr int kMostVerdicts = 32;  // greatest number in a frame
   for (int k = 0; k < kMostVerdicts; ++k) {
     const std::uint32_t* back = mail_.asked_back.Front();
     if (back == nullptr) break;
-    TakeNews();  // the news that it has come was sent before it was asked back
+    TakeNotifications();  // the news that it has come was sent before it was asked back
     const std::uint32_t record = *back;
     const bool goes = std::all_of(readers_.begin(), readers_.end(), [record](const auto& reader) {
       return !reader->active_ ||
@@ -104,7 +104,7 @@ void ResidentVoxels::BeginFrame() noexcept {
   }
 }
 
-void ResidentVoxels::WaitUntilThere() noexcept {
+void ResidentVoxels::WaitUntilResident() noexcept {
   LoopClock& clock = MachineClock();
   constexpr std::int64_t kNapNs = 100'000;
   constexpr std::int64_t kPatienceNs = 2'000'000'000;  // for one page

@@ -86,12 +86,12 @@ class ResidentVoxels {
   void BeginFrame() noexcept;
   /// Waits until all that was announced is in memory, no more can come, or none has come for 2 s.
   /// For any thread while no frames run.
-  void WaitUntilThere() noexcept;
+  void WaitUntilResident() noexcept;
 
  private:
   friend class VoxelReader;
   ResidentVoxels(std::shared_ptr<const PageSource> source, std::size_t frames);
-  void TakeNews() noexcept;
+  void TakeNotifications() noexcept;
   /// Requests a page; false: there is no room for the request.
   bool Ask(std::uint32_t record, std::uint32_t frames, bool hint) noexcept;
 
@@ -99,13 +99,13 @@ class ResidentVoxels {
   std::vector<std::uint8_t> has_page_;  // per record
   std::uint32_t frame_ = 1;
   std::vector<std::uint8_t> there_;  // per record
-  struct Asked {
+  struct RequestedPage {
     std::uint32_t due = 0;  // frame; 0: it is not requested
     bool hint = false;
   };
-  std::vector<Asked> asked_;     // per record
-  std::uint64_t requests_ = 0;   // number of all requests
-  std::size_t outstanding_ = 0;  // requests whose pages are not in memory
+  std::vector<RequestedPage> requested_;  // per record
+  std::uint64_t requests_ = 0;            // number of all requests
+  std::size_t outstanding_ = 0;           // requests whose pages are not in memory
   std::vector<std::unique_ptr<VoxelReader>> readers_;
   std::vector<std::unique_ptr<ShellBox>> boxes_;
   PageMail mail_;

@@ -13,12 +13,12 @@ float DistanceOf(int mark) {
 }
 
 /// A voxel, and the share of the way along each axis from its centre to the next voxel's centre.
-struct Between {
+struct Lerp {
   GridIndex voxel;
   std::array<float, 3> share;
 };
 
-Between Locate(float x, float y, float z) {
+Lerp Locate(float x, float y, float z) {
   const float fx = std::floor(x);
   const float fy = std::floor(y);
   const float fz = std::floor(z);
@@ -51,7 +51,7 @@ std::array<float, 8> CornersOf(const Voxmap& map, const GridIndex& voxel) {
   return d;
 }
 
-float Interpolated(const Voxmap& map, const Between& at) {
+float Interpolated(const Voxmap& map, const Lerp& at) {
   const std::array<float, 8> d = CornersOf(map, at.voxel);
   const float x = at.share[0];
   const float low = Mix(Mix(d[0], d[1], x), Mix(d[2], d[3], x), at.share[1]);
@@ -84,7 +84,7 @@ constexpr double kSpreadReach = 2.0;  // voxels beyond the nearest, with a weigh
 Vec3 OutwardBySides(const Voxmap& map, const Vec3& p_in_voxels) {
   constexpr std::int32_t kReach = 3;
   const Eigen::Vector3f p = p_in_voxels.cast<float>();
-  const Between at = Locate(p.x(), p.y(), p.z());
+  const Lerp at = Locate(p.x(), p.y(), p.z());
   Vec3 sum = Vec3::Zero();
   for (std::int32_t z = -kReach; z <= kReach; ++z) {
     for (std::int32_t y = -kReach; y <= kReach; ++y) {
@@ -115,9 +115,9 @@ void LowerDistances(std::span<const std::array<float, 3>> points_A, const Pose& 
   const std::size_t count = std::min(points_A.size(), distances.size());
   for (std::size_t i = 0; i < count; ++i) {
     const std::array<float, 3>& p = points_A[i];
-    const Between at = Locate(R(0, 0) * p[0] + R(0, 1) * p[1] + R(0, 2) * p[2] + t.x(),
-                              R(1, 0) * p[0] + R(1, 1) * p[1] + R(1, 2) * p[2] + t.y(),
-                              R(2, 0) * p[0] + R(2, 1) * p[1] + R(2, 2) * p[2] + t.z());
+    const Lerp at = Locate(R(0, 0) * p[0] + R(0, 1) * p[1] + R(0, 2) * p[2] + t.x(),
+                           R(1, 0) * p[0] + R(1, 1) * p[1] + R(1, 2) * p[2] + t.y(),
+                           R(2, 0) * p[0] + R(2, 1) * p[1] + R(2, 2) * p[2] + t.z());
     // no mark in the voxel's chunk nor in those that touch it
     if (map_B.ChunkValue(at.voxel >> 3) > kSurfaceMark + 1) continue;
     const float d = Interpolated(map_B, at);

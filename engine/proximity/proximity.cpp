@@ -55,7 +55,7 @@ Vec3 ProximityPair::MiddleOf(std::uint32_t chunk) const noexcept {
   return a_->surface.voxel_size() * Vec3(first.x + 4, first.y + 4, first.z + 4);
 }
 
-void ProximityPair::Load(std::uint32_t chunk, const TurnedFrame& X_BA) noexcept {
+void ProximityPair::Load(std::uint32_t chunk, const RotatedFrame& X_BA) noexcept {
   if (loaded_ == chunk) return;
   loaded_ = chunk;
   const SurfaceTree::Chunk& points = a_->surface.chunks()[chunk];
@@ -102,7 +102,7 @@ float ProximityPair::LeastSquared(const Eigen::Vector3f& offset) const noexcept 
   return *std::min_element(least.begin(), least.end());
 }
 
-ProximityPair::VoxelPair ProximityPair::NearestVoxels(const TurnedFrame& X_BA) noexcept {
+ProximityPair::VoxelPair ProximityPair::NearestVoxels(const RotatedFrame& X_BA) noexcept {
   VoxelPair best;
   const SurfaceTree& b = b_->surface;
   VisitNearPairs(
@@ -137,7 +137,7 @@ ProximityPair::VoxelPair ProximityPair::NearestVoxels(const TurnedFrame& X_BA) n
 }
 
 template <class Visit>
-bool ProximityPair::AnyInside(const TurnedFrame& X_BA, const Visit& visit) noexcept {
+bool ProximityPair::AnyInside(const RotatedFrame& X_BA, const Visit& visit) noexcept {
   const Voxmap& map = b_->voxmap;
   if (map.empty()) return false;
   const double per_m = 1.0 / map.voxel_size();
@@ -164,7 +164,7 @@ bool ProximityPair::Enters(const Pose& X_BA, double apart) noexcept {
   // farther from A's can be between the two
   const double shallow = kHalfDiagonal * a_->surface.voxel_size();
   const Pose X_AB = X_BA.Inverse();
-  return AnyInside(TurnedFrame(X_BA), [&](const Vec3& centre_B) {
+  return AnyInside(RotatedFrame(X_BA), [&](const Vec3& centre_B) {
     return apart > shallow || b_->winding->At(X_BA * ClosestTo(a_->mesh, X_AB * centre_B)) >= 0.5;
   });
 }
@@ -172,7 +172,7 @@ bool ProximityPair::Enters(const Pose& X_BA, double apart) noexcept {
 Nearness ProximityPair::Nearest(const Pose& X_BA, const NearestOptions& options) noexcept {
   Nearness near;
   if (a_->surface.empty() || b_->surface.empty()) return near;
-  const TurnedFrame turned(X_BA);
+  const RotatedFrame turned(X_BA);
   loaded_ = kNone;
   const VoxelPair voxels = NearestVoxels(turned);
   const double slack = kHalfDiagonal * (a_->surface.voxel_size() + b_->surface.voxel_size()) +
@@ -215,7 +215,7 @@ Nearness ProximityPair::Nearest(const Pose& X_BA, const NearestOptions& options)
 ShadowCount ProximityPair::Shadow(const Pose& X_BA, double distance,
                                   std::span<Vec3> centres_B) noexcept {
   const SurfaceTree& b = b_->surface;
-  const TurnedFrame turned(X_BA);
+  const RotatedFrame turned(X_BA);
   const auto within = static_cast<float>(distance * distance * (1 + kRounding));
   loaded_ = kNone;
   VisitNearPairs(

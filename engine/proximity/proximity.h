@@ -107,16 +107,16 @@ class ProximityPair {
 
   Vec3 MiddleOf(std::uint32_t chunk) const noexcept;  // in A
   /// Takes a chunk of A's points to B, as offsets from the chunk's middle.
-  void Load(std::uint32_t chunk, const TurnedFrame& X_BA) noexcept;
+  void Load(std::uint32_t chunk, const RotatedFrame& X_BA) noexcept;
   /// Returns the squared distance from an offset to the nearest loaded point.
   float LeastSquared(const Eigen::Vector3f& offset) const noexcept;
-  VoxelPair NearestVoxels(const TurnedFrame& X_BA) noexcept;
+  VoxelPair NearestVoxels(const RotatedFrame& X_BA) noexcept;
   /// Tells whether A's surface enters B, given that it is farther than `apart` (m) from B's.
   bool Enters(const Pose& X_BA, double apart) noexcept;
   /// Calls visit(centre in B) for A's surface voxels whose centres are in voxels inside B, until it
   /// returns true. Returns whether it did.
   template <class Visit>
-  bool AnyInside(const TurnedFrame& X_BA, const Visit& visit) noexcept;
+  bool AnyInside(const RotatedFrame& X_BA, const Visit& visit) noexcept;
 
   static constexpr std::uint32_t kNone = ~std::uint32_t{0};
 

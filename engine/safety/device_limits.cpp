@@ -19,7 +19,7 @@ std::string WhatOneBecame(const char* of, const char* unit, double claimed, doub
 
 }  // namespace
 
-std::string WhatLimitsBecame(const std::string& who, const DeviceLimits& claimed) {
+std::string DescribeLimitChange(const std::string& who, const DeviceLimits& claimed) {
   const std::string force = WhatOneBecame("a force", "N", claimed.force, kMostForAHand.force);
   const std::string moment = WhatOneBecame("a moment", "N m", claimed.moment, kMostForAHand.moment);
   if (force.empty() && moment.empty()) return {};

@@ -21,18 +21,18 @@ inline constexpr DeviceLimits kUsersDefault{.force = 3.0, .moment = 0.15};
 
 /// Returns a limit in force: `claimed`, at most `most`; a value that is not finite or not positive
 /// counts as zero.
-inline double SoundLimit(double claimed, double most) noexcept {
+inline double ValidLimit(double claimed, double most) noexcept {
   return std::isfinite(claimed) && claimed > 0 ? std::min(claimed, most) : 0.0;
 }
 /// Returns both limits of a device, within the user's setting and the limits for a hand.
-inline DeviceLimits SoundLimits(const DeviceLimits& claimed,
+inline DeviceLimits ValidLimits(const DeviceLimits& claimed,
                                 const DeviceLimits& most = kMostForAHand) noexcept {
-  return {SoundLimit(claimed.force, SoundLimit(most.force, kMostForAHand.force)),
-          SoundLimit(claimed.moment, SoundLimit(most.moment, kMostForAHand.moment))};
+  return {ValidLimit(claimed.force, ValidLimit(most.force, kMostForAHand.force)),
+          ValidLimit(claimed.moment, ValidLimit(most.moment, kMostForAHand.moment))};
 }
 
 /// Returns a text for a person on limits that `who` gave and that are not taken as they are; empty
 /// if they are.
-std::string WhatLimitsBecame(const std::string& who, const DeviceLimits& claimed);
+std::string DescribeLimitChange(const std::string& who, const DeviceLimits& claimed);
 
 }  // namespace tandem

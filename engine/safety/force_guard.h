@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cstdint>
 
+#include "engine/safety/clamp_length.h"
 #include "engine/safety/device_limits.h"
-#include "engine/safety/held_within.h"
 #include "engine/safety/safety_state.h"
 
 namespace tandem {
@@ -20,9 +20,9 @@ class ForceGuard {
  public:
   // for a device of 12 N and 0.5 N m: six frames from nothing to the limit; for others in
   // proportion
-  static constexpr double kForceStep = 2.0;    // N a frame
-  static constexpr double kMomentStep = 0.08;  // N m a frame
-  static constexpr int kRampFrames = 100;      // ramp from nothing to the whole, at a grab
+  static constexpr double kForceStep = 2.0;     // N a frame
+  static constexpr double kMomentStep = 0.08;   // N m a frame
+  static constexpr int kRampFrames = 100;       // ramp from nothing to the whole, at a grab
   static constexpr int kLongRampFrames = 1000;  // the same after a stop or a fault
 
   static constexpr double ForceStepOf(const DeviceLimits& limits) noexcept {
@@ -32,7 +32,7 @@ class ForceGuard {
     return kMomentStep * (limits.moment / DeviceLimits{}.moment);
   }
 
-  explicit ForceGuard(const DeviceLimits& limits) : limits_(SoundLimits(limits)) {}
+  explicit ForceGuard(const DeviceLimits& limits) : limits_(ValidLimits(limits)) {}
 
   /// Begins a ramp-in: at the start, and whenever a hand takes a body. It ends a fault of the
   /// simulation; only Resume() ends a device's fault.
@@ -59,10 +59,10 @@ class ForceGuard {
     ramp_ = long_ramp_ = 0;
   }
 
-  /// Returns the wrench that the device may get in place of `wanted`; called once a frame.
-  Wrench Pass(const Wrench& wanted) noexcept {
+  /// Returns the wrench that the device may get in place of `desired`; called once a frame.
+  Wrench Pass(const Wrench& desired) noexcept {
     ++frames_;
-    if (!broken_ && (!wanted.f.allFinite() || !wanted.tau.allFinite())) {
+    if (!broken_ && (!desired.f.allFinite() || !desired.tau.allFinite())) {
       broken_ = true;
       ++counts_.zeroed;
     }
@@ -72,13 +72,13 @@ class ForceGuard {
     const double share = std::min(static_cast<double>(ramp_) / kRampFrames,
                                   static_cast<double>(long_ramp_) / kLongRampFrames);
     Wrench goal;
-    if (!nothing) goal = {share * wanted.tau, share * wanted.f};
+    if (!nothing) goal = {share * desired.tau, share * desired.f};
     bool clamped = false;
     bool slewed = false;
-    last_.f = SteppedTo(last_.f, HeldWithin(goal.f, limits_.force, clamped), ForceStepOf(limits_),
-                        slewed);
-    last_.tau = SteppedTo(last_.tau, HeldWithin(goal.tau, limits_.moment, clamped),
-                          MomentStepOf(limits_), slewed);
+    last_.f = StepTowards(last_.f, ClampLength(goal.f, limits_.force, clamped),
+                          ForceStepOf(limits_), slewed);
+    last_.tau = StepTowards(last_.tau, ClampLength(goal.tau, limits_.moment, clamped),
+                            MomentStepOf(limits_), slewed);
     counts_.clamped += clamped ? 1 : 0;
     counts_.slewed += slewed ? 1 : 0;
     guarded_ += nothing || clamped || slewed ? 1 : 0;

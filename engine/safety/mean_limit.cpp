@@ -15,7 +15,7 @@ double MeanLimit::Allowed() const noexcept {
   return peak_ * std::min(1.0, left / (kFadeShare * budget));
 }
 
-void MeanLimit::Gave(double size, std::int64_t for_ns) noexcept {
+void MeanLimit::RecordForce(double size, std::int64_t for_ns) noexcept {
   // a time longer than the window fills it
   for_ns = std::clamp<std::int64_t>(for_ns, 0, kWindowNs);
   while (for_ns > 0) {

@@ -19,7 +19,7 @@ class MeanLimit {
   /// Returns the force that may be given in the coming step.
   double Allowed() const noexcept;
   /// Notes that the force `size` was given for `for_ns`.
-  void Gave(double size, std::int64_t for_ns) noexcept;
+  void RecordForce(double size, std::int64_t for_ns) noexcept;
 
  private:
   static constexpr std::size_t kSlots = 1000;

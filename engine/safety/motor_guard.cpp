@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "engine/safety/held_within.h"
+#include "engine/safety/clamp_length.h"
 
 namespace tandem {
 namespace {
@@ -47,10 +47,10 @@ bool Finite(const MotorOrder& order) {
 
 MotorGuard::MotorGuard(const Options& options) noexcept
     : options_(options),
-      limits_(SoundLimits(options.limits)),
-      mean_force_(SoundLimits(options.continuous).force, limits_.force),
-      mean_moment_(SoundLimits(options.continuous).moment, limits_.moment) {
-  options_.damping = SoundLimit(options.damping, kDamping);
+      limits_(ValidLimits(options.limits)),
+      mean_force_(ValidLimits(options.continuous).force, limits_.force),
+      mean_moment_(ValidLimits(options.continuous).moment, limits_.moment) {
+  options_.damping = ValidLimit(options.damping, kDamping);
   options_.period_ns = std::clamp(options.period_ns, kLeastPeriodNs, kMostPeriodNs);
 }
 
@@ -161,49 +161,49 @@ void MotorGuard::Judge(const MotorInput& input, const MotorOrder& order) noexcep
 }
 
 Wrench MotorGuard::Wanted(const MotorInput& input, const MotorOrder& order) const noexcept {
-  Wrench wanted;
+  Wrench desired;
   if (state_ == SafetyState::kDamping) {
-    if (input.now_ns - order.input_ns >= kFadeNs) return wanted;
+    if (input.now_ns - order.input_ns >= kFadeNs) return desired;
     bool cut = false;
     const double ramped = std::min(1.0, static_cast<double>(ramped_ns_) / kRampNs);
-    wanted.f = ramped *
-               HeldWithin(-options_.damping * input.V_WD.v, kMostDampingShare * limits_.force, cut);
-    return wanted;
+    desired.f = ramped * ClampLength(-options_.damping * input.V_WD.v,
+                                     kMostDampingShare * limits_.force, cut);
+    return desired;
   }
-  if (!GivesForce(state_)) return wanted;
+  if (!GivesForce(state_)) return desired;
   const double share = state_ == SafetyState::kRamping ? RampShare(input.now_ns) : 1.0;
-  wanted.f = share * order.F_D_W.f;
-  wanted.tau = share * order.F_D_W.tau;
-  return wanted;
+  desired.f = share * order.F_D_W.f;
+  desired.tau = share * order.F_D_W.tau;
+  return desired;
 }
 
 Wrench MotorGuard::Pass(const MotorInput& input, const MotorOrder& order) noexcept {
   const std::int64_t since_ns = last_ns_ < 0 ? 0 : input.now_ns - last_ns_;
   const double h = 1e-9 * static_cast<double>(since_ns);
-  mean_force_.Gave(last_.f.norm(), since_ns);
-  mean_moment_.Gave(last_.tau.norm(), since_ns);
-  if (Finite(input)) passivity_.See(last_, input.V_WD, h);
+  mean_force_.RecordForce(last_.f.norm(), since_ns);
+  mean_moment_.RecordForce(last_.tau.norm(), since_ns);
+  if (Finite(input)) passivity_.Observe(last_, input.V_WD, h);
   Judge(input, order);
   last_ns_ = input.now_ns;
 
-  Wrench wanted = Wanted(input, order);
+  Wrench desired = Wanted(input, order);
   if (options_.passivity_control && GivesForce(state_) && h > 0) {
-    const Vec3 payment = passivity_.Payment(input.V_WD, h, options_.damping);
+    const Vec3 payment = passivity_.DampingForce(input.V_WD, h, options_.damping);
     damped_ += payment.isZero() ? 0 : 1;
-    wanted.f += payment;
+    desired.f += payment;
   }
   bool clamped = false;
   bool slewed = false;
   const double most_force = std::min(limits_.force, mean_force_.Allowed());
   const double most_moment = std::min(limits_.moment, mean_moment_.Allowed());
-  wanted.f = HeldWithin(wanted.f, most_force, clamped);
-  wanted.tau = HeldWithin(wanted.tau, most_moment, clamped);
+  desired.f = ClampLength(desired.f, most_force, clamped);
+  desired.tau = ClampLength(desired.tau, most_moment, clamped);
   if (hard_) {
     last_ = {};
     return last_;
   }
-  last_.f = SteppedTo(last_.f, wanted.f, slew().force, slewed);
-  last_.tau = SteppedTo(last_.tau, wanted.tau, slew().moment, slewed);
+  last_.f = StepTowards(last_.f, desired.f, slew().force, slewed);
+  last_.tau = StepTowards(last_.tau, desired.tau, slew().moment, slewed);
   counts_.clamped += clamped ? 1 : 0;
   counts_.slewed += slewed ? 1 : 0;
   return last_;

@@ -18,7 +18,7 @@ class PassivityObserver {
   static constexpr double kAllowance = 0.05;  // J
 
   /// Notes that the handle got F_D_W while it moved by V_WD, for `h` seconds.
-  void See(const Wrench& F_D_W, const Twist& V_WD, double h) noexcept {
+  void Observe(const Wrench& F_D_W, const Twist& V_WD, double h) noexcept {
     const double taken_J = -h * (F_D_W.f.dot(V_WD.v) + F_D_W.tau.dot(V_WD.w));
     balance_J_ = std::min(balance_J_ + taken_J, kMostCredit);
     least_J_ = std::min(least_J_, balance_J_);
@@ -31,7 +31,7 @@ class PassivityObserver {
 
   /// Returns the damping force that pays the debt back within a step of `h` seconds, by at most
   /// `most` N s/m.
-  Vec3 Payment(const Twist& V_WD, double h, double most) const noexcept {
+  Vec3 DampingForce(const Twist& V_WD, double h, double most) const noexcept {
     const double speed2 = V_WD.v.squaredNorm();
     if (!active() || speed2 < 1e-8) return Vec3::Zero();
     return -std::min(most, (-balance_J_ - kAllowance) / (speed2 * h)) * V_WD.v;

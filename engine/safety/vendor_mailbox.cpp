@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "engine/safety/held_within.h"
+#include "engine/safety/clamp_length.h"
 #include "engine/safety/motor_guard.h"
 
 namespace tandem {
@@ -18,7 +18,7 @@ double ShareOf(std::int64_t passed_ns, std::int64_t of_ns) {
 
 }  // namespace
 
-VendorMailbox::VendorMailbox(const DeviceLimits& limits) noexcept : limits_(SoundLimits(limits)) {}
+VendorMailbox::VendorMailbox(const DeviceLimits& limits) noexcept : limits_(ValidLimits(limits)) {}
 
 void VendorMailbox::Put(const Wrench& F_D_W, std::int64_t now_ns) noexcept {
   const std::uint64_t turn = slot_.turn.load(std::memory_order_relaxed);
@@ -32,7 +32,7 @@ void VendorMailbox::Put(const Wrench& F_D_W, std::int64_t now_ns) noexcept {
   slot_.turn.store(turn + 2, std::memory_order_release);
 }
 
-void VendorMailbox::Look() noexcept {
+void VendorMailbox::TakeNewest() noexcept {
   for (int look = 0; look < kLooks; ++look) {
     const std::uint64_t before = slot_.turn.load(std::memory_order_acquire);
     if (before == turn_ || before % 2 != 0) continue;
@@ -60,7 +60,7 @@ void VendorMailbox::SeeFresh(std::int64_t now_ns) noexcept {
 
 Wrench VendorMailbox::Take(std::int64_t now_ns) noexcept {
   const std::uint64_t before = turn_;
-  Look();
+  TakeNewest();
   if (turn_ != before) SeeFresh(now_ns);
   const std::int64_t age_ns = put_ns_ < 0 ? MotorGuard::kZeroNs : now_ns - put_ns_;
   const bool stood = last_ns_ >= 0 && now_ns - last_ns_ > MotorGuard::kMostGapNs;
@@ -94,10 +94,10 @@ Wrench VendorMailbox::Take(std::int64_t now_ns) noexcept {
                                       ShareOf(now_ns - short_begin_ns_, MotorGuard::kShortRampNs));
   const double slews = static_cast<double>(since_ns) / static_cast<double>(kSlewNs);
   bool held = false;
-  given_.f = SteppedTo(given_.f, HeldWithin(share * newest_.f, limits_.force, held),
-                       slews * limits_.force / MotorGuard::kSlewTicks, held);
-  given_.tau = SteppedTo(given_.tau, HeldWithin(share * newest_.tau, limits_.moment, held),
-                         slews * limits_.moment / MotorGuard::kSlewTicks, held);
+  given_.f = StepTowards(given_.f, ClampLength(share * newest_.f, limits_.force, held),
+                         slews * limits_.force / MotorGuard::kSlewTicks, held);
+  given_.tau = StepTowards(given_.tau, ClampLength(share * newest_.tau, limits_.moment, held),
+                           slews * limits_.moment / MotorGuard::kSlewTicks, held);
   return given_;
 }
 

@@ -42,7 +42,7 @@ class VendorMailbox {
     std::atomic<double> wrench[6]{};
   };
   /// Reads the newest wrench, as far as it can be read now.
-  void Look() noexcept;
+  void TakeNewest() noexcept;
   void SeeFresh(std::int64_t now_ns) noexcept;
 
   DeviceLimits limits_;
@@ -56,8 +56,8 @@ class VendorMailbox {
   std::int64_t put_ns_ = -1;
   std::int64_t last_ns_ = -1;
   Wrench given_;
-  bool old_ = false;   // older than 5 ms when last taken
-  bool none_ = true;   // no force until a fresh wrench comes
+  bool old_ = false;  // older than 5 ms when last taken
+  bool none_ = true;  // no force until a fresh wrench comes
   std::int64_t ramp_begin_ns_ = 0;
   std::int64_t short_begin_ns_ = 0;
   std::int64_t ramped_ns_ = 0;

@@ -247,8 +247,8 @@ bool Scene::IsPointshell(std::size_t a, double a_points, std::size_t b, double b
 
 ClearanceBounds Scene::clearance_bounds() const {
   return contact == ContactModel::kPlain
-             ? ClearanceBounds::OfMarks(range_voxels, voxel_size)
-             : ClearanceBounds::OfFields(clearance_range_voxels - kRefinedClearance, voxel_size);
+             ? ClearanceBounds::ForMarks(range_voxels, voxel_size)
+             : ClearanceBounds::ForFields(clearance_range_voxels - kRefinedClearance, voxel_size);
 }
 
 Result<Scene> LoadScene(const std::filesystem::path& file) {

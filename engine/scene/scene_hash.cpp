@@ -23,12 +23,12 @@ Result<std::uint64_t> HashFile(const std::filesystem::path& file, std::uintmax_t
   const Result<RegularFile> opened = RegularFile::Open(file);
   if (!opened) return opened.error();
   // a file without a size is empty, or the system generates it without end
-  const std::uintmax_t told = opened->size();
-  if (told > budget) return Error{file.string() + ": is larger than any mesh that is read"};
+  const std::uintmax_t reported = opened->size();
+  if (reported > budget) return Error{file.string() + ": is larger than any mesh that is read"};
   Hash64 hash;
   std::uint64_t size = 0;
   std::array<char, 65536> block{};
-  while (size < told) {
+  while (size < reported) {
     const std::size_t got = opened->Read(size, block);
     if (got == 0) break;
     hash.AddBytes(block.data(), got);

@@ -20,29 +20,30 @@ inline void FollowMirror(const BodyModel& model, RigidState& state, const Pose& 
 
 /// Returns the equations of a body's twist, for a system of several bodies.
 inline StepEquations EquationsOf(const BodyModel& model, const RigidState& state,
-                                 const Load& load) {
+                                 const LinearizedForce& load) {
   if (!model.constraint) return ImplicitEquations(model.inertia, state, load, kFrame);
   return ConstrainedEquations(*model.constraint, model.inertia, state, load, kFrame);
 }
 
 /// Returns the twist to which its load brings a body that pushes no other simulated body.
-inline Twist TwistAlone(const BodyModel& model, const RigidState& state, const Load& load) {
+inline Twist TwistAlone(const BodyModel& model, const RigidState& state,
+                        const LinearizedForce& load) {
   if (!model.constraint) return ImplicitTwist(model.inertia, state, load, kFrame);
   return ConstrainedTwist(*model.constraint, model.inertia, state, load, kFrame);
 }
 
 /// Moves a body at a twist for a frame. Returns whether the travel limit held the body back.
-inline bool StepBody(const BodyModel& model, RigidState& state, const Twist& wanted, double radius,
+inline bool StepBody(const BodyModel& model, RigidState& state, const Twist& desired, double radius,
                      double max_travel) {
   if (!model.constraint) {
-    Advance(state, wanted, kFrame, radius, max_travel);
-    return state.V_WB.v != wanted.v || state.V_WB.w != wanted.w;
+    Advance(state, desired, kFrame, radius, max_travel);
+    return state.V_WB.v != desired.v || state.V_WB.w != desired.w;
   }
-  Advance(*model.constraint, state, wanted, kFrame, radius, max_travel);
+  Advance(*model.constraint, state, desired, kFrame, radius, max_travel);
   // a joint turns the twist on the way, so only its size tells
-  const bool turns = wanted.w.norm() > 0;
+  const bool turns = desired.w.norm() > 0;
   const double kept = turns ? state.V_WB.w.norm() : state.V_WB.v.norm();
-  return kept < (1.0 - 1e-9) * (turns ? wanted.w.norm() : wanted.v.norm());
+  return kept < (1.0 - 1e-9) * (turns ? desired.w.norm() : desired.v.norm());
 }
 
 }  // namespace tandem

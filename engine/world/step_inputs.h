@@ -13,7 +13,7 @@ inline constexpr double kFrame = 1e-3;  // s
 inline constexpr std::size_t kMaxLinkAnchors = 8;
 /// Point tests in a frame of 1 ms, on slow processors too.
 inline constexpr double kDefaultCapacity = 1e5;
-inline constexpr double kDefaultLookPrice = 400;
+inline constexpr double kDefaultQueryPrice = 400;
 
 /// The source of an instance's motion in a frame.
 enum class BodyDrive : std::uint8_t {
@@ -21,7 +21,7 @@ enum class BodyDrive : std::uint8_t {
   kParked,     // nothing: it stands
   kSimulated,  // forces, at this peer
   kMirrored,   // another peer, whose pose it follows
-  kYielding    // another peer, to whose pose it is pulled: it gives way where it is pushed
+  kCompliant   // another peer, to whose pose it is pulled: it gives way where it is pushed
 };
 
 /// All external inputs of a frame. Sized once, for all instances of a world: see ParkedInputs().
@@ -55,9 +55,9 @@ struct StepInputs {
   /// Point tests that fit into a frame (paper §5, nCapacity): an input, so that runs can be
   /// repeated.
   double capacity = kDefaultCapacity;
-  /// Point tests that take as long as an exact look at a point that may be in contact; an input as
+  /// Point tests that take as long as an exact query at a point that may be in contact; an input as
   /// well.
-  double look_price = kDefaultLookPrice;
+  double query_price = kDefaultQueryPrice;
   Hand hand;
   HandClearance clearance;     // target, approached at kClearancePace within ClearanceBounds
   std::size_t link_count = 0;  // links, all on the body that the hand holds
@@ -87,9 +87,9 @@ struct StepReport {
   std::uint32_t flags = 0;
   int waited = 0;  // consecutive frames, including this one, that waited for voxels
   int contact_points = 0;
-  int looks = 0;         // exact looks at single points (refined model)
-  double look_work = 0;  // cost of these looks and of adding up, in exact looks
-  int loaded_points = 0;
+  int exact_queries = 0;  // exact queries at single points (refined model)
+  double query_cost = 0;  // cost of these queries and of adding up, in exact queries
+  int pushing_points = 0;
   TestCounts tests;
   /// Wrench of the hand's coupling on the held body, as applied; NaN: its step was not finite.
   Wrench hand_B_W;

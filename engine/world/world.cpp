@@ -39,7 +39,7 @@ World::World(std::shared_ptr<const WorldModel> model, const ScheduleOptions& sch
       instances_(MakeInstances(*model_)),
       together_(instances_.size()),
       contact_on_(schedule.experiments.contact),
-      helpers_(schedule.helpers) {
+      workers_(schedule.workers) {
   if (model_->fixture_pages != nullptr) {
     auto resident = ResidentVoxels::Make(model_->fixture_pages, model_->voxel_memory_bytes);
     TANDEM_CHECK(resident);  // LoadWorld() has checked it
@@ -56,7 +56,7 @@ World::World(std::shared_ptr<const WorldModel> model, const ScheduleOptions& sch
   }
   if (resident_ != nullptr) {
     resident_->Start();
-    BringInVoxels();
+    LoadPendingVoxels();
   }
 }
 
@@ -85,16 +85,16 @@ void World::AddPair(InstanceIndex a, InstanceIndex b, const ScheduleOptions& sch
        map});
 }
 
-void World::BringInVoxels() {
+void World::LoadPendingVoxels() {
   for (const Pair& pair : pairs_) {
     if (pair.map != kFixture) continue;
     const RigidState& shell = instances_[pair.shell].state;
     pair.contact->Announce({shell.X_WB, shell.V_WB}, {});
   }
-  resident_->WaitUntilThere();
+  resident_->WaitUntilResident();
 }
 
-std::string World::WhyVoxelsLack() const {
+std::string World::MissingVoxelsReason() const {
   const std::string* fault = resident_ != nullptr ? resident_->fault() : nullptr;
   return fault != nullptr ? *fault
                           : "voxels were not read in time: the disk is too slow, or the memory for "
@@ -102,7 +102,7 @@ std::string World::WhyVoxelsLack() const {
 }
 
 void World::WaitForVoxels() {
-  if (resident_ != nullptr) resident_->WaitUntilThere();
+  if (resident_ != nullptr) resident_->WaitUntilResident();
 }
 
 const ContactPair& World::point_pair(std::size_t number) const {
@@ -120,7 +120,7 @@ const FieldPair& World::field_pair(std::size_t number) const {
 void World::Place(InstanceIndex instance, const Pose& X_WB) {
   TANDEM_CHECK(instance < instances_.size());
   instances_[instance].state = {X_WB, {}};
-  if (resident_ != nullptr) BringInVoxels();
+  if (resident_ != nullptr) LoadPendingVoxels();
 }
 
 bool World::Touched(InstanceIndex instance) const noexcept {
@@ -138,7 +138,7 @@ bool World::Pushed(InstanceIndex instance) const noexcept {
 const StepReport& World::Step(const StepInputs& in) noexcept {
   BeginFrame(in);
   UpdateClearances(in);
-  if (!ComputeContactForces()) return EndFrameThatWaits();
+  if (!ComputeContactForces()) return EndWaitingFrame();
   LimitTravel(in);
   ApplyCouplings(in);
   SolveVelocities();
@@ -161,15 +161,15 @@ void World::BeginFrame(const StepInputs& in) noexcept {
 
 const StepReport& World::EndFrame() noexcept {
   waited_ = 0;
-  if (helpers_ != nullptr) helpers_->Dismiss();
+  if (workers_ != nullptr) workers_->ReleaseWorkers();
   return report_;
 }
 
-const StepReport& World::EndFrameThatWaits() noexcept {
+const StepReport& World::EndWaitingFrame() noexcept {
   report_ = {};
   report_.flags = StepReport::kWaitsForVoxels;
   report_.waited = ++waited_;
-  if (helpers_ != nullptr) helpers_->Dismiss();
+  if (workers_ != nullptr) workers_->ReleaseWorkers();
   return report_;
 }
 
@@ -191,13 +191,13 @@ void World::UpdateClearances(const StepInputs& in) noexcept {
     Clearance goal = scenes;
     if (held_ && pair.Has(*held_)) {
       const bool ordered = in.clearance.force_layer != StepInputs::HandClearance::kSceneLayer;
-      goal = pair.contact->clearance_bounds().Within(in.clearance.force_layer,
-                                                     in.clearance.displacement);
+      goal = pair.contact->clearance_bounds().Clamp(in.clearance.force_layer,
+                                                    in.clearance.displacement);
       if (!ordered) goal.layers = scenes.layers;
     }
     if (pair.contact->clearance() != goal) {
       pair.contact->SetClearance(
-          Nearer(pair.contact->clearance(), goal, kFrame, model_->scene.voxel_size));
+          StepClearance(pair.contact->clearance(), goal, kFrame, model_->scene.voxel_size));
     }
     double& displaced = instances_[pair.shell].displaced;
     displaced = std::max(displaced, std::abs(pair.contact->clearance().displacement));
@@ -205,13 +205,13 @@ void World::UpdateClearances(const StepInputs& in) noexcept {
 }
 
 void World::LimitTravel(const StepInputs& in) noexcept {
-  TestLoad load;
+  TestDemand load;
   for (const Pair& pair : pairs_) {
-    if (Tested(pair)) load += pair.contact->load();
+    if (Tested(pair)) load += pair.contact->test_demand();
   }
   load.bound = std::numeric_limits<double>::infinity();
   const double voxel = model_->scene.voxel_size;
-  const double affordable = MaxTravel(load, in.capacity, in.look_price, voxel);
+  const double affordable = MaxTravel(load, in.capacity, in.query_price, voxel);
   if (affordable < 0.5 * voxel) report_.flags |= StepReport::kOverCapacity;
   for (Instance& instance : instances_) {
     instance.max_travel = std::min(affordable, kFreeTravel * voxel);
@@ -220,7 +220,7 @@ void World::LimitTravel(const StepInputs& in) noexcept {
     // a pair that is not tested learns of all travel at its next test
     if (contact_on_ && !Tested(pair)) continue;
     const double travel =
-        contact_on_ ? std::min(affordable, pair.contact->load().bound) : 0.5 * voxel;
+        contact_on_ ? std::min(affordable, pair.contact->test_demand().bound) : 0.5 * voxel;
     pair.contact->LimitTravel(travel);
     Instance& shell = instances_[pair.shell];
     if (pair.map == kFixture) {
@@ -248,7 +248,7 @@ bool World::ComputeContactForces() noexcept {
   if (!contact_on_) return true;
   bool all = true;
   const BodyMotion fixture{};
-  Load on_fixture;
+  LinearizedForce on_fixture;
   for (Pair& pair : pairs_) {
     if (!Tested(pair)) {
       pair.contact->Rest();
@@ -264,14 +264,14 @@ bool World::ComputeContactForces() noexcept {
       found = pair.contact->Collide(shell_motion, {map.state.X_WB, map.state.V_WB}, shell.load,
                                     map.load);
     }
-    pair.pushes = found.loaded_points > 0;
+    pair.pushes = found.pushing_points > 0;
     all = all && !found.waits;
     report_.tests += found.tests;
     if (found.over_capacity) report_.flags |= StepReport::kContactsFull;
     report_.contact_points += found.contact_points;
-    report_.looks += found.looks;
-    report_.look_work += found.look_work;
-    report_.loaded_points += found.loaded_points;
+    report_.exact_queries += found.exact_queries;
+    report_.query_cost += found.query_cost;
+    report_.pushing_points += found.pushing_points;
   }
   if (held_) held_loads_.SetContact(instances_[*held_].load);
   return all;
@@ -280,9 +280,9 @@ bool World::ComputeContactForces() noexcept {
 void World::ApplyCouplings(const StepInputs& in) noexcept {
   for (InstanceIndex i = 0; i < instances_.size(); ++i) {
     Instance& instance = instances_[i];
-    if (instance.drive != BodyDrive::kYielding) continue;
+    if (instance.drive != BodyDrive::kCompliant) continue;
     const StepInputs::InstanceInput& input = in.instances[i];
-    instance.load += CouplingLoad(input.pull, instance.state, Pose{}, {input.mirror_WB, {}});
+    instance.load += CouplingForce(input.pull, instance.state, Pose{}, {input.mirror_WB, {}});
   }
   if (held_) held_loads_.Couple(in, instances_[*held_].state, instances_[*held_].load);
   for (Instance& instance : instances_) {
@@ -298,9 +298,9 @@ void World::SolveVelocities() noexcept {
     Instance& instance = instances_[i];
     if (!instance.IsSimulated()) continue;
     instance.before = instance.state.V_WB;
-    instance.wanted = instance.together ? together_.twist(i)
-                                        : TwistAlone(model_->bodies[instance.shape], instance.state,
-                                                     instance.load);
+    instance.desired = instance.together ? together_.twist(i)
+                                         : TwistAlone(model_->bodies[instance.shape],
+                                                      instance.state, instance.load);
   }
 }
 
@@ -352,7 +352,7 @@ void World::Integrate(const StepInputs& in) noexcept {
       instance.state.V_WB = {};
     } else if (instance.drive == BodyDrive::kMirrored) {
       FollowMirror(model, instance.state, in.instances[i].mirror_WB, radius, instance.max_travel);
-    } else if (StepBody(model, instance.state, instance.wanted, radius, instance.max_travel)) {
+    } else if (StepBody(model, instance.state, instance.desired, radius, instance.max_travel)) {
       report_.flags |= StepReport::kTravelLimited;
     }
   }
@@ -361,7 +361,7 @@ void World::Integrate(const StepInputs& in) noexcept {
 void World::ReportAppliedForces(const StepInputs& in) noexcept {
   if (!held_ || !IsSimulated(*held_)) return;
   const Instance& held = instances_[*held_];
-  held_loads_.Report(in, held.before, held.wanted, held.state.V_WB, report_);
+  held_loads_.Report(in, held.before, held.desired, held.state.V_WB, report_);
 }
 
 }  // namespace tandem

@@ -8,7 +8,7 @@
 #include "engine/base/thread_roles.h"
 #include "engine/dynamics/coupled_step.h"
 #include "engine/paging/resident_voxels.h"
-#include "engine/world/held_loads.h"
+#include "engine/world/applied_force_report.h"
 #include "engine/world/instances.h"
 #include "engine/world/step_inputs.h"
 #include "engine/world/world_model.h"
@@ -54,7 +54,7 @@ class World {
   /// Returns the fixed bodies' voxels if they are in memory in part only; null if all are.
   const ResidentVoxels* resident_voxels() const noexcept { return resident_.get(); }
   /// Returns a line that says why voxels that a frame waits for do not come.
-  std::string WhyVoxelsLack() const;
+  std::string MissingVoxelsReason() const;
   /// Waits until the voxels that a frame waits for are in memory. For threads without deadlines.
   void WaitForVoxels();
 
@@ -65,17 +65,17 @@ class World {
   struct Instance {
     std::size_t shape = 0;  // index into the model's bodies
     RigidState state;
-    Load load;
+    LinearizedForce load;
     BodyDrive drive = BodyDrive::kInactive;  // drive in this frame
     double max_travel = 0;                   // greatest travel in this frame, m
     double displaced = 0;   // greatest displacement of its points in either direction, m
     bool together = false;  // its twist is that of together_
     Twist before;           // its twist at the frame's start, if it is simulated
-    Twist wanted;           // the twist to which forces bring it, without the travel limit
+    Twist desired;          // the twist to which forces bring it, without the travel limit
 
     /// Tells whether forces move it at this peer.
     bool IsSimulated() const noexcept {
-      return drive == BodyDrive::kSimulated || drive == BodyDrive::kYielding;
+      return drive == BodyDrive::kSimulated || drive == BodyDrive::kCompliant;
     }
   };
   struct Pair {
@@ -92,7 +92,7 @@ class World {
   /// Adds a pair of two instances of different bodies.
   void AddPair(InstanceIndex a, InstanceIndex b, const ScheduleOptions& schedule);
   /// Announces the voxels that are read where bodies stand, and waits until they are in memory.
-  void BringInVoxels();
+  void LoadPendingVoxels();
 
   // the phases of a frame
   /// Clears what the last frame found, and takes the drives of the inputs.
@@ -113,7 +113,7 @@ class World {
   void ReportAppliedForces(const StepInputs& in) noexcept;
   const StepReport& EndFrame() noexcept;
   /// Ends a frame in which voxels lack: nothing moves.
-  const StepReport& EndFrameThatWaits() noexcept;
+  const StepReport& EndWaitingFrame() noexcept;
 
   /// Gives instances that begin to be simulated the twist of the inputs. A body that was moved from
   /// outside has no momentum of its own, because it may have gone a long way in a frame.
@@ -141,10 +141,10 @@ class World {
   std::size_t first_pairs_ = 0;        // number of pairs of first instances, which come first
   std::optional<InstanceIndex> held_;  // instance in the hand in this frame
   CoupledStep together_;
-  HeldLoads held_loads_;
+  AppliedForceReport held_loads_;
   bool contact_on_;  // experiments: off, bodies pass through one another
   int waited_ = 0;   // consecutive frames that waited for voxels
-  FrameHelpers* helpers_;
+  WorkerPool* workers_;
   StepReport report_;
 };
 

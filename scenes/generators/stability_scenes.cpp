@@ -31,7 +31,7 @@ constexpr int kSocketSteps = 16;
 constexpr int kSocketSides = 64;
 constexpr int kBallLevels = 3;
 
-TriangleMesh Turned(TriangleMesh mesh, double angle) {
+TriangleMesh Rotated(TriangleMesh mesh, double angle) {
   const Mat3 R = Eigen::AngleAxisd(angle, Vec3::UnitZ()).toRotationMatrix();
   for (Vec3& v : mesh.vertices) v = R * v;
   return mesh;
@@ -49,7 +49,7 @@ TriangleMesh Slot() {
   const std::vector<Vec2> section = {{open, -outer}, {end + kThick, -outer}, {end + kThick, outer},
                                      {open, outer},  {open, inner},          {end, inner},
                                      {end, -inner},  {open, -inner}};
-  return Turned(Prism(section, -kCubeHalf, kCubeHalf), kSlotTurn);
+  return Rotated(Prism(section, -kCubeHalf, kCubeHalf), kSlotTurn);
 }
 
 TriangleMesh Socket() {
@@ -73,7 +73,7 @@ GeneratedScene StabilityParts() {
   const double wall = kCubeHalf + kToWall;
   return {"stability",
           {{"cube.stl", Cube()},
-           {"cube_in_slot.stl", Turned(Cube(), kSlotTurn)},
+           {"cube_in_slot.stl", Rotated(Cube(), kSlotTurn)},
            {"wall.stl", Box(Vec3(wall, -kWide, -kWide), Vec3(wall + kThick, kWide, kWide))},
            {"slot.stl", Slot()},
            {"ball.stl", OctahedralSphere(kLabBallRadius, kBallLevels, false)},

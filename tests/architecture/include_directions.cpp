@@ -89,12 +89,12 @@ const std::map<std::string, std::set<std::string>>& Arrows() {
     may_see("app/common", {"engine/world"});  // shared by all programs
     may_see("app/device", {"app/common", "collab/recording"});
     may_see("app/invite", {"app/common", "collab"});
-    may_see("app/reach", {"app/common", "app/invite", "collab/dds"});
+    may_see("app/connection", {"app/common", "app/invite", "collab/dds"});
     may_see("app/picture", {"engine/base/text"});
-    may_see("app/process", {"app/reach"});
+    may_see("app/process", {"app/connection"});
     may_see("app/judgement",
             {"app/common", "engine/proximity", "collab/controller", "collab/recording"});
-    may_see("app/recording", {"app/reach", "collab/recording", "collab/trace"});
+    may_see("app/recording", {"app/connection", "collab/recording", "collab/trace"});
     may_see("app/capacity", {"app/judgement", "collab/simulated"});
     may_see("app/peer", {"app/process", "app/recording", "app/capacity"});
     may_see("app/join", {"app/peer", "app/invite"});
@@ -113,7 +113,7 @@ const std::map<std::string, std::set<std::string>>& Arrows() {
     may_see("app/bench/comparison", {"app/bench"});
     may_see("app/cli", {"app/join", "app/doctor", "app/stability/cli", "app/study/run", "app/bench",
                         "collab/simulated/hands"});
-    may_see("app/view/model/scene", {"app/reach"});
+    may_see("app/view/model/scene", {"app/connection"});
     may_see("app/view/model/session", {"app/view/model/scene"});
     may_see("app/view/model/proximity", {"app/view/model/scene", "engine/proximity"});
     may_see("app/view/model/hand", {"app/view/model/scene"});

@@ -16,7 +16,7 @@
 #include "app/common/poses_file.h"
 #include "app/invite/enrolment.h"
 #include "app/invite/invitation.h"
-#include "app/invite/tls_end.h"
+#include "app/invite/tls_endpoint.h"
 #include "app/picture/picture_file.h"
 #include "app/recording/network_plan.h"
 #include "app/stability/report/series.h"
@@ -36,7 +36,7 @@
 #include "engine/contact/kept/surface_file.h"
 #include "engine/geometry/formats/gltf_buffers.h"
 #include "engine/geometry/formats/model_3mf.h"
-#include "engine/geometry/formats/own_readers.h"
+#include "engine/geometry/formats/native_readers.h"
 #include "engine/geometry/formats/raw_mesh.h"
 #include "engine/geometry/import/declared_unit.h"
 #include "engine/haptics/hand_script.h"
@@ -230,7 +230,7 @@ void FeedSurface(std::string_view bytes) {
   BlockFileHeader header;
   if (sound.size() < sizeof header) return;
   std::memcpy(&header, sound.data(), sizeof header);
-  const MadeOf key = KeyOf(Cuboid(), SurfaceOptions{});
+  const BlockFileSources key = KeyOf(Cuboid(), SurfaceOptions{});
   header.version = kSurfaceFile.version;
   header.bytes = sound.size();
   header.mesh = key.mesh;
@@ -302,7 +302,7 @@ void FeedInvitation(std::string_view bytes) {
   ExpectPlain(ReadEnrolmentAnswer(text));
   static const Result<TlsIdentity> identity = TlsIdentity::Make();
   TANDEM_CHECK(identity.has_value());
-  TlsEnd end = TlsEnd::Server(*identity);
+  TlsEndpoint end = TlsEndpoint::Server(*identity);
   end.Receive(bytes);
   static_cast<void>(end.Hear());
   static_cast<void>(end.TakeToSend());

@@ -40,7 +40,7 @@ SeenFrame FrameOf(const Peer& peer, std::int64_t now_ns) {
 
 }  // namespace
 
-const InstanceView* SeenFrame::Of(PeerId peer) const {
+const InstanceView* SeenFrame::InstanceOf(PeerId peer) const {
   const auto* const end = instance.begin() + instances;
   const auto* const found = std::find_if(instance.begin(), end, [peer](const InstanceView& view) {
     return view.peer == peer;
@@ -102,7 +102,7 @@ std::filesystem::path CutPeers::FileOf(std::size_t i, const char* ending) const 
   return folder_.path() / (NameOf(i) + "." + ending);
 }
 
-std::string CutPeers::Said(std::size_t i) const {
+std::string CutPeers::OutputOf(std::size_t i) const {
   std::ostringstream text;
   text << std::ifstream(FileOf(i, "said")).rdbuf();
   return text.str();
@@ -111,9 +111,9 @@ std::string CutPeers::Said(std::size_t i) const {
 bool CutPeers::Meet() {
   const auto met = [this] {
     for (std::size_t i = 0; i < peers_.size(); ++i) {
-      const std::string said = Said(i);
+      const std::string output = OutputOf(i);
       for (std::size_t other = 0; other < peers_.size(); ++other) {
-        if (i != other && said.find(NameOf(other) + " joined") == std::string::npos) return false;
+        if (i != other && output.find(NameOf(other) + " joined") == std::string::npos) return false;
       }
     }
     return true;
@@ -135,7 +135,7 @@ Result<std::vector<SeenPeer>> CutPeers::End() {
   for (std::size_t i = 0; i < peers_.size(); ++i) {
     const int code = peers_[i].Wait(std::chrono::seconds(20)).value_or(-1);
     if (code != 0)
-      return Error{NameOf(i) + " ended with " + std::to_string(code) + ":\n" + Said(i)};
+      return Error{NameOf(i) + " ended with " + std::to_string(code) + ":\n" + OutputOf(i)};
   }
   std::vector<SeenPeer> seen;
   for (std::size_t i = 0; i < peers_.size(); ++i) {

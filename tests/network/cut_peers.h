@@ -28,7 +28,7 @@ struct SeenFrame {
   std::array<InstanceView, kMaxLinks> instance{};
 
   /// Returns the instance of that peer; null: it is not here.
-  const InstanceView* Of(PeerId peer) const;
+  const InstanceView* InstanceOf(PeerId peer) const;
 };
 
 /// A change of another that a peer was told, and when.
@@ -64,7 +64,7 @@ class CutPeers {
   /// Cuts the way from one peer to the other, or mends it. Returns the time (ns).
   std::int64_t Cut(std::size_t from, std::size_t to, bool cut = true);
   /// Returns all that a peer has said so far.
-  std::string Said(std::size_t i) const;
+  std::string OutputOf(std::size_t i) const;
   std::string NameOf(std::size_t i) const { return "user-" + std::to_string(i); }
   /// Ends them, and returns what each saw before that. Errors: a peer that did not end well, a
   /// recording that cannot be repeated.

@@ -62,7 +62,7 @@ class Cut : public ::testing::Test {
   /// Cyclone forgets a program that has been silent for 2 s, so a cut is longer.
   void Run(const Ways& ways, std::chrono::milliseconds length) {
     CutPeers peers(Hands());
-    ASSERT_TRUE(peers.Meet()) << peers.Said(0) << peers.Said(1) << peers.Said(2);
+    ASSERT_TRUE(peers.Meet()) << peers.OutputOf(0) << peers.OutputOf(1) << peers.OutputOf(2);
     std::this_thread::sleep_for(kCutAfter);
     const testing::LagMeter lag;
     for (const auto& [from, to] : ways) cut_ns_ = peers.Cut(from, to);
@@ -73,7 +73,7 @@ class Cut : public ::testing::Test {
     auto seen = peers.End();
     ASSERT_TRUE(seen.has_value()) << seen.error().what;
     seen_ = *std::move(seen);
-    for (std::size_t i = 0; i < seen_.size(); ++i) said_.push_back(peers.Said(i));
+    for (std::size_t i = 0; i < seen_.size(); ++i) output_.push_back(peers.OutputOf(i));
 
     // the other checks need this: there is a load, and the first moves while it is cut off
     const SeenPeer& first = seen_[0];
@@ -90,7 +90,7 @@ class Cut : public ::testing::Test {
   int Told(std::size_t i, std::size_t other, const std::string& what) const {
     const std::string line = "user-" + std::to_string(other) + " " + what + "\n";
     int count = 0;
-    for (std::size_t at = 0; (at = said_[i].find(line, at)) != std::string::npos; ++at) ++count;
+    for (std::size_t at = 0; (at = output_[i].find(line, at)) != std::string::npos; ++at) ++count;
     return count;
   }
 
@@ -116,11 +116,11 @@ class Cut : public ::testing::Test {
 
     const SeenFrame& frame = seen_[i].At(healed_ns_ + kSecondNs);
     EXPECT_EQ(frame.coupled, 2U);
-    const InstanceView* const heard = frame.Of(id);
-    ASSERT_NE(heard, nullptr);
+    const InstanceView* const received = frame.InstanceOf(id);
+    ASSERT_NE(received, nullptr);
     const Pose own = seen_[other].At(frame.now_ns).X_WB;
-    EXPECT_LE((heard->X_WB.p - own.p).norm(), 1e-3);
-    EXPECT_LE(heard->X_WB.q.angularDistance(own.q), 0.5 * kDegree);
+    EXPECT_LE((received->X_WB.p - own.p).norm(), 1e-3);
+    EXPECT_LE(received->X_WB.q.angularDistance(own.q), 0.5 * kDegree);
   }
 
   void ExpectNothingNoticed(std::size_t i, std::size_t other) {
@@ -171,7 +171,7 @@ class Cut : public ::testing::Test {
   std::int64_t healed_ns_ = 0;
   std::int64_t late_ns_ = 0;  // the latest that the machine woke a thread of the test
   std::vector<SeenPeer> seen_;
-  std::vector<std::string> said_;
+  std::vector<std::string> output_;
 };
 
 TEST_F(Cut, IsolatedPeerIsLostAndReturnsWithItsBodyInPlace) {

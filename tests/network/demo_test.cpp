@@ -103,28 +103,28 @@ TEST(Demo, TwoPeersRemoveTheActuatorOverDdsBesideAViewer) {
 // and afterwards.
 TEST(Demo, MisfitIsReportedBeforeAndAfterTheRun) {
   const ScratchFolder folder;
-  const testing::Said said = testing::RunTandem("demo --headless --json --scene " +
-                                                testing::WriteKeyScene(folder, -0.00005, 0.001));
-  EXPECT_EQ(said.exit_code, 1);
-  const std::size_t told = said.err.find("key-hole: they overlap by 0.0707 mm at the start");
-  ASSERT_NE(told, std::string::npos) << said.err;
-  const std::size_t joined = said.err.find("tandem: Anna: in session demo-");
-  ASSERT_NE(joined, std::string::npos) << said.err;
-  EXPECT_LT(told, joined) << "before the start";
+  const testing::ProgramOutput output = testing::RunTandem(
+      "demo --headless --json --scene " + testing::WriteKeyScene(folder, -0.00005, 0.001));
+  EXPECT_EQ(output.exit_code, 1);
+  const std::size_t reported = output.err.find("key-hole: they overlap by 0.0707 mm at the start");
+  ASSERT_NE(reported, std::string::npos) << output.err;
+  const std::size_t joined = output.err.find("tandem: Anna: in session demo-");
+  ASSERT_NE(joined, std::string::npos) << output.err;
+  EXPECT_LT(reported, joined) << "before the start";
   // each line says whose it is, and none is said by each program again
-  EXPECT_THAT(said.err, HasSubstr("tandem: Ben: in session demo-"));
-  EXPECT_THAT(said.err, HasSubstr("Anna: you hold key"));
-  EXPECT_THAT(said.err, Not(HasSubstr("no peer answers")));
-  const std::size_t plain = said.err.find(" is plain");
-  ASSERT_NE(plain, std::string::npos) << said.err;
-  EXPECT_EQ(said.err.find(" is plain", plain + 1), std::string::npos) << said.err;
-  const json out = json::parse(said.out, nullptr, false);
-  ASSERT_TRUE(out.is_object()) << said.err;
+  EXPECT_THAT(output.err, HasSubstr("tandem: Ben: in session demo-"));
+  EXPECT_THAT(output.err, HasSubstr("Anna: you hold key"));
+  EXPECT_THAT(output.err, Not(HasSubstr("no peer answers")));
+  const std::size_t plain = output.err.find(" is plain");
+  ASSERT_NE(plain, std::string::npos) << output.err;
+  EXPECT_EQ(output.err.find(" is plain", plain + 1), std::string::npos) << output.err;
+  const json out = json::parse(output.out, nullptr, false);
+  ASSERT_TRUE(out.is_object()) << output.err;
   EXPECT_TRUE(out.at("start_gaps")[0].at("overlap").get<bool>());
   ASSERT_FALSE(out.at("failures").empty());
   EXPECT_EQ(out.at("failures")[0], "the part did not come out");
   for (const json& failure : out.at("failures")) {
-    EXPECT_THAT(said.err, ::testing::HasSubstr(failure.get<std::string>()));
+    EXPECT_THAT(output.err, ::testing::HasSubstr(failure.get<std::string>()));
   }
   // the hands need 3 s, and so the run 7 s
   EXPECT_LT(out.at("peers")[0].at("frames").get<int>(), 15000);
@@ -137,25 +137,25 @@ TEST(Demo, ExplainsItsRequirementsOnScenes) {
   text << std::ifstream(scene).rdbuf();
   json own = json::parse(text.str());
   own["hands"].erase(1);
-  testing::Said said = testing::RunTandem("demo --headless --scene " +
-                                          folder.Write("one_hand.json", own.dump()).string());
-  EXPECT_EQ(said.exit_code, 3);
-  EXPECT_THAT(said.err, ::testing::HasSubstr("with one name twice (one file may do for both); it "
-                                             "has 1 hand"));
+  testing::ProgramOutput output = testing::RunTandem(
+      "demo --headless --scene " + folder.Write("one_hand.json", own.dump()).string());
+  EXPECT_EQ(output.exit_code, 3);
+  EXPECT_THAT(output.err, ::testing::HasSubstr("with one name twice (one file may do for both); it "
+                                               "has 1 hand"));
   own = json::parse(text.str());
   own["bodies"][1]["sharing"] = "own";
-  said = testing::RunTandem("demo --headless --scene " +
-                            folder.Write("own.json", own.dump()).string());
-  EXPECT_EQ(said.exit_code, 3);
-  EXPECT_THAT(said.err, ::testing::HasSubstr("give 'key' the key \"sharing\": \"shared\""));
+  output = testing::RunTandem("demo --headless --scene " +
+                              folder.Write("own.json", own.dump()).string());
+  EXPECT_EQ(output.exit_code, 3);
+  EXPECT_THAT(output.err, ::testing::HasSubstr("give 'key' the key \"sharing\": \"shared\""));
 }
 
 TEST(Demo, RefusesAPictureWithoutAWindow) {
-  testing::Said said = testing::RunTandem("demo --screenshot /tmp/none.png", "env -i ");
-  EXPECT_EQ(said.exit_code, 4);
-  EXPECT_THAT(said.err, ::testing::HasSubstr("--screenshot needs a display"));
-  said = testing::RunTandem("demo --headless --screenshot /tmp/none.png");
-  EXPECT_EQ(said.exit_code, 2);
+  testing::ProgramOutput output = testing::RunTandem("demo --screenshot /tmp/none.png", "env -i ");
+  EXPECT_EQ(output.exit_code, 4);
+  EXPECT_THAT(output.err, ::testing::HasSubstr("--screenshot needs a display"));
+  output = testing::RunTandem("demo --headless --screenshot /tmp/none.png");
+  EXPECT_EQ(output.exit_code, 2);
 }
 
 // The hands lift the key aslant, through a wall of its hole: 4 mm of it on the 9 mm of its height.
@@ -165,11 +165,11 @@ TEST(Demo, RunWithoutContactSucceeds) {
   folder.Write("lift.json", R"({"waypoints": [
       {"t_s": 0, "p_W": [0, 0, 0], "q_xyzw": [0, 0, 0, 1]},
       {"t_s": 3, "p_W": [0.03, 0, 0.06], "q_xyzw": [0, 0, 0, 1]}]})");
-  const testing::Said said =
+  const testing::ProgramOutput output =
       testing::RunTandem("demo --headless --json --no-contact --scene " + scene);
-  EXPECT_EQ(said.exit_code, 0) << said.err;
-  const json out = json::parse(said.out, nullptr, false);
-  ASSERT_TRUE(out.is_object()) << said.err;
+  EXPECT_EQ(output.exit_code, 0) << output.err;
+  const json out = json::parse(output.out, nullptr, false);
+  ASSERT_TRUE(out.is_object()) << output.err;
   EXPECT_FALSE(out.at("contact").get<bool>());
   EXPECT_TRUE(out.at("stable").get<bool>());
   EXPECT_TRUE(out.at("out").get<bool>());
@@ -179,22 +179,23 @@ TEST(Demo, RunWithoutContactSucceeds) {
   ASSERT_EQ(out.at("failures").size(), 1U);
   EXPECT_THAT(out.at("failures")[0].get<std::string>(),
               ::testing::HasSubstr("mm into fixed bodies"));
-  EXPECT_THAT(said.err, ::testing::Not(::testing::HasSubstr("into fixed bodies")));
+  EXPECT_THAT(output.err, ::testing::Not(::testing::HasSubstr("into fixed bodies")));
   // it does not matter where contact would begin
   EXPECT_TRUE(out.at("start_gaps").empty());
-  EXPECT_THAT(said.err, ::testing::Not(::testing::HasSubstr("contact begins")));
+  EXPECT_THAT(output.err, ::testing::Not(::testing::HasSubstr("contact begins")));
   for (const json& peer : out.at("peers")) {
     EXPECT_EQ(peer.at("contact_points").at("max"), 0);
   }
 }
 
 TEST(Demo, TooShortRunIsRefused) {
-  testing::Said said = testing::RunTandem("demo --headless --json --seconds 3 --scene peg_in_slot");
-  EXPECT_EQ(said.exit_code, 2);
-  EXPECT_EQ(said.out, "");
-  EXPECT_THAT(said.err, ::testing::AllOf(::testing::HasSubstr("--seconds 3: too short"),
-                                         ::testing::HasSubstr("or more, or leave it out"),
-                                         ::testing::Not(::testing::HasSubstr("is in session"))));
+  testing::ProgramOutput output =
+      testing::RunTandem("demo --headless --json --seconds 3 --scene peg_in_slot");
+  EXPECT_EQ(output.exit_code, 2);
+  EXPECT_EQ(output.out, "");
+  EXPECT_THAT(output.err, ::testing::AllOf(::testing::HasSubstr("--seconds 3: too short"),
+                                           ::testing::HasSubstr("or more, or leave it out"),
+                                           ::testing::Not(::testing::HasSubstr("is in session"))));
   // a hand of 500 s needs 834 s, to be at rest by 60 % of them, and is judged from 90 % of that on
   const ScratchFolder folder;
   const std::string scene = testing::WriteKeyScene(folder, 0.001, 0.001);
@@ -202,11 +203,11 @@ TEST(Demo, TooShortRunIsRefused) {
       {"t_s": 0, "p_W": [0, 0, 0], "q_xyzw": [0, 0, 0, 1]},
       {"t_s": 500, "p_W": [0, 0, 0.06], "q_xyzw": [0, 0, 0, 1]}]})");
   for (const char* seconds : {"", " --seconds 600"}) {
-    said = testing::RunTandem("demo --headless --json --scene " + scene + seconds);
-    EXPECT_EQ(said.exit_code, 3);
-    EXPECT_EQ(said.out, "");
+    output = testing::RunTandem("demo --headless --json --scene " + scene + seconds);
+    EXPECT_EQ(output.exit_code, 3);
+    EXPECT_EQ(output.out, "");
     EXPECT_THAT(
-        said.err,
+        output.err,
         ::testing::HasSubstr(
             "its hands need a run of 751 s at this delay, but the longest demo takes 600 s"));
   }

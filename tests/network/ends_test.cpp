@@ -141,8 +141,8 @@ class FullPipe {
   std::array<int, 2> ends_{-1, -1};
 };
 
-std::vector<std::string> PeerWords(const std::string& session,
-                                   const std::vector<std::string>& more = {}) {
+std::vector<std::string> ControllerCommandLine(const std::string& session,
+                                               const std::vector<std::string>& more = {}) {
   const std::filesystem::path scenes = TANDEM_SCENES;
   std::vector<std::string> words{
       TANDEM_PROGRAM, "peer",  "--session", session,
@@ -164,7 +164,7 @@ TEST(Ends, PeerWithABlockedStderrEndsWithinASecond) {
     const File watched(folder.path() / std::to_string(signal));
     Started vera(WatchWords(session), watched.get());
     const FullPipe blocked;
-    Started anna(PeerWords(session), blocked.writer());
+    Started anna(ControllerCommandLine(session), blocked.writer());
     ASSERT_TRUE(FileSays(folder.path() / std::to_string(signal), "anna joined"));
     EXPECT_LT(anna.SecondsToEnd(signal), kMostSeconds);
     EXPECT_TRUE(FileSays(folder.path() / std::to_string(signal), "anna left", 3))
@@ -180,9 +180,9 @@ TEST(Ends, PeerWithABlockedReportEndsWithinASecond) {
   ASSERT_EQ(mkfifo(report.c_str(), 0600), 0);
   const std::string session = SessionName();
   const File watched(folder.path() / "watched");
-  const File said(folder.path() / "said");
+  const File output(folder.path() / "said");
   Started vera(WatchWords(session), watched.get());
-  Started anna(PeerWords(session, {"--report", report.string()}), said.get());
+  Started anna(ControllerCommandLine(session, {"--report", report.string()}), output.get());
   ASSERT_TRUE(FileSays(folder.path() / "watched", "anna joined")) << TextOf(folder.path() / "said");
   EXPECT_LT(anna.SecondsToEnd(SIGTERM), kMostSeconds) << TextOf(folder.path() / "said");
   EXPECT_TRUE(FileSays(folder.path() / "watched", "anna left", 3))
@@ -195,7 +195,8 @@ TEST(Ends, PeerSurvivesItsClosedOutputAndWritesItsReport) {
   const std::string report = (folder.path() / "report").string();
   FullPipe pipe;
   pipe.CloseReader();
-  Started anna(PeerWords(SessionName(), {"--seconds", "1", "--report", report}), pipe.writer());
+  Started anna(ControllerCommandLine(SessionName(), {"--seconds", "1", "--report", report}),
+               pipe.writer());
   const auto began = std::chrono::steady_clock::now();
   EXPECT_LT(anna.SecondsToEndFrom(began), 20);
   ASSERT_TRUE(WIFEXITED(anna.status()));
@@ -212,9 +213,9 @@ TEST(Ends, PeerEndsWithItsReportAfterItsViewerIsKilled) {
     const std::string session = SessionName();
     const std::string name = std::to_string(after_ms);
     const std::string report = (folder.path() / ("report" + name)).string();
-    const File said(folder.path() / ("anna" + name));
+    const File output(folder.path() / ("anna" + name));
     const File watched(folder.path() / ("vera" + name));
-    Started anna(PeerWords(session, {"--report", report}), said.get());
+    Started anna(ControllerCommandLine(session, {"--report", report}), output.get());
     Started vera(WatchWords(session), watched.get());
     ASSERT_TRUE(FileSays(folder.path() / ("anna" + name), "vera (viewer) joined"))
         << TextOf(folder.path() / ("anna" + name));
@@ -240,10 +241,10 @@ TEST(Ends, SignalEndsAPeerWithinASecondAtAnyTime) {
   std::uniform_real_distribution<double> moment(0.0, 1.5);
   std::vector<double> took;
   for (int i = 0; i < Times(); ++i) {
-    const File said(folder.path() / "said");
+    const File output(folder.path() / "said");
     const FullPipe blocked;
     const std::string session = SessionName();
-    Started peer(PeerWords(session), i % 2 == 0 ? blocked.writer() : said.get());
+    Started peer(ControllerCommandLine(session), i % 2 == 0 ? blocked.writer() : output.get());
     std::this_thread::sleep_for(std::chrono::duration<double>(moment(random)));
     took.push_back(peer.SecondsToEnd(i % 3 == 0 ? SIGINT : SIGTERM));
     EXPECT_LT(took.back(), kMostSeconds) << i;
@@ -275,10 +276,10 @@ TEST(Ends, DemoAlwaysRemovesItsTemporaryFolder) {
     const TemporaryFolder folder;
     const std::filesystem::path temporary = folder.path() / "tmp";
     std::filesystem::create_directory(temporary);
-    const File said(folder.path() / "said");
+    const File output(folder.path() / "said");
     Started demo({TANDEM_PROGRAM, "demo", "--headless", "--scene",
                   (std::filesystem::path(TANDEM_SCENES) / "bracket_actuator.json").string()},
-                 said.get(), temporary.string());
+                 output.get(), temporary.string());
     for (double waited = 0; waited < 60 && FilesIn(temporary) == 0; waited += 0.02) {
       std::this_thread::sleep_for(milliseconds(20));
     }
@@ -295,8 +296,8 @@ TEST(Ends, DemoAlwaysRemovesItsTemporaryFolder) {
 
 TEST(Ends, DoctorsAnswererEndsUnderAProbeFlood) {
   const TemporaryFolder folder;
-  const File said(folder.path() / "said");
-  Started doctor({TANDEM_PROGRAM, "doctor", "--answer"}, said.get());
+  const File output(folder.path() / "said");
+  Started doctor({TANDEM_PROGRAM, "doctor", "--answer"}, output.get());
   if (!FileSays(folder.path() / "said", "answering at UDP", 10)) {
     GTEST_SKIP() << "another program has the port: " << TextOf(folder.path() / "said");
   }

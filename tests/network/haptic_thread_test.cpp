@@ -9,7 +9,7 @@
 
 #include "engine/base/sanitized.h"
 #include "tests/network/dds_calls.h"
-#include "tests/network/own_peer.h"
+#include "tests/network/in_process_peer.h"
 #include "tests/network/real_peers.h"
 #include "tests/network/syscall_count.h"
 #include "tests/support/allocation_counter.h"
@@ -58,7 +58,7 @@ TEST(HapticThread, AllocatesNothingAndCallsNoDds) {
   std::atomic<long> frames = 0;
   std::atomic<long> allocations = 0;
   {
-    testing::OwnPeer own(partner.session(), 77, [&](PeerNode& node, std::int64_t now_ns) {
+    testing::InProcessPeer own(partner.session(), 77, [&](PeerNode& node, std::int64_t now_ns) {
       kHapticThread.Enter();
       {
         const testing::DdsCallsInside inside;

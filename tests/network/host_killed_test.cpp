@@ -56,8 +56,8 @@ Result<ChildProcess> StartController(const std::string& session, const std::stri
 
 TEST(HostKilled, PartnersFeelLittleAndTheNextHostRestoresEverything) {
   // nothing of ours sets the environment
-  const char* asked = std::getenv("TANDEM_HOST_KILLS");  // NOLINT(concurrency-mt-unsafe)
-  const int kills = asked != nullptr ? std::atoi(asked) : 3;
+  const char* requested = std::getenv("TANDEM_HOST_KILLS");  // NOLINT(concurrency-mt-unsafe)
+  const int kills = requested != nullptr ? std::atoi(requested) : 3;
   std::mt19937_64 random(17);
   const std::string id = std::to_string(getpid());
   TemporaryFolder folder;
@@ -87,14 +87,14 @@ TEST(HostKilled, PartnersFeelLittleAndTheNextHostRestoresEverything) {
   double worst_change = 0;
   double longest_attach_s = 0;
   for (int kill = 0; kill < kills; ++kill) {
-    const std::filesystem::path said = folder.path() / ("host-" + std::to_string(kill));
+    const std::filesystem::path output = folder.path() / ("host-" + std::to_string(kill));
     Result<ChildProcess> host =
-        ChildProcess::Start({TANDEM_HOST_FOR_TESTS, "first-" + id, "peg", "0.02", said.string()});
+        ChildProcess::Start({TANDEM_HOST_FOR_TESTS, "first-" + id, "peg", "0.02", output.string()});
     ASSERT_TRUE(host);
-    for (int waited = 0; waited < 2000 && !std::filesystem::exists(said); ++waited) look(10);
+    for (int waited = 0; waited < 2000 && !std::filesystem::exists(output); ++waited) look(10);
     double took_s = 99;
     std::size_t bodies = 0;
-    std::ifstream(said) >> took_s >> bodies;
+    std::ifstream(output) >> took_s >> bodies;
     EXPECT_EQ(bodies, 2U) << "the peg and the block with its slot";
     longest_attach_s = std::max(longest_attach_s, took_s);
     look(static_cast<int>(random() % 500));

@@ -11,7 +11,7 @@
 #include <nlohmann/json.hpp>
 
 #include "collab/dds/security/keys.h"
-#include "tests/network/said_program.h"
+#include "tests/network/running_program.h"
 #include "tests/network/two_networks.h"
 #include "tests/support/scratch_folder.h"
 
@@ -40,7 +40,7 @@ class Invite : public ::testing::Test {
                                      "peg_in_slot",  "--hold", "peg",       "--name", "anna"};
     command.insert(command.end(), further.begin(), further.end());
     auto anna = std::make_unique<Program>(networks_.Here(command), In("anna"));
-    EXPECT_TRUE(anna->Says("you hold peg")) << anna->said();
+    EXPECT_TRUE(anna->Says("you hold peg")) << anna->output();
     return anna;
   }
   /// Starts `tandem invite` and reads its line.
@@ -48,9 +48,9 @@ class Invite : public ::testing::Test {
     std::vector<std::string> command{TANDEM_PROGRAM, "invite", kSession};
     command.insert(command.end(), further.begin(), further.end());
     auto inviter = std::make_unique<Program>(networks_.Here(command), In("invite"));
-    EXPECT_TRUE(inviter->Says("tandem://")) << inviter->said();
+    EXPECT_TRUE(inviter->Says("tandem://")) << inviter->output();
     EXPECT_TRUE(inviter->Says("this line"));
-    for (const std::string& one : LinesOf(inviter->said())) {
+    for (const std::string& one : LinesOf(inviter->output())) {
       if (one.rfind("tandem://", 0) == 0) line = one;
     }
     return inviter;
@@ -69,18 +69,18 @@ class Invite : public ::testing::Test {
   }
   /// Returns what the joiner prints once it holds the peg, and expects that it does in time.
   json Entered(const Program& joiner, Clock::time_point begin) {
-    EXPECT_TRUE(joiner.Says("\"holding\"", kJoinedWithin)) << joiner.said();
+    EXPECT_TRUE(joiner.Says("\"holding\"", kJoinedWithin)) << joiner.output();
     const double took = std::chrono::duration<double>(Clock::now() - begin).count();
     EXPECT_LT(took, kJoinedWithin);
     RecordProperty("seconds_to_join", std::to_string(took));
-    for (const std::string& one : LinesOf(joiner.said())) {
+    for (const std::string& one : LinesOf(joiner.output())) {
       if (one.rfind('{', 0) == 0) return json::parse(one, nullptr, false);
     }
     return {};
   }
   static void End(Program& program) {
     program.process().Signal(SIGTERM);
-    EXPECT_EQ(program.Wait(), 0) << program.said();
+    EXPECT_EQ(program.Wait(), 0) << program.output();
   }
 
   static constexpr const char* kSession = "Nose gear";
@@ -103,10 +103,10 @@ TEST_F(Invite, RemoteUserJoinsAndGrabsWithOnlyTheInvitation) {
   EXPECT_EQ(entered.at("holding"), "peg");
   EXPECT_TRUE(anna->Says("ben joined"));
   // here the session is heard of, there it is not
-  const Program heard(networks_.Here({TANDEM_PROGRAM, "sessions", "--json"}), In("heard"));
+  const Program received(networks_.Here({TANDEM_PROGRAM, "sessions", "--json"}), In("heard"));
   const Program unheard(networks_.There({TANDEM_PROGRAM, "sessions", "--json"}), In("unheard"));
-  EXPECT_TRUE(heard.Says(R"([{"session":"Nose gear","secured":false,"relay":false}])"));
-  EXPECT_TRUE(unheard.Says(R"("sessions":[])")) << unheard.said();
+  EXPECT_TRUE(received.Says(R"([{"session":"Nose gear","secured":false,"relay":false}])"));
+  EXPECT_TRUE(unheard.Says(R"("sessions":[])")) << unheard.output();
   End(*ben);
   End(*anna);
 }
@@ -132,19 +132,19 @@ TEST_F(Invite, FirstInvitationHolderAloneBecomesAMember) {
   EXPECT_EQ(entered.at("name"), "ben");
   EXPECT_EQ(entered.at("holding"), "peg");
   EXPECT_TRUE(anna->Says("ben joined"));
-  EXPECT_EQ(inviter->Wait(), 0) << inviter->said();
+  EXPECT_EQ(inviter->Wait(), 0) << inviter->output();
 
   // somebody else has read the mail
   const auto eve = Joiner(line, "eve");
-  EXPECT_EQ(eve->Wait(), 5) << eve->said();
-  EXPECT_THAT(eve->said(), HasSubstr("was used or withdrawn"));
-  EXPECT_EQ(LinesOf(eve->said()).size(), 1U) << eve->said();
+  EXPECT_EQ(eve->Wait(), 5) << eve->output();
+  EXPECT_THAT(eve->output(), HasSubstr("was used or withdrawn"));
+  EXPECT_EQ(LinesOf(eve->output()).size(), 1U) << eve->output();
   EXPECT_FALSE(std::filesystem::exists(In("eve") / "tandem" / "keys" / "identity.key"));
   End(*ben);
   // a person who has become a member by the line can come back by it
   const auto back = Joiner(line, "ben");
   EXPECT_EQ(Entered(*back, Clock::now()).at("name"), "ben");
-  EXPECT_THAT(back->said(), HasSubstr("using them"));
+  EXPECT_THAT(back->output(), HasSubstr("using them"));
   End(*back);
   End(*anna);
 }

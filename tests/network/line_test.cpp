@@ -11,7 +11,7 @@
 #include <unistd.h>
 
 #include "app/stability/live/tap_hub.h"
-#include "collab/dds/diagnostics/line_recorder.h"
+#include "collab/dds/diagnostics/path_recorder.h"
 #include "tests/collab/dds/diagnostics/line_relay.h"
 #include "tests/support/tap_hub_here.h"
 
@@ -62,16 +62,16 @@ TEST(LineBetweenNamespaces, LossIsExactAndRoundTripsAreNotTooShort) {
     relay = std::make_unique<testing::Relay>(testing::AddressOf("10.78.0.3", answering->port()),
                                              FateThere, FateBack);
   });
-  Result<RecordedLine> line = Error{"none"};
+  Result<RecordedPath> line = Error{"none"};
   const std::atomic<bool> stop{false};
   InNetworkOf(**hub, 0, [&] {
-    line = RecordLine("10.78.0.2", relay->port(), {.rate_hz = 500, .samples = 2000}, stop);
+    line = RecordPath("10.78.0.2", relay->port(), {.rate_hz = 500, .samples = 2000}, stop);
   });
   ASSERT_TRUE(line) << line.error().what;
   for (std::uint32_t seq = 0; seq < 2000; ++seq) {
     SCOPED_TRACE(seq);
-    EXPECT_EQ(line->record.there_ns[seq] == LineRecord::kNever, Lost(seq));
-    EXPECT_EQ(line->record.back_ns[seq] == LineRecord::kNever, Lost(seq + 500));
+    EXPECT_EQ(line->record.there_ns[seq] == PathRecord::kNever, Lost(seq));
+    EXPECT_EQ(line->record.back_ns[seq] == PathRecord::kNever, Lost(seq + 500));
   }
   // Two hops there and two back, each of 10 ms. The bound is taken after the drift of the clocks,
   // which four seconds of a busy machine tell to some 25 ppm.

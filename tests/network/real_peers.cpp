@@ -26,9 +26,9 @@ RealPeers::RealPeers(const Options& options)
         "--seconds",    std::to_string(options.seconds),
         "--report",     ReportFile(static_cast<std::size_t>(i)).string()};
     std::vector<std::string> command = peer;
-    if (!options.said.empty()) {
+    if (!options.output.empty()) {
       // through a shell that puts both streams into the file and then is the peer
-      command = {"/bin/sh", "-c", R"(f="$1"; shift; exec "$@" >>"$f" 2>&1)", "sh", options.said};
+      command = {"/bin/sh", "-c", R"(f="$1"; shift; exec "$@" >>"$f" 2>&1)", "sh", options.output};
       command.insert(command.end(), peer.begin(), peer.end());
     }
     Result<ChildProcess> started = ChildProcess::Start(command);

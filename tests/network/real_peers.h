@@ -16,9 +16,9 @@ namespace tandem::testing {
 class RealPeers {
  public:
   struct Options {
-    int count = 2;       // they wait for one another
-    double seconds = 4;  // duration of the hands' motion
-    std::string said{};  // a file for what they say; empty: to our own stderr
+    int count = 2;         // they wait for one another
+    double seconds = 4;    // duration of the hands' motion
+    std::string output{};  // a file for what they say; empty: to our own stderr
     std::string law = DefaultLaw()->name();
   };
 

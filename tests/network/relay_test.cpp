@@ -16,7 +16,7 @@
 #include <sys/socket.h>
 
 #include "engine/base/sanitized.h"
-#include "tests/network/own_peer.h"
+#include "tests/network/in_process_peer.h"
 #include "tests/network/real_peers.h"
 
 namespace {
@@ -148,7 +148,7 @@ extern "C" ssize_t sendmsg(int socket, const msghdr* message, int flags) {
 namespace tandem {
 namespace {
 
-using testing::OwnPeer;
+using testing::InProcessPeer;
 using testing::RealPeers;
 
 /// Viewers of the relay, until they go out of scope. Each has a file of its own for its words.
@@ -200,7 +200,7 @@ int WindowFrames() {
 }
 
 /// Returns what the own peer sends in a window of frames, each as long as the program makes it.
-Sent SentInAWindow(OwnPeer& own) {
+Sent SentInAWindow(InProcessPeer& own) {
   {
     const std::scoped_lock lock(sent_mutex);
     sent = {};
@@ -227,14 +227,14 @@ bool Alike(const Sent& a, const Sent& b) {
 
 /// Puts one more window to the others, of which the one with the least besides samples is the
 /// first. Samples are the same in all.
-void AddWindow(OwnPeer& own, std::vector<Sent>& windows) {
+void AddWindow(InProcessPeer& own, std::vector<Sent>& windows) {
   windows.push_back(SentInAWindow(own));
   EXPECT_EQ(windows.back().samples, windows.front().samples);
   std::ranges::sort(windows, {}, &Sent::OthersPerSecond);
 }
 
 /// Returns what is sent in the window with the least, which there should be twice.
-Sent LeastSent(OwnPeer& own) {
+Sent LeastSent(InProcessPeer& own) {
   std::vector<Sent> windows;
   AddWindow(own, windows);
   do {
@@ -245,7 +245,7 @@ Sent LeastSent(OwnPeer& own) {
 
 /// Returns whether the own peer sends no more than that in two windows: the cost of viewers is in
 /// every one.
-::testing::AssertionResult SendsNoMoreThan(const Sent& alone, OwnPeer& own) {
+::testing::AssertionResult SendsNoMoreThan(const Sent& alone, InProcessPeer& own) {
   const double most = 1.01 * alone.OthersPerSecond();
   std::vector<Sent> windows;
   const auto enough = [most](const Sent& lesser, const Sent& more) {
@@ -269,7 +269,7 @@ TEST(Relay, ActivePeersTrafficIsIndependentOfTheAudience) {
   // longer than all windows take, on a machine that gives it half of its time
   RealPeers partner(
       {.count = 1, .seconds = 60.0 + 4e-3 * static_cast<double>(kMostWindows) * WindowFrames()});
-  OwnPeer own(partner.session(), 99, OwnPeer::Stepped{});
+  InProcessPeer own(partner.session(), 99, InProcessPeer::Stepped{});
   Result<ChildProcess> relay = ChildProcess::Start(
       {TANDEM_PROGRAM, "relay", "--session", partner.session(), "--interface", "lo"});
   ASSERT_TRUE(relay);

@@ -73,12 +73,12 @@ class FreeBodies : public ::testing::Test {
       int simulate = 0;
       for (std::size_t p = 0; p < session_.size(); ++p) {
         if (!session_.present(p)) continue;
-        const Holdings& holdings = PeerOf(p).holdings();
-        const bool in_hand = holdings.held() == static_cast<int>(kPuckBody);
-        simulate += in_hand || holdings.Parks(kPuckBody) ? 1 : 0;
+        const Ownership& ownership = PeerOf(p).ownership();
+        const bool in_hand = ownership.held() == static_cast<int>(kPuckBody);
+        simulate += in_hand || ownership.Parks(kPuckBody) ? 1 : 0;
         most_step_ = std::max(most_step_, (Puck(p) - last_[p]).norm());
         last_[p] = Puck(p);
-        const Vec3& force = PeerOf(p).telemetry().felt().F_D_W.f;
+        const Vec3& force = PeerOf(p).telemetry().rendered().F_D_W.f;
         // a hit is felt as it is; the force after it is to be smooth
         pushed_frames_[p] = WorldOf(p).Pushed(kPuckBody) ? pushed_frames_[p] + 1 : 0;
         if (pushed_frames_[p] > kHitFrames) {
@@ -120,7 +120,7 @@ class FreeBodies : public ::testing::Test {
   void ExpectAuthority(PeerId id) {
     for (std::size_t p = 0; p < session_.size(); ++p) {
       if (!session_.present(p)) continue;
-      EXPECT_EQ(PeerOf(p).holdings().authority(kPuckBody), id) << p;
+      EXPECT_EQ(PeerOf(p).ownership().authority(kPuckBody), id) << p;
     }
   }
 
@@ -195,8 +195,8 @@ TEST_F(FreeBodies, ThrownBodyIsStoppedByAHeldPartWithoutAJolt) {
   Run(3000, [&] {
     if (++frame == 820) Order(0, Command::Kind::kRelease);
     if (frame > 820 && WorldOf(1).Pushed(kPuckBody)) {
-      peak = std::max(peak, (PeerOf(1).telemetry().felt().F_D_W.f -
-                             Vec3(0, 0, PeerOf(1).telemetry().felt().F_D_W.f.z()))
+      peak = std::max(peak, (PeerOf(1).telemetry().rendered().F_D_W.f -
+                             Vec3(0, 0, PeerOf(1).telemetry().rendered().F_D_W.f.z()))
                                 .norm());
     }
     speed = std::max(speed, WorldOf(0).state(kPuckBody).V_WB.v.x());
@@ -217,7 +217,7 @@ TEST_F(FreeBodies, GrabbedBodyIsNoWallToThePushingPeer) {
   ASSERT_TRUE(WorldOf(1).Pushed(kPuckBody));
   Order(2, Command::Kind::kGrab, kPuck);
   Run(1500);
-  EXPECT_EQ(PeerOf(2).holdings().held(), static_cast<int>(kPuckBody));
+  EXPECT_EQ(PeerOf(2).ownership().held(), static_cast<int>(kPuckBody));
   EXPECT_LT(Disagreement(), 1e-2);
   EXPECT_LT(most_force_step_, 2.0) << "no more than as it first hit";
   EXPECT_EQ(most_at_once_, 1);
@@ -266,7 +266,7 @@ TEST_F(FreeBodies, CaughtBodyContinuesItsMotion) {
     if (held && change < 0) change = (v - before).norm();
     if (!held) before = v;
   });
-  EXPECT_EQ(PeerOf(1).holdings().held(), static_cast<int>(kPuckBody));
+  EXPECT_EQ(PeerOf(1).ownership().held(), static_cast<int>(kPuckBody));
   ExpectAuthority(5);
   EXPECT_GE(change, 0);
   EXPECT_GT(before.norm(), 0.2);
@@ -309,11 +309,11 @@ TEST_F(FreeBodies, BodyPressedByTwoPeersStaysWithTheFirst) {
   Add(2, kLeft, {{.t = 0}, {.t = 1.0, .p_W = Vec3(0.1, 0, 0)}});
   Add(3, kRight, {{.t = 0}, {.t = 1.2}, {.t = 2.2, .p_W = Vec3(-0.18, 0, 0)}});
   Run(1900);
-  const std::uint32_t epoch = PeerOf(0).holdings().epoch(kPuckBody);
+  const std::uint32_t epoch = PeerOf(0).ownership().epoch(kPuckBody);
   ExpectAuthority(2);
   Run(3000);
   ExpectAuthority(2);
-  EXPECT_EQ(PeerOf(0).holdings().epoch(kPuckBody), epoch);
+  EXPECT_EQ(PeerOf(0).ownership().epoch(kPuckBody), epoch);
   EXPECT_LT(most_step_, 3e-3);
   EXPECT_EQ(most_at_once_, 1);
 }
@@ -372,9 +372,9 @@ TEST_P(FreeBodiesBySeed, RandomHandsKeepOneOwnerAndOneRestPose) {
   EXPECT_LT(Disagreement(), 2e-4);
   EXPECT_EQ(most_at_once_, 1);
   EXPECT_LT(most_step_, 4e-3);
-  const PeerId answers = PeerOf(0).holdings().authority(kPuckBody);
+  const PeerId answers = PeerOf(0).ownership().authority(kPuckBody);
   ExpectAuthority(answers);
-  EXPECT_TRUE(PeerOf(answers - 1).holdings().Parks(kPuckBody));
+  EXPECT_TRUE(PeerOf(answers - 1).ownership().Parks(kPuckBody));
   ExpectNobodyAccused();
 }
 INSTANTIATE_TEST_SUITE_P(Seeds, FreeBodiesBySeed, ::testing::Range(1, 9));

@@ -30,10 +30,10 @@ class ActuatorInItsNest : public ::testing::Test {
     const std::filesystem::path file = folder_->path() / "landing_gear.json";
     std::filesystem::copy_file(std::filesystem::path(TANDEM_SCENE_FILES) / "landing_gear.json",
                                file);
-    model_ = new std::shared_ptr<const WorldModel>(Load({}));
+    model_ = new std::shared_ptr<const WorldModel>(LinearizedForce({}));
     ASSERT_NE(*model_, nullptr);
   }
-  static std::shared_ptr<const WorldModel> Load(const LoadOptions& options) {
+  static std::shared_ptr<const WorldModel> LinearizedForce(const LoadOptions& options) {
     const Result<Scene> loaded = LoadScene(folder_->path() / "landing_gear.json");
     EXPECT_TRUE(loaded) << loaded.error().what;
     const auto world = LoadWorld(*loaded, options);
@@ -101,7 +101,7 @@ TEST_F(ActuatorInItsNest, LeavesByTheIntendedPathInContact) {
 }
 
 TEST_F(ActuatorInItsNest, ExitIsBitIdenticalWithVoxelsComputedOnDemand) {
-  const auto in_part = Load({.voxel_memory_bytes = kVoxelMemory});
+  const auto in_part = LinearizedForce({.voxel_memory_bytes = kVoxelMemory});
   ASSERT_NE(in_part, nullptr);
   ASSERT_NE(in_part->fixture_pages, nullptr) << "all voxels fit";
   const Removal whole = By("landing_gear_rod.json");

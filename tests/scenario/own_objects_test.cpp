@@ -50,7 +50,7 @@ TEST(OwnObjects, BothPeersFeelContactWithoutPenetration) {
     for (std::size_t p = 0; p < 2; ++p) {
       const World& world = scene.session.node(p).world();
       const StepReport& report = scene.session.node(p).peer().report();
-      contact_frames[p] += report.loaded_points > 0 ? 1 : 0;
+      contact_frames[p] += report.pushing_points > 0 ? 1 : 0;
       peak_force[p] = std::max(peak_force[p], report.hand_B_W.f.norm());
       largest_mirror_travel =
           std::max(largest_mirror_travel, (world.state(1 - p).X_WB.p - mirrors[p]).norm());

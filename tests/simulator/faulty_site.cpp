@@ -21,9 +21,9 @@ void FaultySite::ChangeSnapshot(ControllerSnapshot& snapshot) {
 }
 
 void FaultySite::MoveParkedBodies(PeerNode& node) const {
-  const Holdings& holdings = node.peer().holdings();
+  const Ownership& ownership = node.peer().ownership();
   for (std::size_t b = 0; b < node.world().model().bodies.size(); ++b) {
-    if (!holdings.Parks(b)) continue;
+    if (!ownership.Parks(b)) continue;
     const Pose X_WB = node.world().state(b).X_WB;
     node.world().Place(b, {X_WB.q, X_WB.p + Vec3(1e-5, 0, 0)});
   }

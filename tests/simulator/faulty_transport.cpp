@@ -93,9 +93,9 @@ std::string FaultyTransport::KeysEnd() const {
 
 std::unique_ptr<Transport> JoinWithFault(SimulatedNetwork& network, PeerId peer, Inbox& inbox,
                                          PeerClock clock) {
-  auto heard = std::make_unique<FaultyInbox>(inbox);
-  auto sent = network.Join(peer, Role::kActive, *heard, clock);
-  return std::make_unique<FaultyTransport>(std::move(heard), std::move(sent));
+  auto received = std::make_unique<FaultyInbox>(inbox);
+  auto sent = network.Join(peer, Role::kActive, *received, clock);
+  return std::make_unique<FaultyTransport>(std::move(received), std::move(sent));
 }
 
 }  // namespace tandem

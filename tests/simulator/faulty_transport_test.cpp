@@ -25,7 +25,7 @@ constexpr std::int64_t kSampleNs = 1'000'000'000;
 /// An inbox that notes what it hears, in words, and keeps the newest message of some kinds.
 class NotedInbox : public Inbox {
  public:
-  std::vector<std::string> heard;
+  std::vector<std::string> received;
   ObjectState state;
   CouplingLinks links;
   PeerInfo info;
@@ -53,7 +53,7 @@ class NotedInbox : public Inbox {
 
  private:
   void Note(const std::string& what, std::uint64_t of) {
-    heard.push_back(what + " " + std::to_string(of));
+    received.push_back(what + " " + std::to_string(of));
   }
 };
 
@@ -114,10 +114,10 @@ class FaultyTransportTest : public ::testing::Test {
     FaultyInbox faulty(inbox);
     injected_fault = fault;
     HearAll(faulty);
-    std::erase_if(all.heard, [&](const std::string& line) {
-      return std::ranges::find(inbox.heard, line) != inbox.heard.end();
+    std::erase_if(all.received, [&](const std::string& line) {
+      return std::ranges::find(inbox.received, line) != inbox.received.end();
     });
-    return all.heard;
+    return all.received;
   }
 
   /// Sends messages of most kinds from a peer with a fault; returns the inbox of another one.
@@ -139,7 +139,7 @@ class FaultyTransportTest : public ::testing::Test {
   }
 
   static std::vector<std::string> HeardFromPeerWith(Fault fault) {
-    return InboxAfter(fault, Messages(kPeer)).heard;
+    return InboxAfter(fault, Messages(kPeer)).received;
   }
 
   /// Returns the state that another peer hears of what a peer with a fault holds.
@@ -202,8 +202,8 @@ TEST_F(FaultyTransportTest, ChangesStatesOfParkedBodies) {
 
 TEST_F(FaultyTransportTest, SendsNoStatesOfParkedBodies) {
   using ::testing::Contains;
-  EXPECT_THAT(InboxAfterParked(Fault::kNone).heard, Contains("state 8").Times(2));
-  EXPECT_THAT(InboxAfterParked(Fault::kNoParkedPose).heard, Contains("state 8").Times(1));
+  EXPECT_THAT(InboxAfterParked(Fault::kNone).received, Contains("state 8").Times(2));
+  EXPECT_THAT(InboxAfterParked(Fault::kNoParkedPose).received, Contains("state 8").Times(1));
   EXPECT_THAT(HeardFromPeerWith(Fault::kNoParkedPose), Contains("state 8").Times(2));
 }
 
@@ -243,7 +243,7 @@ TEST_F(FaultyTransportTest, JoinsAReceivingPeer) {
   const auto transport = JoinWithFault(network, kPeer, own, {});
   const auto speaker = network.Join(kOther, Role::kActive, other);
   speaker->Publish(Messages(kOther).state);
-  EXPECT_THAT(own.heard, ElementsAre("state 9"));
+  EXPECT_THAT(own.received, ElementsAre("state 9"));
 }
 
 }  // namespace

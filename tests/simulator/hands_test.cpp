@@ -25,8 +25,8 @@ TEST(HandsSimulator, IsDeterministicPerSeedOnAnyNumberOfThreads) {
 TEST(HandsSimulator, NoSeedBreaksAnInvariant) {
   constexpr double kSession = 30;       // s; longest session
   constexpr double kLeastSession = 24;  // s; shortest session: it ends when all have come to rest
-  const char* const asked = std::getenv("TANDEM_HANDS_SECONDS");
-  const double seconds = asked != nullptr ? std::strtod(asked, nullptr) : 60;
+  const char* const requested = std::getenv("TANDEM_HANDS_SECONDS");
+  const double seconds = requested != nullptr ? std::strtod(requested, nullptr) : 60;
   const auto count = static_cast<std::uint64_t>(std::ceil(seconds / kLeastSession));
   Tally tally;
   double simulated = 0;

@@ -110,8 +110,8 @@ constexpr std::array kExpected{
     Expected{Fault::kLeapBelieved, "an epoch runs away", 1, "", true}};
 
 std::uint64_t MostSeeds() {
-  const char* const asked = std::getenv("TANDEM_INJECTED_FAULT_SEEDS");
-  return asked != nullptr ? std::strtoull(asked, nullptr, 10) : 200;
+  const char* const requested = std::getenv("TANDEM_INJECTED_FAULT_SEEDS");
+  return requested != nullptr ? std::strtoull(requested, nullptr, 10) : 200;
 }
 
 const std::shared_ptr<const WorldModel>& Model() {

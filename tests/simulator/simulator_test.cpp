@@ -46,8 +46,8 @@ TEST(Simulator, RandomSchedulesContainEveryKindOfEventOften) {
 
 // TANDEM_SIMULATOR_SEEDS=1000 for the long run; `tandem simulate` does it on all processors.
 TEST(Simulator, NoSeedBreaksAnInvariant) {
-  const char* const asked = std::getenv("TANDEM_SIMULATOR_SEEDS");
-  const std::uint64_t seeds = asked != nullptr ? std::strtoull(asked, nullptr, 10) : 60;
+  const char* const requested = std::getenv("TANDEM_SIMULATOR_SEEDS");
+  const std::uint64_t seeds = requested != nullptr ? std::strtoull(requested, nullptr, 10) : 60;
   for (const SeedResult& result : SimulateSeeds(1, seeds, 2, MakeLightScene())) {
     for (const std::string& what : result.broken)
       ADD_FAILURE() << "seed " << result.seed << " " << what;
@@ -64,15 +64,15 @@ TEST(Simulator, LinkMayBrakeApproachingInstances) {
 // One member forges and replays claims, events, states and manifests: the honest keep what they
 // hold, and among themselves all holds that holds without it.
 TEST(Simulator, NoSeedBreaksAnInvariantBesideAHostileMember) {
-  const char* const asked = std::getenv("TANDEM_SIMULATOR_SEEDS");
-  const std::uint64_t seeds = asked != nullptr ? std::strtoull(asked, nullptr, 10) : 20;
-  std::uint64_t said = 0;
+  const char* const requested = std::getenv("TANDEM_SIMULATOR_SEEDS");
+  const std::uint64_t seeds = requested != nullptr ? std::strtoull(requested, nullptr, 10) : 20;
+  std::uint64_t stated = 0;
   for (const SeedResult& result : SimulateSeeds(1, seeds, 2, MakeLightScene(), {}, true)) {
     for (const std::string& what : result.broken)
       ADD_FAILURE() << "seed " << result.seed << " " << what;
-    said += result.tally.at("hostile words");
+    stated += result.tally.at("hostile words");
   }
-  EXPECT_GT(said, 100 * seeds);
+  EXPECT_GT(stated, 100 * seeds);
 }
 
 }  // namespace

@@ -13,7 +13,7 @@ namespace {
 constexpr const char* kBeforeEachLine = "tandem: ";
 constexpr std::size_t kNewest = 20;
 
-std::vector<std::string> WordsOf(const std::string& line) {
+std::vector<std::string> CommandLineOf(const std::string& line) {
   std::vector<std::string> words;
   std::istringstream stream(line);
   for (std::string word; stream >> word;) words.push_back(word);
@@ -72,13 +72,13 @@ void ProgramLog::Forget() {
 }
 
 void ProgramLog::Take(const std::string& line, double now_s) {
-  const std::vector<std::string> words = WordsOf(line);
+  const std::vector<std::string> words = CommandLineOf(line);
   if (not_finite_.empty() && std::ranges::any_of(words, IsNoNumber)) not_finite_ = line;
   if (line.starts_with(kBeforeEachLine)) {
-    const std::string said = line.substr(std::string(kBeforeEachLine).size());
-    if (TakeAnswer(said)) return;
-    TakeStatus(said);
-    if (said.ends_with(" is lost")) ++losses_;
+    const std::string output = line.substr(std::string(kBeforeEachLine).size());
+    if (TakeAnswer(output)) return;
+    TakeStatus(output);
+    if (output.ends_with(" is lost")) ++losses_;
   }
   ++lines_;
   newest_.push_back(line);
@@ -89,7 +89,7 @@ void ProgramLog::Take(const std::string& line, double now_s) {
 }
 
 bool ProgramLog::TakeAnswer(const std::string& line) {
-  const std::vector<std::string> words = WordsOf(line);
+  const std::vector<std::string> words = CommandLineOf(line);
   if (words.size() < 2) return false;
   if (words[0] == "peer" && words[1] == "delay") {
     rows_.clear();

@@ -93,13 +93,13 @@ std::string Text(double value, const char* unit) {
 
 }  // namespace
 
-std::optional<MemoryCourse> CourseOf(const SoakLife& life, double settle_s) {
+std::optional<MemoryTrend> TrendOf(const SoakLife& life, double settle_s) {
   const double from_s = life.began_s + settle_s;
   std::vector<Footprint> judged;
   std::ranges::copy_if(life.footprints, std::back_inserter(judged), [from_s](const Footprint& one) {
     return one.at_s >= from_s && one.memory > 0;
   });
-  if (judged.empty() || judged.back().at_s - judged.front().at_s < 2 * MemoryCourse::kWindow) {
+  if (judged.empty() || judged.back().at_s - judged.front().at_s < 2 * MemoryTrend::kWindow) {
     return std::nullopt;
   }
   const auto window = [&judged](double begin_s, double end_s) {
@@ -109,12 +109,12 @@ std::optional<MemoryCourse> CourseOf(const SoakLife& life, double settle_s) {
   };
   const double begin_s = judged.front().at_s;
   const double end_s = judged.back().at_s;
-  return MemoryCourse{.judged_s = end_s - begin_s,
-                      .settled = MeanMemory(window(begin_s, begin_s + MemoryCourse::kWindow)),
-                      .last = MeanMemory(window(end_s - MemoryCourse::kWindow, end_s)),
-                      .most = std::ranges::max(judged, {}, &Footprint::memory).memory,
-                      .settled_files = judged.front().files,
-                      .last_files = judged.back().files};
+  return MemoryTrend{.judged_s = end_s - begin_s,
+                     .settled = MeanMemory(window(begin_s, begin_s + MemoryTrend::kWindow)),
+                     .last = MeanMemory(window(end_s - MemoryTrend::kWindow, end_s)),
+                     .most = std::ranges::max(judged, {}, &Footprint::memory).memory,
+                     .settled_files = judged.front().files,
+                     .last_files = judged.back().files};
 }
 
 std::vector<std::string> EmptyNumbers(const json& report) {
@@ -129,7 +129,7 @@ std::vector<std::string> FaultsOf(const SoakLife& life, const SoakBounds& bounds
   if (life.most_lines_per_s > bounds.lines_per_s) {
     faults.push_back("it said " + Text(life.most_lines_per_s, "lines a second"));
   }
-  if (const std::optional<MemoryCourse> course = CourseOf(life, bounds.settle_s)) {
+  if (const std::optional<MemoryTrend> course = TrendOf(life, bounds.settle_s)) {
     if (course->growth() > bounds.growth) {
       faults.push_back("it grew by " + std::to_string(course->growth()) + " bytes in " +
                        Text(course->judged_s, "s"));
@@ -173,7 +173,7 @@ ordered_json AsJson(const SoakLife& life, const SoakBounds& bounds) {
                    {"lines", life.lines},
                    {"most_lines_per_s", life.most_lines_per_s},
                    {"losses_of_others", life.losses}};
-  if (const std::optional<MemoryCourse> course = CourseOf(life, bounds.settle_s)) {
+  if (const std::optional<MemoryTrend> course = TrendOf(life, bounds.settle_s)) {
     row["memory"] = {{"judged_s", course->judged_s},
                      {"settled_bytes", course->settled},
                      {"last_bytes", course->last},

@@ -23,7 +23,7 @@ struct SoakBounds {
 };
 
 /// The course of a life's memory after it had settled.
-struct MemoryCourse {
+struct MemoryTrend {
   static constexpr double kWindow = 10;  // s, over which a mean is taken
 
   double judged_s = 0;       // from the settled window's begin to the end
@@ -36,7 +36,7 @@ struct MemoryCourse {
   std::int64_t growth() const { return last - settled; }
 };
 /// Returns the course of a life's memory; nothing: the life was too short to judge it.
-std::optional<MemoryCourse> CourseOf(const SoakLife& life, double settle_s);
+std::optional<MemoryTrend> TrendOf(const SoakLife& life, double settle_s);
 
 /// Returns the places in a report whose number is none: JSON has null there. Places that a peer
 /// without a device process leaves empty are sound.

@@ -82,7 +82,7 @@ TEST_F(SoakJudgement, DetectsDescriptorLeaks) {
 
 TEST_F(SoakJudgement, ShortLifeIsNotJudgedByMemory) {
   life_.footprints.resize(35);
-  EXPECT_FALSE(CourseOf(life_, kMinute.settle_s));
+  EXPECT_FALSE(TrendOf(life_, kMinute.settle_s));
 }
 
 TEST_F(SoakJudgement, DetectsNonFiniteNumbers) {

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "tests/network/said_program.h"
+#include "tests/network/running_program.h"
 #include "tests/soak/program_log.h"
 #include "tests/soak/soak_schedule.h"
 
@@ -69,7 +69,7 @@ class SoakProgram {
   void StepClock(double seconds);
   void Kill();
   void DiskIsFull() { life_.disk_full = true; }
-  std::string Said() const { return program_->said(); }
+  std::string OutputOf() const { return program_->output(); }
 
   ProgramLog& log() { return log_; }
   bool stopped() const { return stopped_since_s_.has_value(); }

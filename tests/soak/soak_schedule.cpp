@@ -16,12 +16,12 @@ constexpr std::array<const char*, 2> kFloods{"lookers", "views"};
 constexpr std::array<const char*, 3> kWays{"out", "in", "both"};
 
 template <typename T, std::size_t n>
-T OneOf(const std::array<T, n>& all, Dice& dice) {
-  return all[static_cast<std::size_t>(dice.Whole(0, static_cast<int>(n) - 1))];
+T OneOf(const std::array<T, n>& all, RandomSource& rng) {
+  return all[static_cast<std::size_t>(rng.Whole(0, static_cast<int>(n) - 1))];
 }
 
-std::size_t AnyPlace(Dice& dice) {
-  return static_cast<std::size_t>(dice.Whole(0, static_cast<int>(SoakPlaces::kPrograms) - 1));
+std::size_t AnyPlace(RandomSource& rng) {
+  return static_cast<std::size_t>(rng.Whole(0, static_cast<int>(SoakPlaces::kPrograms) - 1));
 }
 
 }  // namespace
@@ -73,40 +73,40 @@ std::vector<SoakFault::Kind> KindsIn(const std::string& words) {
 SoakFault SoakSchedule::Next() {
   if (round_.empty()) {
     for (const SoakFault::Kind kind : kinds_) {
-      const int place = dice_.Whole(0, static_cast<int>(round_.size()));
+      const int place = rng_.Whole(0, static_cast<int>(round_.size()));
       round_.insert(round_.begin() + place, kind);
     }
   }
-  SoakFault fault{.kind = round_.back(), .after_s = dice_.Between(0.5, 2)};
+  SoakFault fault{.kind = round_.back(), .after_s = rng_.Uniform(0.5, 2)};
   round_.pop_back();
   switch (fault.kind) {
     case SoakFault::Kind::kKill:
-      fault.place = OneOf(kMortal, dice_);
-      fault.lasts_s = dice_.Between(0.1, 2);
+      fault.place = OneOf(kMortal, rng_);
+      fault.lasts_s = rng_.Uniform(0.1, 2);
       break;
     case SoakFault::Kind::kStop:
-      fault.place = AnyPlace(dice_);
-      fault.lasts_s = dice_.Between(0.2, 5);
+      fault.place = AnyPlace(rng_);
+      fault.lasts_s = rng_.Uniform(0.2, 5);
       break;
     case SoakFault::Kind::kCut:
-      fault.place = AnyPlace(dice_);
-      fault.lasts_s = dice_.Between(0.2, 5);
-      fault.way = static_cast<SoakFault::Way>(dice_.Whole(0, 2));
+      fault.place = AnyPlace(rng_);
+      fault.lasts_s = rng_.Uniform(0.2, 5);
+      fault.way = static_cast<SoakFault::Way>(rng_.Whole(0, 2));
       break;
     case SoakFault::Kind::kClockStep:
-      fault.place = AnyPlace(dice_);
-      fault.lasts_s = dice_.Between(1, 3);
-      fault.step_s = OneOf(kSteps, dice_);
+      fault.place = AnyPlace(rng_);
+      fault.lasts_s = rng_.Uniform(1, 3);
+      fault.step_s = OneOf(kSteps, rng_);
       break;
     case SoakFault::Kind::kFullDisk:
-      fault.place = OneOf(kRecording, dice_);
-      fault.disk_kb = dice_.Whole(512, 2048);
+      fault.place = OneOf(kRecording, rng_);
+      fault.disk_kb = rng_.Whole(512, 2048);
       break;
     case SoakFault::Kind::kFlood:
     case SoakFault::Kind::kCount:
       fault.place = SoakPlaces::kAttacker;
-      fault.lasts_s = dice_.Between(1, 4);
-      fault.flood = OneOf(kFloods, dice_);
+      fault.lasts_s = rng_.Uniform(1, 4);
+      fault.flood = OneOf(kFloods, rng_);
       break;
   }
   return fault;

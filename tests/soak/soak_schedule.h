@@ -8,7 +8,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "scenes/generators/large/dice.h"
+#include "scenes/generators/large/random_source.h"
 
 namespace tandem::testing {
 
@@ -60,12 +60,12 @@ std::vector<SoakFault::Kind> KindsIn(const std::string& words);
 class SoakSchedule {
  public:
   explicit SoakSchedule(std::uint64_t seed, std::vector<SoakFault::Kind> kinds = KindsIn(""))
-      : dice_(seed), kinds_(std::move(kinds)) {}
+      : rng_(seed), kinds_(std::move(kinds)) {}
 
   SoakFault Next();
 
  private:
-  Dice dice_;
+  RandomSource rng_;
   std::vector<SoakFault::Kind> kinds_;
   std::vector<SoakFault::Kind> round_;  // the kinds still to come, the next one last
 };

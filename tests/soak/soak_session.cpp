@@ -83,14 +83,14 @@ void SoakSession::Start(std::size_t place, const std::vector<std::string>& more)
   SoakProgram& program = *programs_[place];
   std::vector<std::string> command = program.Environment();
   const std::vector<std::string> own =
-      place < SoakPlaces::kPeers ? PeerWords(program, place) : ViewerWords(program);
+      place < SoakPlaces::kPeers ? PeerCommandLine(program, place) : ViewerCommandLine(program);
   command.insert(command.end(), own.begin(), own.end());
   command.insert(command.end(), more.begin(), more.end());
   program.Start(hub_->At(place, std::move(command)));
 }
 
-std::vector<std::string> SoakSession::PeerWords(const SoakProgram& program,
-                                                std::size_t place) const {
+std::vector<std::string> SoakSession::PeerCommandLine(const SoakProgram& program,
+                                                      std::size_t place) const {
   const std::string hand =
       folder_.Write(program.name() + ".json", HandFile(PressingHand(place, longest_s_ - seconds())))
           .string();
@@ -117,7 +117,7 @@ std::vector<std::string> SoakSession::PeerWords(const SoakProgram& program,
           program.report().string()};
 }
 
-std::vector<std::string> SoakSession::ViewerWords(const SoakProgram& program) const {
+std::vector<std::string> SoakSession::ViewerCommandLine(const SoakProgram& program) const {
   return {TANDEM_PROGRAM,     "watch",  "--session",    session_,   "--interface",
           TapHub::kInterface, "--name", program.name(), "--report", program.report().string()};
 }
@@ -128,7 +128,7 @@ void SoakSession::Tick() {
     if (!programs_[place] || programs_[place]->Look(seconds())) continue;
     ADD_FAILURE() << programs_[place]->name() << " has ended by itself after " << seconds()
                   << " s:\n"
-                  << programs_[place]->Said();
+                  << programs_[place]->OutputOf();
     Bury(place);
   }
 }
@@ -145,7 +145,7 @@ void SoakSession::Watch(double for_s) {
 
 bool SoakSession::AwaitSaid(std::size_t place, const std::string& words, double within_s) {
   const double until_s = seconds() + within_s;
-  while (programs_[place] && programs_[place]->Said().find(words) == std::string::npos) {
+  while (programs_[place] && programs_[place]->OutputOf().find(words) == std::string::npos) {
     if (seconds() > until_s) return false;
     Tick();
   }
@@ -234,22 +234,22 @@ void SoakSession::FillDisk(const SoakFault& fault) {
   const std::string name = "disk-" + std::to_string(disks_.size());
   disks_.push_back(std::make_unique<SmallDisk>(folder_.path() / name, fault.disk_kb));
   Start(fault.place, {"--record", (disks_.back()->folder() / "recording").string()});
-  const bool told =
+  const bool reported =
       AwaitSaid(fault.place, "cannot be written: No space left on device", kDiskPatience);
-  EXPECT_TRUE(told) << "nobody is told that a disk is full:\n" << LastWords();
-  if (told) programs_[fault.place]->DiskIsFull();
+  EXPECT_TRUE(reported) << "nobody is told that a disk is full:\n" << LastWords();
+  if (reported) programs_[fault.place]->DiskIsFull();
 }
 
 void SoakSession::Flood(const SoakFault& fault) {
-  const std::filesystem::path said = folder_.path() / ("flood-" + std::to_string(++floods_));
+  const std::filesystem::path output = folder_.path() / ("flood-" + std::to_string(++floods_));
   Program attacker(
       hub_->At(SoakPlaces::kAttacker, {TANDEM_ATTACKER, session_, "-", kAttackerId, fault.flood,
                                        std::to_string(fault.lasts_s), "0", TapHub::kInterface}),
-      said);
-  EXPECT_TRUE(attacker.Says("joined")) << attacker.said();
+      output);
+  EXPECT_TRUE(attacker.Says("joined")) << attacker.output();
   attacker.process().Signal(SIGUSR1);
   while (!attacker.process().Poll()) Tick();
-  EXPECT_NE(attacker.said().find("sent "), std::string::npos) << attacker.said();
+  EXPECT_NE(attacker.output().find("sent "), std::string::npos) << attacker.output();
 }
 
 void SoakSession::EndOne(std::size_t place, std::optional<std::size_t> witness) {

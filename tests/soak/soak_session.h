@@ -65,8 +65,8 @@ class SoakSession {
   };
 
   void Start(std::size_t place, const std::vector<std::string>& more = {});
-  std::vector<std::string> PeerWords(const SoakProgram& program, std::size_t place) const;
-  std::vector<std::string> ViewerWords(const SoakProgram& program) const;
+  std::vector<std::string> PeerCommandLine(const SoakProgram& program, std::size_t place) const;
+  std::vector<std::string> ViewerCommandLine(const SoakProgram& program) const;
   void Tick();
   bool Together();
   /// Returns whether the program says those words in time.

@@ -107,7 +107,7 @@ double MissedPerMillion(const ordered_json& row) {
 }
 
 /// The run's faults with the time until the session was together again.
-class SoakCourse {
+class SoakTrend {
  public:
   void Add(const SoakFault& fault, double began_s, std::optional<double> together_s) {
     ordered_json row = testing::AsJson(fault);
@@ -152,7 +152,7 @@ class Soak : public ::testing::Test {
 
   /// Strikes the session with all faults of the seed until the time is over, but with every kind at
   /// least once.
-  void StrikeAll(SoakSession& session, SoakCourse& course) const {
+  void StrikeAll(SoakSession& session, SoakTrend& course) const {
     SoakSchedule schedule(Seed(), kinds_);
     const testing::LagMeter lag;
     while (session.seconds() < wanted_s_ || course.count() < kinds_.size()) {
@@ -184,7 +184,7 @@ TEST_F(Soak, ThreePeersAndTwoViewersSurviveRandomFaults) {
                       {"settle_s", bounds_.settle_s},
                       {"growth_allowed_bytes", bounds_.growth},
                       {"cores", std::thread::hardware_concurrency()}};
-  SoakCourse course;
+  SoakTrend course;
   {
     SoakSession session(wanted_s_ + 300);
     // it has the haptic threads' priority and no work: a deadline that it misses, no peer can keep

@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/network/said_program.h"
+#include "tests/network/running_program.h"
 #include "tests/support/scratch_folder.h"
 
 namespace tandem::testing {
@@ -26,7 +26,7 @@ TEST(SteppedClock, OnlyTheProgramSeesTheClockStep) {
                 "STEPPED_CLOCK=" + clock.string(), "/bin/date", "+%s"},
                folder.path() / "said");
   ASSERT_EQ(date.Wait(), 0);
-  const std::int64_t seen = std::stoll(date.said());
+  const std::int64_t seen = std::stoll(date.output());
   EXPECT_GE(seen, before - kHour);
   // time() reads a clock that is some milliseconds late, date one that is not
   const auto now = std::chrono::system_clock::now();

@@ -237,7 +237,7 @@ TEST_P(EveryLaw, SurvivesAnOutage) {
     test.network.schedule = {{2.5, tau, true}, {4.0, tau, false}};
     const CaseResult run = RunCase(test, FreeBox());
     ASSERT_FALSE(run.fault) << run.fault->what;
-    EXPECT_FALSE(run.metrics.blew_up);
+    EXPECT_FALSE(run.metrics.diverged);
     EXPECT_LE(run.metrics.generated_J, 1e-3);
     EXPECT_LE(run.metrics.link_force_rate, 1000);
   }

@@ -55,9 +55,9 @@ HandScript Side(double aside, double hand_stiffness) {
 }
 
 /// A hand that remembers what it was given.
-class FeltDevice : public Device {
+class RecordingDevice : public Device {
  public:
-  FeltDevice(const HandScript& script, const Pose& X_WB0) : hand_(script, X_WB0) {}
+  RecordingDevice(const HandScript& script, const Pose& X_WB0) : hand_(script, X_WB0) {}
   void Start() noexcept override { hand_.Start(); }
   Anchor Read() noexcept override { return hand_.Read(); }
   void Render(const Wrench& F_D_W) noexcept override {
@@ -90,9 +90,9 @@ struct ApartRun {
       options.peer.wait_for = test.ids.size() - 1;
       options.name = std::to_string(test.ids[user]);
       options.conditions.delay_ms = test.delay_ms;
-      if (!test.record.empty()) options.peer.tap = Record(test.record / options.name, options);
-      auto device = std::make_unique<FeltDevice>(Side(test.aside[user], test.hand_stiffness),
-                                                 model->bodies[0].X_WB0);
+      if (!test.record.empty()) options.peer.observer = Record(test.record / options.name, options);
+      auto device = std::make_unique<RecordingDevice>(Side(test.aside[user], test.hand_stiffness),
+                                                      model->bodies[0].X_WB0);
       devices.push_back(device.get());
       session.Add(std::make_unique<PeerNode>(model, std::move(device), 42, options),
                   test.ids[user]);
@@ -102,7 +102,7 @@ struct ApartRun {
     found_s.resize(session.size(), -1);
   }
 
-  FrameTap* Record(const std::filesystem::path& file, const NodeOptions& options) {
+  FrameObserver* Record(const std::filesystem::path& file, const NodeOptions& options) {
     auto recorder = Recorder::Create(file, {.program = "test",
                                             .name = options.name,
                                             .scene = "none",
@@ -140,8 +140,8 @@ struct ApartRun {
       for (std::size_t user = 0; user < session.size(); ++user) {
         if (!session.present(user)) continue;
         most_step[user] = std::max(most_step[user], devices[user]->step);
-        if (found_s[user] < 0 && peer(user).parting().trapped()) found_s[user] = time_s;
-        for (const std::string& line : session.node(user).TakeNews()) {
+        if (found_s[user] < 0 && peer(user).separation().trapped()) found_s[user] = time_s;
+        for (const std::string& line : session.node(user).TakeNotifications()) {
           news.push_back(std::to_string(user) + ": " + line);
         }
         // below the edge no cube may be nearer to the wall than its contact lets it
@@ -160,7 +160,7 @@ struct ApartRun {
 
   std::vector<std::unique_ptr<Recorder>> recorders;
   SimulatedSession session;
-  std::vector<FeltDevice*> devices;
+  std::vector<RecordingDevice*> devices;
   std::vector<double> most_step;  // N from one frame to the next, on each hand
   std::vector<double> found_s;    // -1: not
   std::vector<std::string> news;
@@ -183,7 +183,7 @@ TEST(Apart, WallBetweenInstancesIsDetectedForceCappedAndResolved) {
     double back_s = -1;
     for (int i = 0; i < 1000; ++i) {
       run.Run(0.01);
-      const bool led = run.peer(1).parting().leading();
+      const bool led = run.peer(1).separation().guiding();
       const bool capped = run.LinkForce(0) <= 3.01 && run.LinkForce(1) <= 3.01;
       if (capped_s < 0 && run.found_s[1] > 0 && capped) capped_s = run.time_s;
       if (led_s < 0 && led) led_s = run.time_s;
@@ -199,15 +199,15 @@ TEST(Apart, WallBetweenInstancesIsDetectedForceCappedAndResolved) {
     // both find the wall: the hands part for good at 1.6 to 2.4 s
     for (const double found_s : run.found_s) EXPECT_NEAR(found_s, 2.8, 0.5);
     // the link is capped before the way back begins
-    EXPECT_LT(capped_s - run.found_s[1], Parting::kPatienceNs * 1e-9);
+    EXPECT_LT(capped_s - run.found_s[1], InstanceSeparation::kPatienceNs * 1e-9);
 
     // the second comes back by its way: patience and letting go, looked at every 10 ms; the search
     // takes some frames
     EXPECT_NEAR(led_s - run.found_s[1], 2.2, 0.02);
     EXPECT_LT(back_s - led_s, 4.0);
     EXPECT_LT(run.apart(), 0.02);
-    EXPECT_FALSE(run.peer(0).parting().apart());
-    EXPECT_FALSE(run.peer(1).parting().apart());
+    EXPECT_FALSE(run.peer(0).separation().apart());
+    EXPECT_FALSE(run.peer(1).separation().apart());
 
     // neither a hand nor the wall feels it
     EXPECT_LT(run.deepest, 0.5 * kVoxel);
@@ -240,7 +240,7 @@ TEST(Apart, ThreePeersMeetAtTheLowestPeersInstance) {
     EXPECT_GT(run.place(0).x() * test.aside[0], 0);  // on its side
     EXPECT_LT(run.deepest, 0.5 * kVoxel);
     for (std::size_t user = 0; user < 3; ++user) {
-      EXPECT_FALSE(run.peer(user).parting().trapped());
+      EXPECT_FALSE(run.peer(user).separation().trapped());
       EXPECT_LT(run.most_step[user], 1.0);
     }
   }
@@ -251,12 +251,12 @@ TEST(Apart, UserCanRequestTheWayBack) {
   for (const std::size_t asks : {0U, 1U}) {
     ApartRun run({{1, 2}, {0.06, -0.06}, 50});
     run.Run(2.6);
-    ASSERT_TRUE(run.peer(asks).parting().apart());
-    ASSERT_FALSE(run.peer(1).parting().leading());
+    ASSERT_TRUE(run.peer(asks).separation().apart());
+    ASSERT_FALSE(run.peer(1).separation().guiding());
     ASSERT_TRUE(
         run.session.node(asks).peer().commands().TryPush({Command::Kind::kHeal, kNoObject, 0}));
     run.Run(0.3);
-    EXPECT_TRUE(run.peer(1).parting().leading());
+    EXPECT_TRUE(run.peer(1).separation().guiding());
     run.Run(5);
     EXPECT_LT(run.apart(), 0.02);
   }
@@ -269,7 +269,7 @@ TEST(Apart, LinkEndsWithTheReleasedHand) {
     SCOPED_TRACE(delay_ms);
     ApartRun run({{1, 2}, {0.06, -0.06}, delay_ms});
     const auto apart = [&run] {
-      return run.peer(1).parting().apart() && run.LinkForce(1) > 4;
+      return run.peer(1).separation().apart() && run.LinkForce(1) > 4;
     };
     for (int i = 0; i < 3000 && !apart(); ++i) run.Run(0.001);
     ASSERT_TRUE(apart());
@@ -277,8 +277,8 @@ TEST(Apart, LinkEndsWithTheReleasedHand) {
         run.session.node(1).peer().commands().TryPush({Command::Kind::kHeal, kNoObject, 0}));
     run.Run(0.02);
     ASSERT_TRUE(run.Told("1: "));
-    for (int i = 0; i < 300 && !run.peer(1).parting().leading(); ++i) run.Run(0.001);
-    ASSERT_TRUE(run.peer(1).parting().leading());
+    for (int i = 0; i < 300 && !run.peer(1).separation().guiding(); ++i) run.Run(0.001);
+    ASSERT_TRUE(run.peer(1).separation().guiding());
     EXPECT_LT(run.LinkForce(1), 0.1);
     run.Run(1e-3 * delay_ms + 0.1);
     EXPECT_LT(run.LinkForce(0), 0.1);
@@ -294,7 +294,7 @@ TEST(Apart, SaysWhenNothingSeparatesTheInstances) {
   run.session.node(0).peer().commands().TryPush({Command::Kind::kHeal, kNoObject, 0});
   run.Run(0.1);
   EXPECT_TRUE(run.Told("0: heal: nothing stands between your body"));
-  EXPECT_FALSE(run.peer(1).parting().leading());
+  EXPECT_FALSE(run.peer(1).separation().guiding());
 }
 
 // All of it is in the inputs of the frames, and no frame of it allocates.
@@ -304,7 +304,7 @@ TEST(Apart, WayBackReplaysBitForBit) {
   run.Run(3);
   run.session.node(0).peer().commands().TryPush({Command::Kind::kHeal, kNoObject, 0});
   run.Run(0.5);
-  EXPECT_TRUE(run.peer(1).parting().leading());
+  EXPECT_TRUE(run.peer(1).separation().guiding());
   run.Run(4);
   EXPECT_LT(run.apart(), 0.02);
   for (const std::size_t user : {0U, 1U}) {
@@ -342,10 +342,10 @@ TEST(Apart, WayBackEndsWhenThePartnerVanishes) {
   run.Run(2.6);
   run.session.node(1).peer().commands().TryPush({Command::Kind::kHeal, kNoObject, 0});
   run.Run(1);
-  ASSERT_TRUE(run.peer(1).parting().leading());
+  ASSERT_TRUE(run.peer(1).separation().guiding());
   run.session.Kill(0);
   run.Run(3);
-  EXPECT_FALSE(run.peer(1).parting().leading());
+  EXPECT_FALSE(run.peer(1).separation().guiding());
   EXPECT_TRUE(run.Told("1: no way is known"));
   EXPECT_LT(run.most_step[1], 1.0);
   EXPECT_LT(run.devices[1]->force.norm(), 1.0);

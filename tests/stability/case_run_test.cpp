@@ -132,7 +132,7 @@ TEST(RunCase, DetectsInstability) {
   test.law.gate = false;
   const CaseResult run = RunCase(test, FreeBox());
   EXPECT_EQ(run.verdict, Verdict::kUnstable);
-  EXPECT_TRUE(run.metrics.blew_up);
+  EXPECT_TRUE(run.metrics.diverged);
   EXPECT_GT(run.metrics.generated_J, 0.01);
 }
 

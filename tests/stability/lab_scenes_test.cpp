@@ -154,7 +154,7 @@ TEST(LabScenes, FixedStiffnessNeedsTheEnergyGate) {
   EXPECT_LE(most_over, 0.0);
   EXPECT_LE(with.metrics.generated_J, 0.6);
   EXPECT_GT(with.metrics.clip_share, 0.0);
-  EXPECT_FALSE(with.metrics.blew_up);
+  EXPECT_FALSE(with.metrics.diverged);
 }
 
 }  // namespace

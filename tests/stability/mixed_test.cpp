@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "collab/coupling/coupling_law.h"
-#include "collab/mirror/contact_blend.h"
+#include "collab/mirror/mirror_compliance.h"
 #include "collab/simulated/network/simulated_session.h"
 #include "tests/support/scripted_node.h"
 #include "tests/support/shapes.h"
@@ -92,7 +92,7 @@ TEST(Mixed, SeparatedInstancesBothMakeContact) {
       const double felt = session.node(holders).peer().report().hand_B_W.f.norm();
       // in series: my hand and its coupling, the instance's, and the mirror that gives way by B/te
       const double k_hand = 1.0 / (1.0 / 300.0 + 1.0 / 800.0);
-      const double k_mirror = ContactBlend::kDrag / DesignDelay(0.602);
+      const double k_mirror = MirrorCompliance::kDrag / DesignDelay(0.602);
       const double overlap = kCubeSide - 0.01 + 0.45 * 0.002;  // wanted; and where contact begins
       EXPECT_NEAR(felt, overlap / (2.0 / k_hand + 1.0 / k_mirror), 0.03);
       EXPECT_GT(least, kCubeSide);  // centres of cubes that do not overlap

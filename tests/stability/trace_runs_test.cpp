@@ -78,8 +78,8 @@ TEST(TraceRuns, TraceOfJitterAndLossMatchesThemWithinTwoPercent) {
 
 TEST(TraceRuns, AreDeterministicPerStartPosition) {
   LabCase test = Move(0);
-  test.network.there.trace = *KeepModel("leo", TraceWay::kThere, 1);
-  test.network.back.trace = *KeepModel("leo", TraceWay::kBack, 1);
+  test.network.there.trace = *KeepModel("leo", TraceDirection::kThere, 1);
+  test.network.back.trace = *KeepModel("leo", TraceDirection::kBack, 1);
   const CaseResult first = RunCase(test, FreeBox());
   ASSERT_FALSE(first.fault);
   EXPECT_EQ(RunCase(test, FreeBox()).digest, first.digest);

@@ -32,7 +32,7 @@ class LagMeter {
   /// Returns the latest that it was so far.
   Clock::duration worst() const { return Clock::duration(worst_.load()); }
   /// Returns the bound, and as much more as the machine was late at the worst.
-  Clock::duration Within(Clock::duration bound) const { return bound + worst(); }
+  Clock::duration AllowedLag(Clock::duration bound) const { return bound + worst(); }
 
  private:
   std::atomic<bool> stop_ = false;

@@ -4,7 +4,7 @@
 
 #include "engine/paging/voxel_arena.h"
 #include "engine/world/world_model.h"
-#include "tests/support/gated_pages.h"
+#include "tests/support/delayed_pages.h"
 #include "tests/support/shapes.h"
 #include "tests/support/test_world.h"
 
@@ -24,7 +24,7 @@ inline std::shared_ptr<const WorldModel> Washboard() {
 
 /// Returns the same model with a megabyte for its fixture's pages.
 inline std::shared_ptr<WorldModel> PagedModel(const WorldModel& whole,
-                                              const std::shared_ptr<GatedPages>& pages) {
+                                              const std::shared_ptr<DelayedPages>& pages) {
   auto paged = std::make_shared<WorldModel>(whole);
   paged->fixture = {};
   paged->fixture_pages = pages;

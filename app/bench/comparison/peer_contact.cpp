@@ -68,8 +68,8 @@ std::vector<Pose> TimeFrames(BodyPair& pair, const Pose& X_WB, double voxel, dou
     X.p += 0.7 * way * Vec3{side(random), side(random), side(random)};
     X.q = (RotationBy(0.3 * way / radius * Vec3{side(random), side(random), side(random)}) * X.q)
               .normalized();
-    Load on_shell;
-    Load on_map;
+    LinearizedForce on_shell;
+    LinearizedForce on_map;
     const std::int64_t begin = clock.ThreadCpuNs();
     const PairReport report = pair.Collide({.X_WB = X, .V_WB = {}}, {}, on_shell, on_map);
     if (frame < kFrames) continue;
@@ -182,11 +182,11 @@ std::optional<Error> Run(const PeerPair& files) {
                             {"first_touch_us", nullptr},
                             {"distance_ratio", MedianOf(f.distance) / frame}});
     if (!f.touch.empty()) {
-      nlohmann::ordered_json& told = out["kinds"].back();
-      told["touch_us"] = MedianOf(f.touch);
-      told["first_touch_us"] = MedianOf(f.first_touch);
-      told["touch_yes_no_ratio"] = MedianOf(f.yes_no) / MedianOf(f.touch);
-      told["first_touch_yes_no_ratio"] = MedianOf(f.yes_no) / MedianOf(f.first_touch);
+      nlohmann::ordered_json& reported = out["kinds"].back();
+      reported["touch_us"] = MedianOf(f.touch);
+      reported["first_touch_us"] = MedianOf(f.first_touch);
+      reported["touch_yes_no_ratio"] = MedianOf(f.yes_no) / MedianOf(f.touch);
+      reported["first_touch_yes_no_ratio"] = MedianOf(f.yes_no) / MedianOf(f.first_touch);
     }
   }
   std::printf("%s\n", out.dump(2).c_str());

@@ -40,8 +40,8 @@ Result<BallFigures> MeasureBall(ContactModel contact, const std::filesystem::pat
   World world(*loaded);
   StepInputs inputs = ParkedInputs(joint);
   const FrameCapacity capacity = MeasureCapacity(joint, kFrameBudget);
-  CapacityFollower follower(capacity.tests, capacity.look_price, kFrameBudget);
-  inputs.look_price = capacity.look_price;
+  CapacityFollower follower(capacity.tests, capacity.query_price, kFrameBudget);
+  inputs.query_price = capacity.query_price;
   inputs.instances[ball].drive = BodyDrive::kSimulated;
   inputs.hand.body = static_cast<int>(ball);
   inputs.hand.gains = DefaultHandGains(joint.bodies[ball].inertia);

@@ -98,8 +98,8 @@ Pose Pressing::At(const Quat& q_WB, const Vec3& along, double gap) const {
 }
 
 Vec3 Pressing::ForceAt(const Pose& X_WB) {
-  Load on_shell;
-  Load on_map;
+  LinearizedForce on_shell;
+  LinearizedForce on_map;
   pair->Collide({X_WB, {}}, {}, on_shell, on_map);
   return AsWrench(on_shell.force).f;
 }

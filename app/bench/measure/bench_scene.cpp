@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "app/common/console.h"
 #include "app/common/option_checks.h"
 #include "app/common/program_cache.h"
 #include "app/common/scene_files.h"
-#include "app/common/talk.h"
 #include "app/judgement/start_gaps.h"
 
 namespace tandem {
@@ -53,25 +53,25 @@ std::optional<Error> SetPoints(std::size_t wanted, WorldModel& world) {
 
 }  // namespace
 
-Result<std::shared_ptr<const WorldModel>> LoadBenchScene(const BenchScene& asked) {
-  Result<Scene> scene = LoadNamedScene(asked.scene);
+Result<std::shared_ptr<const WorldModel>> LoadBenchScene(const BenchScene& requested) {
+  Result<Scene> scene = LoadNamedScene(requested.scene);
   if (!scene) return scene.error();
-  if (asked.needs_fixture) HoldTheOthers(*scene);
-  if (asked.voxel_size > 0) scene->voxel_size = asked.voxel_size;
+  if (requested.needs_fixture) HoldTheOthers(*scene);
+  if (requested.voxel_size > 0) scene->voxel_size = requested.voxel_size;
   auto world = LoadCached(*scene);
   if (world) TellStart(FindStartGaps(**world));
   const bool plain = scene->contact == ContactModel::kPlain;
-  const bool sets_points = asked.points > 0 && (plain || asked.needs_plain_parts);
-  if (asked.points > 0 && !sets_points) {
-    Say(asked.scene + ": its contact tests features, not points, so --points changes nothing");
+  const bool sets_points = requested.points > 0 && (plain || requested.needs_plain_parts);
+  if (requested.points > 0 && !sets_points) {
+    Say(requested.scene + ": its contact tests features, not points, so --points changes nothing");
   }
-  if (!world || (!sets_points && (plain || !asked.needs_plain_parts))) return world;
+  if (!world || (!sets_points && (plain || !requested.needs_plain_parts))) return world;
   auto changed = std::make_shared<WorldModel>(**world);
   if (!plain) {
     if (const auto fault = AddPlainParts(*changed)) return *fault;
   }
   if (sets_points) {
-    if (const auto fault = SetPoints(asked.points, *changed)) return *fault;
+    if (const auto fault = SetPoints(requested.points, *changed)) return *fault;
   }
   return std::shared_ptr<const WorldModel>(std::move(changed));
 }

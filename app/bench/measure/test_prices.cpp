@@ -46,7 +46,7 @@ TestPrices MeasureTestPrices(const ContactPair& pair) {
                         drift.Begin(schedule.transform());
                         for (const std::uint32_t b : all) {
                           if (b + kAhead < count) drift.Fetch(b + kAhead);
-                          farthest = std::max(farthest, drift.Of(b));
+                          farthest = std::max(farthest, drift.DriftSinceLookup(b));
                         }
                       }) /
                       points;

@@ -11,7 +11,7 @@
 #include "app/bench/measure/bench_scene.h"
 #include "app/bench/measure/empty_work.h"
 #include "app/capacity/capacity_follower.h"
-#include "app/common/talk.h"
+#include "app/common/console.h"
 #include "engine/realtime/periodic_thread.h"
 
 namespace tandem {
@@ -21,10 +21,10 @@ namespace {
 constexpr std::int64_t kPeriodNs = 1'000'000;
 constexpr int kSizeEvery = 500;  // frames between two new sizes of the empty work
 
-/// Returns the page faults of the calling thread or, where helpers share a frame, of all threads.
-long PageFaults(const FrameHelpers& helpers) {
+/// Returns the page faults of the calling thread or, where workers share a frame, of all threads.
+long PageFaults(const WorkerPool& workers) {
   rusage usage{};
-  getrusage(helpers.threads() > 1 ? RUSAGE_SELF : RUSAGE_THREAD, &usage);
+  getrusage(workers.threads() > 1 ? RUSAGE_SELF : RUSAGE_THREAD, &usage);
   return usage.ru_minflt + usage.ru_majflt;
 }
 
@@ -33,7 +33,7 @@ StepInputs InputsOf(const World& world, const Pose& X_BD, const FrameCapacity& c
   StepInputs inputs = ParkedInputs(world.model());
   inputs.instances[0].drive = BodyDrive::kSimulated;
   inputs.capacity = capacity.tests;
-  inputs.look_price = capacity.look_price;
+  inputs.query_price = capacity.query_price;
   inputs.hand = {.body = 0,
                  .X_BD = X_BD,
                  .goal = {},
@@ -43,8 +43,9 @@ StepInputs InputsOf(const World& world, const Pose& X_BD, const FrameCapacity& c
 
 /// Returns the point tests that all pairs owe in the next frame, however far it goes.
 std::int64_t OwedTests(const World& world) {
-  TestLoad load;
-  for (std::size_t pair = 0; pair < world.pair_count(); ++pair) load += world.pair(pair).load();
+  TestDemand load;
+  for (std::size_t pair = 0; pair < world.pair_count(); ++pair)
+    load += world.pair(pair).test_demand();
   return std::llround(load.mandatory);
 }
 
@@ -59,12 +60,12 @@ struct StepTimes {
 };
 
 /// Steps the world and takes the frame's times.
-StepTimes TimeStep(World& world, const StepInputs& inputs, const FrameHelpers& helpers,
+StepTimes TimeStep(World& world, const StepInputs& inputs, const WorkerPool& workers,
                    std::optional<CapacityFollower>& follower, StepReport& report) {
   LoopClock& clock = MachineClock();
   StepTimes times;
-  const long faults = PageFaults(helpers);
-  const std::int64_t helped = helpers.CpuNs();
+  const long faults = PageFaults(workers);
+  const std::int64_t helped = workers.CpuNs();
   const std::int64_t wall = clock.NowNs();
   const std::int64_t cpu = clock.ThreadCpuNs();
   report = world.Step(inputs);
@@ -74,8 +75,8 @@ StepTimes TimeStep(World& world, const StepInputs& inputs, const FrameHelpers& h
   if (follower && report.waited == 0) {
     follower->Count(report, 1e-9 * static_cast<double>(times.cpu_ns));
   }
-  times.faults = PageFaults(helpers) - faults;
-  times.helpers_ns = helpers.CpuNs() - helped;
+  times.faults = PageFaults(workers) - faults;
+  times.helpers_ns = workers.CpuNs() - helped;
   return times;
 }
 
@@ -117,8 +118,8 @@ void CountTimes(const StepTimes& times, const StepReport& report, std::int64_t o
 
 void CountWork(const StepReport& report, FrameFigures& figures) {
   figures.contacts += report.contact_points;
-  figures.looks += report.looks;
-  figures.loaded += report.loaded_points;
+  figures.exact_queries += report.exact_queries;
+  figures.loaded += report.pushing_points;
   figures.tests += static_cast<double>(report.tests.looked_up + report.tests.compared);
   figures.drifted += static_cast<double>(report.tests.drifted);
   figures.chunks += static_cast<double>(report.tests.chunks);
@@ -153,11 +154,11 @@ void RunBackToBack(World& world, const FrameHand& hand, const Pose& X_BD,
 }
 
 void RunFrames(World& world, const FrameHand& hand, const Pose& X_BD, const FrameCapacity& capacity,
-               double budget_s, int frames, int check_every, const FrameHelpers& helpers,
+               double budget_s, int frames, int check_every, const WorkerPool& workers,
                FrameFigures& figures) {
   StepInputs inputs = InputsOf(world, X_BD, capacity);
   std::optional<CapacityFollower> follower;
-  if (budget_s > 0) follower.emplace(capacity.tests, capacity.look_price, budget_s);
+  if (budget_s > 0) follower.emplace(capacity.tests, capacity.query_price, budget_s);
   AllPoints all(world);
   EmptyWork noise;
   StepReport report;
@@ -171,7 +172,7 @@ void RunFrames(World& world, const FrameHand& hand, const Pose& X_BD, const Fram
         if (!waited) inputs.hand.goal = hand(frame, report);
         if (follower) inputs.capacity = follower->tests();
         all.Remember();
-        StepTimes times = TimeStep(world, inputs, helpers, follower, report);
+        StepTimes times = TimeStep(world, inputs, workers, follower, report);
         times.start_ns = start_ns;
         if (report.waited > 0) return CountWait(report, times.faults, figures);
         if (frame < kWarmUp) return true;
@@ -189,8 +190,8 @@ void RunFrames(World& world, const FrameHand& hand, const Pose& X_BD, const Fram
         return figures.frames < frames;
       });
   thread.Join();
-  static bool told = false;  // the warning comes once, in the first of several runs
-  if (!thread.realtime().fifo && !std::exchange(told, true)) Say(thread.realtime().warning);
+  static bool reported = false;  // the warning comes once, in the first of several runs
+  if (!thread.realtime().fifo && !std::exchange(reported, true)) Say(thread.realtime().warning);
 }
 
 }  // namespace tandem

@@ -7,8 +7,8 @@
 
 #include "app/capacity/capacity.h"
 #include "engine/haptics/device.h"
-#include "engine/realtime/frame_helpers.h"
 #include "engine/realtime/histogram.h"
+#include "engine/realtime/worker_pool.h"
 #include "engine/world/world.h"
 
 namespace tandem {
@@ -19,9 +19,9 @@ inline constexpr int kWarmUp = 500;        // frames before anything counts
 /// The times of frames, and the work done in them.
 struct FrameFigures {
   Histogram cpu, wall, noise;
-  Histogram helpers_cpu;                       // processor time of all helpers together
-  Histogram owed;                              // point tests that a frame leaves to the next one
-  double contacts = 0, looks = 0, loaded = 0;  // sums over frames
+  Histogram helpers_cpu;  // processor time of all workers together
+  Histogram owed;         // point tests that a frame leaves to the next one
+  double contacts = 0, exact_queries = 0, loaded = 0;  // sums over frames
   double tests = 0, drifted = 0, chunks = 0;
   std::int64_t frames = 0;
   std::int64_t at_bound = 0;
@@ -54,7 +54,7 @@ void RunBackToBack(World& world, const FrameHand& hand, const Pose& X_BD,
 /// frames that wait for voxels the hand stands still, and they count as waits alone. After
 /// kLongestVoxelWait such frames in a row the run ends.
 void RunFrames(World& world, const FrameHand& hand, const Pose& X_BD, const FrameCapacity& capacity,
-               double budget_s, int frames, int check_every, const FrameHelpers& helpers,
+               double budget_s, int frames, int check_every, const WorkerPool& workers,
                FrameFigures& figures);
 
 }  // namespace tandem

@@ -125,7 +125,7 @@ bool PrintedSchedule::StillFar(std::uint32_t address, const std::array<float, 3>
   return true;
 }
 
-void PrintedSchedule::LookUp(Field field) noexcept {
+void PrintedSchedule::LookUpAll(Field field) noexcept {
   const List& list = lists_[static_cast<std::size_t>(field)];
   TestScattered(
       {{list.x.data(), list.count}, {list.y.data(), list.count}, {list.z.data(), list.count}},
@@ -164,7 +164,7 @@ void PrintedSchedule::Test(const Pose& X_VS, double travel) noexcept {
     list.z[list.count] = p_V[2];
     ++list.count;
   }
-  for (const Field field : kAllFields) LookUp(field);
+  for (const Field field : kAllFields) LookUpAll(field);
   for (std::size_t k = 0; k < contact_count_; ++k) {
     std::uint16_t& lanes = lanes_[contacts_[k].block];
     contacts_[k].lanes = lanes;
@@ -173,8 +173,8 @@ void PrintedSchedule::Test(const Pose& X_VS, double travel) noexcept {
   SortContacts();
 }
 
-TestLoad PrintedSchedule::Load() const noexcept {
-  TestLoad load;
+TestDemand PrintedSchedule::Demand() const noexcept {
+  TestDemand load;
   load.bound = 0.5 * s_;
   if (!options_.experiments.coherence) {
     load.mandatory = static_cast<double>(points_in_.awake());

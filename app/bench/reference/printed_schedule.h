@@ -31,7 +31,7 @@ class PrintedSchedule final : public Schedule {
 
   void Test(const Pose& X_VS, double travel) noexcept override;
   void LimitTravel(double metres) noexcept override { limit_ = metres; }
-  TestLoad Load() const noexcept override;
+  TestDemand Demand() const noexcept override;
   void SetForceLayer(int layer) noexcept override;
   void SetDisplacement(double metres) noexcept override;
 
@@ -44,7 +44,7 @@ class PrintedSchedule final : public Schedule {
   void TestChunk(std::size_t c, const Pose& X_VS) noexcept;
   void CollectDue(DistanceQueues& queues, bool coherence, double most) noexcept;
   bool StillFar(std::uint32_t address, const std::array<float, 3>& p_V) noexcept;
-  void LookUp(Field field) noexcept;
+  void LookUpAll(Field field) noexcept;
 
   ScheduleOptions options_;
   double limit_ = 0;  // m

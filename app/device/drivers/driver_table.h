@@ -17,9 +17,9 @@ namespace tandem::driver {
 /// |---|---|
 /// | `kName`, `kKind`, `kOptions` | – |
 /// | `static std::int32_t List(TandemDeviceFound*, std::int32_t room)` | main |
-/// | `static std::unique_ptr<Hand> Open(const char* options, const TandemDeviceHost&, std::string& fault)` | main; null: it failed |
-/// | `std::string Capabilities(TandemDeviceCapabilities&)`, `Start()` | main; the text is the fault |
-/// | `std::string Trouble() const` | main; empty: none |
+/// | `static std::unique_ptr<Hand> Open(const char* options, const TandemDeviceHost&, std::string&
+/// fault)` | main; null: it failed | | `std::string Capabilities(TandemDeviceCapabilities&)`,
+/// `Start()` | main; the text is the fault | | `std::string Trouble() const` | main; empty: none |
 /// | `std::int32_t Read(TandemDeviceState&) noexcept`, `Write(const TandemDeviceForce&)` | loop |
 /// | `void Stop() noexcept` | any |
 template <typename Hand>
@@ -48,7 +48,7 @@ class DriverTable {
   }
 
  private:
-  static Hand& Of(TandemDevice* device) { return *reinterpret_cast<Hand*>(device); }
+  static Hand& HandOf(TandemDevice* device) { return *reinterpret_cast<Hand*>(device); }
   static std::string& Fault() {
     static std::string fault;
     return fault;
@@ -95,27 +95,27 @@ class DriverTable {
       return std::string();
     });
   }
-  static void Close(TandemDevice* device) noexcept { delete &Of(device); }
+  static void Close(TandemDevice* device) noexcept { delete &HandOf(device); }
   static std::int32_t Capabilities(TandemDevice* device, TandemDeviceCapabilities* can) noexcept {
     return Guarded([&] {
-      return Of(device).Capabilities(*can);
+      return HandOf(device).Capabilities(*can);
     });
   }
   static std::int32_t Start(TandemDevice* device) noexcept {
     return Guarded([&] {
-      return Of(device).Start();
+      return HandOf(device).Start();
     });
   }
   static std::int32_t Read(TandemDevice* device, TandemDeviceState* state) noexcept {
-    return Of(device).Read(*state);
+    return HandOf(device).Read(*state);
   }
   static std::int32_t Write(TandemDevice* device, const TandemDeviceForce* force) noexcept {
-    return Of(device).Write(*force);
+    return HandOf(device).Write(*force);
   }
-  static void Stop(TandemDevice* device) noexcept { Of(device).Stop(); }
+  static void Stop(TandemDevice* device) noexcept { HandOf(device).Stop(); }
   static std::int32_t LastError(TandemDevice* device, char* text, std::uint32_t room) noexcept {
     try {
-      const std::string trouble = device == nullptr ? std::string() : Of(device).Trouble();
+      const std::string trouble = device == nullptr ? std::string() : HandOf(device).Trouble();
       return Put(text, room, trouble.empty() ? Fault() : trouble);
     } catch (...) {
       return TANDEM_FAILED;

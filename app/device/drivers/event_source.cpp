@@ -149,14 +149,14 @@ EventSource::~EventSource() {
   }
 }
 
-EventSource::Got EventSource::Next(int file, input_event& event) noexcept {
+EventSource::ReadResult EventSource::Next(int file, input_event& event) noexcept {
   const ssize_t size = read(file, &event, sizeof event);
-  if (size == static_cast<ssize_t>(sizeof event)) return Got::kEvent;
-  if (size < 0 && (errno == EAGAIN || errno == EINTR)) return Got::kNothing;
+  if (size == static_cast<ssize_t>(sizeof event)) return ReadResult::kEvent;
+  if (size < 0 && (errno == EAGAIN || errno == EINTR)) return ReadResult::kNothing;
   // unplugged, or an incomplete event
   gone_.store(file, std::memory_order_release);
   file_.store(-1, std::memory_order_release);
-  return Got::kGone;
+  return ReadResult::kGone;
 }
 
 void EventSource::Keep() {

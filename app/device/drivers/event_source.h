@@ -41,9 +41,9 @@ class EventSource {
     if (file < 0) return false;
     input_event event{};
     for (int i = 0; i < kMostEvents; ++i) {
-      const Got got = Next(file, event);
-      if (got == Got::kNothing) return true;
-      if (got == Got::kGone) return false;
+      const ReadResult got = Next(file, event);
+      if (got == ReadResult::kNothing) return true;
+      if (got == ReadResult::kGone) return false;
       take(event);
     }
     return true;
@@ -57,8 +57,8 @@ class EventSource {
                            const char* kind, const std::string& folder = kEventFolder);
 
  private:
-  enum class Got : std::uint8_t { kEvent, kNothing, kGone };
-  Got Next(int file, input_event& event) noexcept;
+  enum class ReadResult : std::uint8_t { kEvent, kNothing, kGone };
+  ReadResult Next(int file, input_event& event) noexcept;
   void Keep();
 
   std::string path_;  // as asked for; empty: the first device of the kind

@@ -38,11 +38,13 @@ class ExportedDevice {
   }
 
  private:
-  struct Open_ {
+  struct OpenedDevice {
     std::unique_ptr<Device> device;
     bool begun = false;
   };
-  static Open_& Of(TandemDevice* device) { return *reinterpret_cast<Open_*>(device); }
+  static OpenedDevice& OpenOf(TandemDevice* device) {
+    return *reinterpret_cast<OpenedDevice*>(device);
+  }
   static std::string& Fault() {
     static std::string fault;
     return fault;
@@ -67,32 +69,32 @@ class ExportedDevice {
       Fault() = opened.error().what;
       return TANDEM_FAILED;
     }
-    *device = reinterpret_cast<TandemDevice*>(new Open_{*std::move(opened)});
+    *device = reinterpret_cast<TandemDevice*>(new OpenedDevice{*std::move(opened)});
     return TANDEM_OK;
   }
-  static void Close(TandemDevice* device) { delete &Of(device); }
-  static std::int32_t Capabilities(TandemDevice* device, TandemDeviceCapabilities* told) {
-    const DeviceCapabilities can = Of(device).device->capabilities();
+  static void Close(TandemDevice* device) { delete &OpenOf(device); }
+  static std::int32_t Capabilities(TandemDevice* device, TandemDeviceCapabilities* reported) {
+    const DeviceCapabilities can = OpenOf(device).device->capabilities();
     const auto any_as_zero = [](double gain) {
       return gain == DeviceCapabilities::kAny ? 0.0 : gain;
     };
-    told->freedoms_in = static_cast<std::uint32_t>(can.freedoms_in);
-    told->freedoms_out = static_cast<std::uint32_t>(can.freedoms_out);
-    told->in_scene = 1;
-    told->rate_hz = can.rate_hz;
-    told->peak_force = can.peak.force;
-    told->peak_moment = can.peak.moment;
-    told->continuous_force = can.continuous.force;
-    told->continuous_moment = can.continuous.moment;
-    told->stiffness = any_as_zero(can.stiffness);
-    told->damping = any_as_zero(can.damping);
-    told->rotation_stiffness = any_as_zero(can.rotation_stiffness);
-    told->rotation_damping = any_as_zero(can.rotation_damping);
+    reported->freedoms_in = static_cast<std::uint32_t>(can.freedoms_in);
+    reported->freedoms_out = static_cast<std::uint32_t>(can.freedoms_out);
+    reported->in_scene = 1;
+    reported->rate_hz = can.rate_hz;
+    reported->peak_force = can.peak.force;
+    reported->peak_moment = can.peak.moment;
+    reported->continuous_force = can.continuous.force;
+    reported->continuous_moment = can.continuous.moment;
+    reported->stiffness = any_as_zero(can.stiffness);
+    reported->damping = any_as_zero(can.damping);
+    reported->rotation_stiffness = any_as_zero(can.rotation_stiffness);
+    reported->rotation_damping = any_as_zero(can.rotation_damping);
     return TANDEM_OK;
   }
   static std::int32_t StartDevice(TandemDevice*) { return TANDEM_OK; }
   static std::int32_t Read(TandemDevice* device, TandemDeviceState* state) {
-    const Anchor handle = Of(device).device->Read();
+    const Anchor handle = OpenOf(device).device->Read();
     state->valid = TANDEM_HAS_POSE | TANDEM_HAS_VELOCITY;
     for (int i = 0; i < 3; ++i) {
       state->position[i] = handle.X_WA.p[i];
@@ -103,7 +105,7 @@ class ExportedDevice {
     return TANDEM_OK;
   }
   static std::int32_t Write(TandemDevice* device, const TandemDeviceForce* force) {
-    Open_& open = Of(device);
+    OpenedDevice& open = OpenOf(device);
     if (force->begun != 0 && !open.begun) {
       open.begun = true;
       open.device->Start();
@@ -111,7 +113,7 @@ class ExportedDevice {
     open.device->Render({Vec3(force->moment), Vec3(force->force)});
     return TANDEM_OK;
   }
-  static void Stop(TandemDevice* device) { Of(device).device->Stop(); }
+  static void Stop(TandemDevice* device) { OpenOf(device).device->Stop(); }
   static std::int32_t LastError(TandemDevice*, char* text, std::uint32_t room) {
     return Put(text, room, Fault());
   }

@@ -55,17 +55,17 @@ class RateHand {
         last_ns_ < 0 ? 0.0
                      : std::clamp(1e-9 * static_cast<double>(now_ns - last_ns_), 0.0, kLongestStep);
     last_ns_ = now_ns;
-    const double heard = dt / (dt + kSmoothSeconds);
-    smooth_force_ += heard * (force_ - smooth_force_);
-    smooth_moment_ += heard * (moment_ - smooth_moment_);
+    const double received = dt / (dt + kSmoothSeconds);
+    smooth_force_ += received * (force_ - smooth_force_);
+    smooth_moment_ += received * (moment_ - smooth_moment_);
     const Vec3 way_v = TakeWay(way_left_, dt, kMostSpeed);
     const Vec3 turn_w = TakeWay(turn_left_, dt, kMostTurn);
-    velocity_ = Within(Against(v + way_v, smooth_force_, kFreeForce, kFullForce) +
-                           kYield * Above(smooth_force_, kFreeForce),
-                       kMostSpeed);
-    turn_ = Within(Against(w + turn_w, smooth_moment_, kFreeMoment, kFullMoment) +
-                       kYieldTurn * Above(smooth_moment_, kFreeMoment),
-                   kMostTurn);
+    velocity_ = ClampedLength(YieldedRate(v + way_v, smooth_force_, kFreeForce, kFullForce) +
+                                  kYield * ExcessForce(smooth_force_, kFreeForce),
+                              kMostSpeed);
+    turn_ = ClampedLength(YieldedRate(w + turn_w, smooth_moment_, kFreeMoment, kFullMoment) +
+                              kYieldTurn * ExcessForce(smooth_moment_, kFreeMoment),
+                          kMostTurn);
     position_ += dt * velocity_;
     orientation_ = (RotationBy(dt * turn_) * orientation_).normalized();
   }
@@ -97,23 +97,23 @@ class RateHand {
   /// too, since the user moved the mouse and not the part.
   static Vec3 TakeWay(Vec3& left, double dt, double most) noexcept {
     if (dt <= 0) return Vec3::Zero();
-    const Vec3 rate = Within(left / (dt + kWaySeconds), most);
+    const Vec3 rate = ClampedLength(left / (dt + kWaySeconds), most);
     left -= dt * rate;
     return rate;
   }
-  static Vec3 Above(const Vec3& force, double free) noexcept {
+  static Vec3 ExcessForce(const Vec3& force, double free) noexcept {
     const double size = force.norm();
     return size > free ? Vec3((1 - free / size) * force) : Vec3(Vec3::Zero());
   }
   /// Removes the part of a rate that goes against a force, the more the larger the force is.
-  static Vec3 Against(const Vec3& rate, const Vec3& force, double free, double full) noexcept {
+  static Vec3 YieldedRate(const Vec3& rate, const Vec3& force, double free, double full) noexcept {
     const double size = force.norm();
     if (size <= free) return rate;
     const Vec3 against = -force / size;
     const double held = std::min(1.0, (size - free) / (full - free));
     return rate - held * std::max(0.0, rate.dot(against)) * against;
   }
-  static Vec3 Within(const Vec3& rate, double most) noexcept {
+  static Vec3 ClampedLength(const Vec3& rate, double most) noexcept {
     const double size = rate.norm();
     return size > most ? Vec3((most / size) * rate) : rate;
   }

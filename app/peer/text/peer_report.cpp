@@ -72,7 +72,7 @@ nlohmann::ordered_json TimesAsJson(const PeerReport& report) {
                                {{"p50", us(times->read_to_write_p50_ns)},
                                 {"p99", us(times->read_to_write_p99_ns)},
                                 {"max", us(times->read_to_write_max_ns)}}}};
-  if (times->asked > 0) {
+  if (times->requested > 0) {
     json["asked_age_us"] = {{"mean", us(times->asked_mean_ns)}, {"max", us(times->asked_max_ns)}};
   }
   return json;
@@ -135,7 +135,7 @@ nlohmann::ordered_json AsJson(const PeerReport& report, const FrameStats& all,
           {"voxel_memory", VoxelMemoryAsJson(report)},
           {"points", report.points},
           {"capacity", report.capacity},
-          {"look_price", report.look_price},
+          {"look_price", report.query_price},
           {"voxels", report.voxels},
           {"delay_ms", 1e3 * report.mean_delay_s},
           {"said", {{"sent", report.own_states.sent()}, {"wanted", report.own_states.wanted()}}},

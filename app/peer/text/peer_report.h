@@ -27,7 +27,7 @@ struct PeerReport {
   std::size_t points = 0;   // points that contact tests: TestedPoints()
   std::size_t voxels = 0;   // voxels that contact reads: FixtureVoxels() or ReadVoxels()
   double capacity = 0;      // point tests that fit into a frame
-  double look_price = 0;    // price of an exact look, in point tests
+  double query_price = 0;   // price of an exact query, in point tests
   double mean_delay_s = 0;  // half the loop age
   HandFigures hand;
   std::size_t traced_frames = 0;  // number of the hand's first frames that are in the trace
@@ -38,7 +38,7 @@ struct PeerReport {
   SafetyState safety_state = SafetyState::kOff;  // state at the end
   SafetyCounts safety;                           // counts of all guards before the hand
   double guarded_share = 0;          // share of frames in which the guard changed what the hand got
-  Felt felt;                         // largest force, moment and step that the hand felt
+  RenderedForces felt;               // largest force, moment and step that the hand felt
   std::uint64_t crowded_frames = 0;  // frames with more contacts than there is room for
   VoxelWaits waits;                  // waits for voxels that were not in memory
   std::uint64_t voxel_memory = 0;    // bytes, of the fixed bodies' voxels

@@ -6,7 +6,7 @@
 #include <thread>
 #include <vector>
 
-#include "app/common/talk.h"
+#include "app/common/console.h"
 #include "app/stability/cli/sweep_outcome.h"
 #include "app/stability/live/lab_scenes.h"
 #include "app/stability/report/cell_facts.h"
@@ -33,7 +33,7 @@ struct Rerun {
 };
 
 void Run(const std::filesystem::path& folder, Rerun& rerun) {
-  const double seconds = rerun.test.seconds > 0 ? rerun.test.seconds : rerun.test.LongEnough();
+  const double seconds = rerun.test.seconds > 0 ? rerun.test.seconds : rerun.test.DefaultDuration();
   const int every = std::max(1, static_cast<int>(std::ceil(1e3 * seconds / kMostSeriesLines)));
   const std::filesystem::path csv = folder / rerun.series.csv;
   Result<SeriesFile> file = SeriesFile::Create(csv, rerun.test.users, every);
@@ -62,7 +62,7 @@ void Run(const std::filesystem::path& folder, Rerun& rerun) {
 
 }  // namespace
 
-const LabScene* LabScenes::Of(const LabCase& test) {
+const LabScene* LabScenes::SceneFor(const LabCase& test) {
   const auto key = std::make_pair(test.scene, test.body);
   const auto found = scenes_.find(key);
   if (found != scenes_.end()) return found->second ? &*found->second : nullptr;
@@ -85,7 +85,7 @@ std::optional<Error> AddSeries(std::size_t most, const std::filesystem::path& fo
     for (const ChosenCell& chosen : ChooseCells(sweep.results, each)) {
       const CellRecord& record = sweep.results.records.at(chosen.number);
       const Result<LabCase> test = ParseCase(record.cell.case_json, "cell");
-      const LabScene* const scene = test ? scenes.Of(*test) : nullptr;
+      const LabScene* const scene = test ? scenes.SceneFor(*test) : nullptr;
       if (scene == nullptr) continue;
       Rerun& rerun = reruns.emplace_back();
       rerun.record = &record;

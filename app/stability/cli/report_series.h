@@ -15,7 +15,7 @@ namespace tandem {
 class LabScenes {
  public:
   /// Returns the scene of a case; null: it is not at hand, which is said once on stderr.
-  const LabScene* Of(const LabCase& test);
+  const LabScene* SceneFor(const LabCase& test);
 
  private:
   std::map<std::pair<std::string, std::string>, std::optional<LabScene>> scenes_;

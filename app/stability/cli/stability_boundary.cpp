@@ -11,9 +11,9 @@
 
 #include <nlohmann/json.hpp>
 
+#include "app/common/console.h"
 #include "app/common/exit_codes.h"
 #include "app/common/option_checks.h"
-#include "app/common/talk.h"
 #include "app/stability/cli/stability_command.h"
 #include "app/stability/live/lab_scenes.h"
 #include "collab/lab/case/case_parts.h"

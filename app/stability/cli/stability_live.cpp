@@ -7,9 +7,9 @@
 
 #include <nlohmann/json.hpp>
 
+#include "app/common/console.h"
 #include "app/common/exit_codes.h"
 #include "app/common/option_checks.h"
-#include "app/common/talk.h"
 #include "app/judgement/start_gaps.h"
 #include "app/process/child_processes.h"
 #include "app/stability/cli/stability_command.h"
@@ -79,7 +79,7 @@ struct LiveFigures {
 LiveFigures CompareFigures(const Metrics& real, const Metrics& simulated, double bar) {
   LiveFigures figures;
   for (const ComparedFigure& figure : ComparedFigures()) {
-    const double off = Off(figure, real, simulated);
+    const double off = DeviationOf(figure, real, simulated);
     figures.comparison.push_back({{"figure", figure.name},
                                   {"unit", figure.unit},
                                   {"virtual", figure.scale * simulated.*figure.value},
@@ -126,7 +126,8 @@ void PrintLive(const LiveArguments& arguments, const std::string& name, const Li
   for (const ComparedFigure& figure : ComparedFigures()) {
     std::printf("%-26s %12.3f %12.3f %+7.1f %% %s%s\n", figure.name,
                 figure.scale * simulated.metrics.*figure.value, figure.scale * real.*figure.value,
-                1e2 * Off(figure, real, simulated.metrics), figure.unit, figure.judged ? " *" : "");
+                1e2 * DeviationOf(figure, real, simulated.metrics), figure.unit,
+                figure.judged ? " *" : "");
   }
   std::printf("%-26s %12s %12s\n", "verdict", NameOf(simulated.verdict), NameOf(live.run.verdict));
   std::printf("* must agree to %.0f %%; frames missed: %.2f %%, %s, delays by the %s\n",
@@ -145,7 +146,7 @@ int RunStabilityLive(const LiveArguments& arguments) {
   TellStart(FindStartGaps(*scene->model));
   // both runs last equally long: in virtual time a case without a length may go on
   LabCase timed = *read;
-  timed.seconds = timed.Lasts();
+  timed.seconds = timed.Duration();
   const LabCase test = FittedTo(scene->inertia(), timed);
   const CaseResult simulated = RunCase(timed, *scene);
   if (simulated.fault) return Fail(kExitFailed, arguments.file + ": " + simulated.fault->what);

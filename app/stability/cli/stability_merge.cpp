@@ -2,8 +2,8 @@
 #include <memory>
 #include <vector>
 
+#include "app/common/console.h"
 #include "app/common/exit_codes.h"
-#include "app/common/talk.h"
 #include "app/stability/cli/stability_command.h"
 #include "app/stability/cli/sweep_outcome.h"
 

@@ -11,11 +11,11 @@
 
 #include <nlohmann/json.hpp>
 
+#include "app/common/console.h"
 #include "app/common/exit_codes.h"
 #include "app/common/option_checks.h"
 #include "app/common/program_cache.h"
 #include "app/common/scene_files.h"
-#include "app/common/talk.h"
 #include "app/stability/cli/stability_command.h"
 #include "collab/lab/run/press_run.h"
 #include "engine/base/text/json_text.h"
@@ -27,7 +27,8 @@ namespace {
 using nlohmann::ordered_json;
 
 constexpr std::array kMotions{PressMotion::kPress, PressMotion::kPush, PressMotion::kTap};
-constexpr std::array kMirrors{MirrorModel::kHeld, MirrorModel::kDeadReckoned, MirrorModel::kBlend};
+constexpr std::array kMirrors{MirrorModel::kHeld, MirrorModel::kDeadReckoned,
+                              MirrorModel::kCompliantMirror};
 
 struct PressArguments {
   std::vector<double> delays_ms{0, 20, 50, 100, 200, 300, 500, 1000};
@@ -155,7 +156,7 @@ int RunStabilityPress(PressArguments arguments) {
   for (const Row& row : rows) {
     if (!*row.result) return Fail(kExitFailed, row.result->error().what);
     type1.push_back(AsJson(row));
-    shaking += !(*row.result)->calm && row.test.mirror == MirrorModel::kBlend ? 1U : 0U;
+    shaking += !(*row.result)->calm && row.test.mirror == MirrorModel::kCompliantMirror ? 1U : 0U;
   }
   const ordered_json claims = ClaimOf(rows);
   if (arguments.json) {

@@ -8,10 +8,10 @@
 
 #include <nlohmann/json.hpp>
 
+#include "app/common/console.h"
 #include "app/common/exit_codes.h"
 #include "app/common/option_checks.h"
 #include "app/common/progress_bar.h"
-#include "app/common/talk.h"
 #include "app/stability/cli/report_series.h"
 #include "app/stability/cli/stability_command.h"
 #include "collab/lab/case/case_file.h"
@@ -113,7 +113,7 @@ int RunStabilityRandom(const RandomArguments& arguments) {
   for (const SweepCell& cell : cells) {
     Result<LabCase> test = ParseCase(cell.case_json, "a drawn case");
     if (!test) return Fail(kExitFailed, test.error().what);
-    const LabScene* const scene = scenes.Of(*test);
+    const LabScene* const scene = scenes.SceneFor(*test);
     if (scene == nullptr) return kExitFile;  // the scenes have said why
     cases.emplace_back(FittedTo(scene->inertia(), *std::move(test)), scene);
     cost += cell.cost;

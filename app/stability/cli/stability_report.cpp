@@ -7,9 +7,9 @@
 #include <optional>
 #include <utility>
 
+#include "app/common/console.h"
 #include "app/common/exit_codes.h"
 #include "app/common/option_checks.h"
-#include "app/common/talk.h"
 #include "app/picture/picture_file.h"
 #include "app/picture/svg.h"
 #include "app/process/child_processes.h"
@@ -56,7 +56,7 @@ class Folder {
 void AddPictures(LabScenes& scenes, ReportSweep& sweep) {
   std::vector<StabilityMap> maps =
       MapsOf(sweep.results, [&scenes](const LabCase& test) -> std::optional<Inertia> {
-        const LabScene* const scene = scenes.Of(test);
+        const LabScene* const scene = scenes.SceneFor(test);
         if (scene == nullptr) return std::nullopt;
         return scene->inertia();
       });

@@ -6,9 +6,9 @@
 
 #include <nlohmann/json.hpp>
 
+#include "app/common/console.h"
 #include "app/common/exit_codes.h"
 #include "app/common/option_checks.h"
-#include "app/common/talk.h"
 #include "app/judgement/start_gaps.h"
 #include "app/stability/cli/stability_command.h"
 #include "app/stability/live/lab_scenes.h"
@@ -73,13 +73,13 @@ OrderedJson JsonOf(const LabCase& test, const Timed& run) {
 void PrintLength(const LabCase& test, const Timed& run) {
   const Metrics& m = run.result.metrics;
   const double lasted_s = kFrame * static_cast<double>(m.frames);
-  if (m.blew_up) {
+  if (m.diverged) {
     std::printf(
         "  ended             %9.2f s after the loops closed, %s\n", lasted_s,
         std::isfinite(m.last_apart) && m.peak_apart >= 0.5 ? "0.5 m apart" : "not a number");
-  } else if (lasted_s > 1.5 * test.Lasts()) {
+  } else if (lasted_s > 1.5 * test.Duration()) {
     std::printf("  extended          %9.2f s instead of %.2f s, because it decayed\n", lasted_s,
-                test.Lasts());
+                test.Duration());
   }
   if (run.result.verdict == Verdict::kUndecided) {
     std::printf("  undecided         %s\n",

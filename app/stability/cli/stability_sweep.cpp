@@ -8,10 +8,10 @@
 #include <utility>
 #include <vector>
 
+#include "app/common/console.h"
 #include "app/common/exit_codes.h"
 #include "app/common/option_checks.h"
 #include "app/common/progress_bar.h"
-#include "app/common/talk.h"
 #include "app/judgement/start_gaps.h"
 #include "app/stability/cli/stability_command.h"
 #include "app/stability/cli/stability_report.h"

@@ -4,9 +4,9 @@
 
 #include <nlohmann/json.hpp>
 
+#include "app/common/console.h"
 #include "app/common/exit_codes.h"
 #include "app/common/option_checks.h"
-#include "app/common/talk.h"
 #include "app/recording/trace_facts.h"
 #include "app/stability/cli/stability_command.h"
 #include "collab/trace/trace_file.h"

@@ -5,8 +5,8 @@
 #include <fstream>
 #include <vector>
 
+#include "app/common/console.h"
 #include "app/common/exit_codes.h"
-#include "app/common/talk.h"
 #include "collab/lab/sweep/hex.h"
 #include "engine/base/files/whole_file.h"
 #include "engine/base/hash.h"

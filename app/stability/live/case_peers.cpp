@@ -73,7 +73,7 @@ std::optional<Error> WriteCasePlan(const LabCase& test, std::size_t user,
   return WriteWholeFile(file, JsonText(plan, 2) + "\n");
 }
 
-std::vector<std::string> LawWords(const LabCase& test) {
+std::vector<std::string> LawArguments(const LabCase& test) {
   std::vector<std::string> words{"--law", test.law.name, "--publish-hz",
                                  std::to_string(test.publish_hz), "--lab"};
   const CouplingLimits limits = LimitsOf(test.law);

@@ -26,6 +26,6 @@ std::optional<Error> WriteCasePlan(const LabCase& test, std::size_t user,
 /// Returns the options for the case's law, its gains and the rate of states. `test`: a case fitted
 /// to the scene's body.
 /// body.
-std::vector<std::string> LawWords(const LabCase& test);
+std::vector<std::string> LawArguments(const LabCase& test);
 
 }  // namespace tandem

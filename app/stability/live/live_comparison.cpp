@@ -20,7 +20,7 @@ std::span<const ComparedFigure> ComparedFigures() {
   return kAll;
 }
 
-double Off(const ComparedFigure& figure, const Metrics& live, const Metrics& virtual_time) {
+double DeviationOf(const ComparedFigure& figure, const Metrics& live, const Metrics& virtual_time) {
   const double reference = virtual_time.*figure.value;
   const double off = (live.*figure.value - reference) / std::max(std::abs(reference), figure.least);
   return std::isfinite(off) ? off : std::numeric_limits<double>::infinity();

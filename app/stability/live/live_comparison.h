@@ -20,6 +20,6 @@ std::span<const ComparedFigure> ComparedFigures();
 
 /// Returns the signed difference of the live figure from the virtual one, as a share of the larger
 /// of the virtual one and the figure's `least`. Infinite if either is no number.
-double Off(const ComparedFigure& figure, const Metrics& live, const Metrics& virtual_time);
+double DeviationOf(const ComparedFigure& figure, const Metrics& live, const Metrics& virtual_time);
 
 }  // namespace tandem

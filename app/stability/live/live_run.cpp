@@ -13,7 +13,7 @@
 
 #include "app/common/exit_codes.h"
 #include "app/process/child_processes.h"
-#include "app/process/peer_words.h"
+#include "app/process/peer_command_line.h"
 #include "app/stability/live/case_peers.h"
 #include "app/stability/live/tap_hub.h"
 #include "collab/lab/case/case_parts.h"
@@ -28,7 +28,7 @@ namespace fs = std::filesystem;
 constexpr double kLiveMeetingSeconds = 60;  // for loading and meeting, at the most
 
 double SecondsOf(const LabCase& test) {
-  return test.seconds > 0 ? test.seconds : test.LongEnough();
+  return test.seconds > 0 ? test.seconds : test.DefaultDuration();
 }
 
 std::vector<std::string> CommandOf(const LabCase& test, const LabScene& scene,
@@ -47,11 +47,11 @@ std::vector<std::string> CommandOf(const LabCase& test, const LabScene& scene,
                        .interface = hub == nullptr ? "lo" : TapHub::kInterface};
   std::vector<std::string> more{"--record", folder / (name + ".recording"), "--capacity",
                                 std::to_string(kDefaultCapacity)};
-  const std::vector<std::string> law = LawWords(test);
+  const std::vector<std::string> law = LawArguments(test);
   more.insert(more.end(), law.begin(), law.end());
-  if (hub != nullptr) return hub->At(user, WordsOf(peer, more));
+  if (hub != nullptr) return hub->At(user, CommandLineOf(peer, more));
   more.insert(more.end(), {"--network", folder / (name + ".plan.json")});
-  return WordsOf(peer, more);
+  return CommandLineOf(peer, more);
 }
 
 /// Waits until all peers have ended well. A peer that has not ended well ends the wait.

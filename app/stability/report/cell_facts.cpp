@@ -186,7 +186,7 @@ double ShownGrowth(const CaseResult& result) {
   constexpr double kAtRest = 1e-9;  // m/s
   constexpr double kInfinite = std::numeric_limits<double>::infinity();
   const Metrics& metrics = result.metrics;
-  if (metrics.blew_up) return kInfinite;
+  if (metrics.diverged) return kInfinite;
   if (result.verdict == Verdict::kUnstable && metrics.tail_rms > kWild) return kInfinite;
   if (result.verdict == Verdict::kStable && metrics.tail_rms < kAtRest) return -kInfinite;
   return metrics.growth;

@@ -123,7 +123,7 @@ std::string CellRowOf(const CellRecord& record, std::size_t sweep, const std::st
   out += Cell(record.cell.expect == Expectation::kNothing ? "" : NameOf(record.cell.expect), false);
   out += number(stiffness) +
          (predicted ? number(stiffness / record.outcome.predicted->critical) : Cell("", true));
-  out += (m.blew_up ? Cell("apart", true) : number(m.growth)) + number(1e3 * m.tail_rms) +
+  out += (m.diverged ? Cell("apart", true) : number(m.growth)) + number(1e3 * m.tail_rms) +
          number(1e3 * m.generated_J) + number(1e3 * m.peak_apart) + number(m.settle_s) +
          number(m.peak_force) + number(1e2 * m.clip_share);
   return out + "</tr>\n";

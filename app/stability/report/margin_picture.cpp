@@ -46,7 +46,7 @@ struct SeedSpan {
   double greatest = -kMostGrowth;
 };
 
-double Within(double growth) {
+double ClampGrowth(double growth) {
   return std::clamp(growth, -kMostGrowth, kMostGrowth);
 }
 
@@ -63,8 +63,8 @@ bool DrawSeedSpans(const Results& results, Chart& chart) {
     if (std::isnan(ratio) || std::isnan(growth)) continue;
     SeedSpan& span = spans[FactsOf(numbered.second).but_seed];
     span.ratios.push_back(std::clamp(ratio, kLeast, kMost));
-    span.least = std::min(span.least, Within(growth));
-    span.greatest = std::max(span.greatest, Within(growth));
+    span.least = std::min(span.least, ClampGrowth(growth));
+    span.greatest = std::max(span.greatest, ClampGrowth(growth));
   }
   bool any = false;
   for (auto& one : spans) {
@@ -112,7 +112,7 @@ MarginCounts DrawCells(const Results& results, const Chart& chart, Picture& pict
       counts.undecided += result.verdict == Verdict::kUndecided ? 1U : 0U;
     }
     ++counts.shown;
-    const PicturePoint at = chart.At(std::clamp(ratio, kLeast, kMost), Within(growth));
+    const PicturePoint at = chart.At(std::clamp(ratio, kLeast, kMost), ClampGrowth(growth));
     const CellFacts facts = FactsOf(record);
     const MarginMark mark = MarginMarkOf(result.verdict);
     picture.shapes.emplace_back(MarkerShape{

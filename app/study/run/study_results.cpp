@@ -8,8 +8,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "app/common/console.h"
 #include "app/common/exit_codes.h"
-#include "app/common/talk.h"
 #include "app/picture/svg.h"
 #include "app/study/effect.h"
 #include "app/study/results_table.h"

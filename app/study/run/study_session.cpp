@@ -12,8 +12,8 @@
 #include <nlohmann/json.hpp>
 #include <unistd.h>
 
+#include "app/common/console.h"
 #include "app/common/exit_codes.h"
-#include "app/common/talk.h"
 #include "app/study/interview.h"
 #include "app/study/results_table.h"
 #include "app/study/run/study_results.h"
@@ -63,7 +63,7 @@ class StudySession {
                          .real_peers = !request.dry_run || request.real_time,
                          .partner_site = request.partner_site,
                          .device = request.device,
-                         .reach = request.reach,
+                         .connection = request.connection,
                          .wait_seconds = request.wait_seconds}) {}
 
   int Run();
@@ -104,7 +104,7 @@ class StudySession {
 
 bool StudySession::Finished(int participant) const {
   for (const PlannedTrial& plan : TrialsOf(study_, participant)) {
-    const TrialState state = log_.Of(NameOf(participant), plan.number).state;
+    const TrialState state = log_.TrialOf(NameOf(participant), plan.number).state;
     if (state != TrialState::kDone && state != TrialState::kLost) return false;
   }
   return true;
@@ -173,7 +173,7 @@ StudySession::Ended StudySession::Try(const TrialOfParticipant& trial, const fs:
   std::error_code none;
   // the files of a cut trial are kept under a name that says so
   for (const fs::path& left : {unfinished, folder}) {
-    const int attempts = log_.Of(trial.pseudonym, trial.plan.number).attempts;
+    const int attempts = log_.TrialOf(trial.pseudonym, trial.plan.number).attempts;
     if (!fs::exists(left, none)) continue;
     fs::rename(left, folder.string() + ".cut-" + std::to_string(std::max(attempts, 1)), none);
     if (none) return Failed(kExitFile, left.string() + ": " + none.message());
@@ -185,7 +185,7 @@ StudySession::Ended StudySession::Try(const TrialOfParticipant& trial, const fs:
   }
   const Result<TrialMeasures> measures = runner_.Run(trial, unfinished, interview_);
   if (!measures) {
-    const int attempts = log_.Of(trial.pseudonym, trial.plan.number).attempts;
+    const int attempts = log_.TrialOf(trial.pseudonym, trial.plan.number).attempts;
     const std::string line = "trial " + std::to_string(trial.plan.number) + " of " +
                              trial.pseudonym + ", attempt " + std::to_string(attempts) +
                              ", was cut: " + measures.error().what;
@@ -227,7 +227,7 @@ StudySession::Ended StudySession::AskQuestions(const TrialOfParticipant& trial) 
 StudySession::Ended StudySession::RunTrial(const TrialOfParticipant& trial) {
   const StudyTask& task = study_.tasks[study_.blocks[trial.plan.block].task];
   const auto state = [&] {
-    return log_.Of(trial.pseudonym, trial.plan.number).state;
+    return log_.TrialOf(trial.pseudonym, trial.plan.number).state;
   };
   while (state() == TrialState::kPlanned || state() == TrialState::kCut) {
     if (!request_.dry_run) {
@@ -251,7 +251,7 @@ StudySession::Ended StudySession::RunParticipant(int participant) {
   if (const Ended ended = AskForConsent(participant); !ended.goes_on) return ended;
   std::optional<std::size_t> block;
   for (const PlannedTrial& plan : TrialsOf(study_, participant)) {
-    const TrialState state = log_.Of(NameOf(participant), plan.number).state;
+    const TrialState state = log_.TrialOf(NameOf(participant), plan.number).state;
     if (state == TrialState::kDone || state == TrialState::kLost) continue;
     if (plan.number < request_.from_trial) continue;
     if (!request_.dry_run && block != plan.block) {
@@ -309,12 +309,12 @@ int StudySession::Run() {
     return row.logged.state == TrialState::kLost;
   });
   if (lost > lost_) {
-    Say(Counted(static_cast<std::uint64_t>(lost), "trial") +
+    Say(WithPlural(static_cast<std::uint64_t>(lost), "trial") +
         " of this study lost so far: cut as often as the study allows");
   }
   Say("results are in " + request_.folder.string() + ": results.csv, codebook.md, report.html");
   return lost_ == 0 ? kExitOk
-                    : Fail(kExitFailed, Counted(static_cast<std::uint64_t>(lost_), "trial") +
+                    : Fail(kExitFailed, WithPlural(static_cast<std::uint64_t>(lost_), "trial") +
                                             " lost: cut as often as the study allows");
 }
 

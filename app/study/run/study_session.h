@@ -20,7 +20,7 @@ struct StudyRequest {
   std::string withdraw;     // pseudonym whose data are removed
   std::string device;       // NAME:OPTIONS; empty: the window
   std::string version;      // version of the program
-  std::vector<std::string> reach;
+  std::vector<std::string> connection;
   double wait_seconds = 60;
 };
 

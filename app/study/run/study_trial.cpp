@@ -14,12 +14,12 @@
 #include <unistd.h>
 
 #include "app/capacity/capacity_follower.h"
+#include "app/common/console.h"
 #include "app/common/exit_codes.h"
 #include "app/common/scene_files.h"
-#include "app/common/talk.h"
 #include "app/judgement/demo_judgement.h"
-#include "app/process/peer_words.h"
-#include "app/recording/heard_trace.h"
+#include "app/process/peer_command_line.h"
+#include "app/recording/recording_trace.h"
 #include "app/recording/trace_file.h"
 #include "app/stability/live/case_peers.h"
 #include "app/stability/live/lab_scenes.h"
@@ -73,9 +73,9 @@ std::optional<Error> EndOf(std::vector<ChildProcess>& peers, bool& ended) {
 /// Returns whether the peer that writes this log has told that the other peer left.
 bool ToldThatLeft(const fs::path& log, const std::string& other) {
   std::ifstream stream(log);
-  const std::string told = "tandem: " + other + " left";
+  const std::string reported = "tandem: " + other + " left";
   for (std::string line; std::getline(stream, line);) {
-    if (line == told) return true;
+    if (line == reported) return true;
   }
   return false;
 }
@@ -169,7 +169,8 @@ Result<TrialMeasures> TrialRunner::RunVirtual(const PlannedTrial& plan, const La
   return measures;
 }
 
-std::vector<std::string> TrialRunner::WordsOfUser(const TrialPeers& peers, std::size_t user) const {
+std::vector<std::string> TrialRunner::CommandLineOfUser(const TrialPeers& peers,
+                                                        std::size_t user) const {
   const std::string name = NameOfUser(user);
   LocalPeer peer{.session = peers.session,
                  .scene = peers.scene.model->scene.file,
@@ -190,14 +191,14 @@ std::vector<std::string> TrialRunner::WordsOfUser(const TrialPeers& peers, std::
   } else {
     more.insert(more.end(), {"--hold", body, "--device", setup_.device});
   }
-  const std::vector<std::string> law = LawWords(peers.test);
+  const std::vector<std::string> law = LawArguments(peers.test);
   more.insert(more.end(), law.begin(), law.end());
-  std::vector<std::string> words = WordsOf(peer, more);
+  std::vector<std::string> words = CommandLineOf(peer, more);
   if (peers.all_here) return words;
   // the interface is in the reach, and is not the loopback
   const auto interface = std::ranges::find(words, "--interface");
   words.erase(interface, interface + 2);
-  words.insert(words.end(), setup_.reach.begin(), setup_.reach.end());
+  words.insert(words.end(), setup_.connection.begin(), setup_.connection.end());
   return words;
 }
 
@@ -213,8 +214,8 @@ Result<std::vector<ChildProcess>> TrialRunner::StartPeers(const TrialPeers& peer
             WriteCaseHand(peers.test, user, peers.folder / (name + ".played.json"))) {
       return *fault;
     }
-    Result<ChildProcess> started =
-        ChildProcess::Start(Quietly(WordsOfUser(peers, user), peers.folder / (name + ".log")));
+    Result<ChildProcess> started = ChildProcess::Start(
+        Quietly(CommandLineOfUser(peers, user), peers.folder / (name + ".log")));
     if (!started) return started.error();
     children.push_back(*std::move(started));
   }
@@ -254,10 +255,10 @@ Result<TrialMeasures> TrialRunner::RunReal(const TrialOfParticipant& trial, cons
   TrialMeter meter = MeterOf(trial.plan, scene);
   TraceTail tail(folder / (NameOfUser(peers.own) + ".report.json.trace"));
   std::optional<std::int64_t> began_ns;
-  bool asked = false;
+  bool requested = false;
   while (std::chrono::steady_clock::now() < until) {
     bool ended = false;
-    if (const auto fault = EndOf(*children, ended); fault && !asked) return *fault;
+    if (const auto fault = EndOf(*children, ended); fault && !requested) return *fault;
     if (ended) {
       window.reset();
       return Measure(trial.plan, scene, folder);
@@ -277,7 +278,7 @@ Result<TrialMeasures> TrialRunner::RunReal(const TrialOfParticipant& trial, cons
         !all_here && began_ns &&
         ToldThatLeft(folder / (NameOfUser(peers.own) + ".log"), NameOfUser(1 - peers.own));
     if (!closed && !alone && !meter.ended() && !(line && began_ns)) continue;
-    asked = true;
+    requested = true;
     EndAll(*children);
   }
   EndAll(*children);
@@ -307,7 +308,7 @@ Result<TrialMeasures> TrialRunner::Measure(const PlannedTrial& plan, const LabSc
   const fs::path other = folder / (NameOfUser(1 - own) + ".report.json.trace");
   std::error_code none;
   const Result<std::vector<TraceSample>> partner =
-      fs::exists(other, none) ? ReadTrace(other) : TraceHeard(recording, scene.object);
+      fs::exists(other, none) ? ReadTrace(other) : TraceOfRecording(recording, scene.object);
   if (!partner) return partner.error();
   if (!partner->empty()) meter.SeeApart(DivergenceOf(*trace, *partner).peak);
   TrialMeasures measures = meter.Finish();

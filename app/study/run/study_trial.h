@@ -18,12 +18,12 @@ namespace tandem {
 
 /// The settings by which trials run at this site.
 struct TrialSetup {
-  bool persons = true;             // else modelled hands
-  bool real_peers = true;          // else virtual time, for modelled hands alone
-  bool partner_site = false;       // this machine has the partner's peer, not the participant's
-  std::string device;              // device of the person here, NAME:OPTIONS; empty: the window
-  std::vector<std::string> reach;  // options by which peers reach a partner at another site
-  double wait_seconds = 60;        // time to wait for the partner
+  bool persons = true;        // else modelled hands
+  bool real_peers = true;     // else virtual time, for modelled hands alone
+  bool partner_site = false;  // this machine has the partner's peer, not the participant's
+  std::string device;         // device of the person here, NAME:OPTIONS; empty: the window
+  std::vector<std::string> connection;  // options by which peers reach a partner at another site
+  double wait_seconds = 60;             // time to wait for the partner
 };
 
 struct TrialOfParticipant {
@@ -61,7 +61,7 @@ class TrialRunner {
     double seconds = 0;
   };
 
-  std::vector<std::string> WordsOfUser(const TrialPeers& peers, std::size_t user) const;
+  std::vector<std::string> CommandLineOfUser(const TrialPeers& peers, std::size_t user) const;
   Result<std::vector<ChildProcess>> StartPeers(const TrialPeers& peers) const;
   const std::string& SceneNameOf(const PlannedTrial& plan) const;
   Result<const LabScene*> SceneOf(const PlannedTrial& plan);

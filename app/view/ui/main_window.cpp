@@ -43,8 +43,8 @@ MainWindow::MainWindow(SessionModel& session, SceneModel& scene, const Result<Gl
   MakeDocks();
   MakeActions(hand != nullptr);
   if (hand != nullptr) {
-    desk_ = new HandDesk(*hand, session_, scene_, *this, view_);
-    connect(desk_, &HandDesk::Changed, this, &MainWindow::OnHandChanged);
+    panel_ = new HandPanel(*hand, session_, scene_, *this, view_);
+    connect(panel_, &HandPanel::Changed, this, &MainWindow::OnHandChanged);
   }
   setAcceptDrops(true);
   MakeStatusBar();
@@ -70,7 +70,7 @@ const MessagePage* MainWindow::page() const {
 
 bool MainWindow::ShowsPoses() const {
   if (view_ == nullptr || centre_->currentWidget() != view_) return false;
-  if (desk_ != nullptr && desk_->shows()) return desk_->hand().snapshot().frame > 0;
+  if (panel_ != nullptr && panel_->shows()) return panel_->hand().snapshot().frame > 0;
   return session_.Picture().samples > 0;
 }
 
@@ -95,8 +95,8 @@ void MainWindow::AskForScene() {
 
 void MainWindow::OpenScene(const QString& file) {
   // a viewer of a session keeps looking on
-  if (desk_ != nullptr && session_.state() != SessionModel::State::kJoined) {
-    desk_->Open(file);
+  if (panel_ != nullptr && session_.state() != SessionModel::State::kJoined) {
+    panel_->Open(file);
   } else {
     scene_.OpenNamed(file.toStdString());
   }
@@ -128,7 +128,7 @@ void MainWindow::ShowPicture(const QString& gl_error) {
       page_->Show(tr("The scene is missing"), scene_.message());
       break;
     case SceneModel::State::kWaiting:
-      if (session_.state() == SessionModel::State::kJoined && !session_.heard()) {
+      if (session_.state() == SessionModel::State::kJoined && !session_.received()) {
         QString text = session_.nobody_heard();  // a sentence here, part of a sentence elsewhere
         if (!text.isEmpty()) text[0] = text[0].toUpper();
         page_->Show(tr("Waiting for others"), text);
@@ -152,7 +152,7 @@ void MainWindow::OnSessionChanged() {
   QString text = Describe(state);
   if (state == SessionModel::State::kJoined) {
     text = tr("Joined \u201c%1\u201d").arg(QString::fromStdString(session_.request().session));
-    if (!session_.heard()) text += tr("; no peer answers yet");
+    if (!session_.received()) text += tr("; no peer answers yet");
   } else if (!session_.error().isEmpty()) {
     text += ": " + session_.error();
   }
@@ -217,7 +217,7 @@ void MainWindow::ShowSceneAlone() {
   menuBar()->hide();
   statusBar()->hide();
   for (QDockWidget* dock : findChildren<QDockWidget*>()) dock->hide();
-  if (desk_ != nullptr) desk_->KeepStopAlone();
+  if (panel_ != nullptr) panel_->KeepStopAlone();
 }
 
 void MainWindow::ShowWarnings() {
@@ -229,11 +229,11 @@ void MainWindow::ShowWarnings() {
     warnings << tr("%1 %2. What this window shows of it may be wrong.")
                     .arg(QString::fromStdString(DisplayName(peer)), QString::fromStdString(other));
   }
-  if (desk_ != nullptr) {
-    const HandModel& hand = desk_->hand();
+  if (panel_ != nullptr) {
+    const HandModel& hand = panel_->hand();
     const bool calm = hand.ready() && !hand.stopped() && hand.DeviceTrouble().isEmpty();
-    if (!calm && !desk_->StateText().isEmpty()) warnings << desk_->StateText();
-    if (!desk_->Words().isEmpty()) warnings << desk_->Words();
+    if (!calm && !panel_->StateText().isEmpty()) warnings << panel_->StateText();
+    if (!panel_->Words().isEmpty()) warnings << panel_->Words();
   }
   if (view_ != nullptr) view_->SetWarning(warnings.join(QLatin1Char('\n')));
 }
@@ -255,22 +255,22 @@ void MainWindow::HoldFigures(ViewerPicture& picture, bool take_newest) {
 
 void MainWindow::Refresh() {
   const double now_s = 1e-3 * static_cast<double>(clock_.elapsed());
-  const bool own = desk_ != nullptr && desk_->shows();
-  ViewerPicture picture =
-      own ? PictureOf(desk_->hand().snapshot(), desk_->hand().request().name) : session_.Picture();
+  const bool own = panel_ != nullptr && panel_->shows();
+  ViewerPicture picture = own ? PictureOf(panel_->hand().snapshot(), panel_->hand().request().name)
+                              : session_.Picture();
   if (session_.state() == SessionModel::State::kJoined) scene_.SetSessionScene(picture.scene);
   HoldFigures(picture, refreshes_++ % kRefreshesPerFigures == 0);
   DrawList list = composer_.Compose(picture, looks_, now_s, palette_);
   if (own) {
-    desk_->DressPicture(looks_, list);
+    panel_->DecoratePicture(looks_, list);
   } else if (view_ != nullptr) {
     view_->SetHand({});
   }
   shown_ = std::move(picture);
   if (view_ != nullptr) view_->SetDrawList(list);
   ShowWarnings();
-  proximity_.SetPoses(list.told, list.held);  // measured at the received poses, not at the drawn
-                                              // ones
+  proximity_.SetPoses(list.reported, list.held);  // measured at the received poses, not at the
+                                                  // drawn ones
   // names, delays and distances in the picture and beside it are from the same moment
   const bool drawn_later = page() == nullptr && isVisible() && view_->frame_due();
   if (!drawn_later) ShowFigures();
@@ -283,8 +283,8 @@ void MainWindow::Refresh() {
 }
 
 void MainWindow::RefreshNumbers() {
-  const bool own = desk_ != nullptr && desk_->shows();
-  const std::uint64_t samples = own ? desk_->snapshots() : session_.Picture().samples;
+  const bool own = panel_ != nullptr && panel_->shows();
+  const std::uint64_t samples = own ? panel_->snapshots() : session_.Picture().samples;
   const quint64 frames = view_ != nullptr ? view_->frames_drawn() : 0;
   const qint64 now_ms = clock_.isValid() ? clock_.elapsed() : 0;
   const double seconds = 1e-3 * static_cast<double>(now_ms - numbers_at_ms_);
@@ -321,7 +321,7 @@ void MainWindow::SaveScreenshot() {
 }
 
 void MainWindow::ShowKeys() {
-  QMessageBox::information(this, tr("Mouse and keys"), KeysPage(desk_ != nullptr));
+  QMessageBox::information(this, tr("Mouse and keys"), KeysPage(panel_ != nullptr));
 }
 
 }  // namespace tandem

@@ -18,7 +18,7 @@
 #include "app/view/model/session/peer_table_model.h"
 #include "app/view/model/session/session_model.h"
 #include "app/view/render/gl_check.h"
-#include "app/view/ui/hand_desk.h"
+#include "app/view/ui/hand_panel.h"
 #include "app/view/ui/message_page.h"
 #include "app/view/ui/session_dock.h"
 #include "app/view/ui/view_widget.h"
@@ -37,8 +37,8 @@ class MainWindow : public QMainWindow {
              HandModel* hand = nullptr);
 
   SessionDock& session_dock() { return *session_dock_; }
-  HandDesk* desk() { return desk_; }    // null where the user can only look on
-  ViewWidget* view() { return view_; }  // null without OpenGL
+  HandPanel* panel() { return panel_; }  // null where the user can only look on
+  ViewWidget* view() { return view_; }   // null without OpenGL
   /// Returns the page in place of the picture; null while the picture is shown.
   const MessagePage* page() const;
 
@@ -134,7 +134,7 @@ class MainWindow : public QMainWindow {
   qint64 numbers_at_ms_ = 0;
   QAction* proximity_action_ = nullptr;
   QMenu* recent_menu_ = nullptr;
-  HandDesk* desk_ = nullptr;
+  HandPanel* panel_ = nullptr;
   std::vector<std::filesystem::path> scene_folders_;
   QFileDialog* ask_ = nullptr;   // dialog for a scene; made when first asked for
   QProcess* invited_ = nullptr;  // process that asks an inviter; null: none

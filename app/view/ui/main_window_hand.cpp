@@ -34,7 +34,7 @@ QString SceneIn(const QMimeData& data) {
 
 void MainWindow::OnHandChanged() {
   EnableInvite();
-  const HandModel& hand = desk_->hand();
+  const HandModel& hand = panel_->hand();
   QString dock_text;
   if (hand.ready()) {
     const std::string& session = hand.request().session;
@@ -45,8 +45,8 @@ void MainWindow::OnHandChanged() {
   }
   session_dock_->ShowHand(dock_text);
   if (hand.ready() && !numbers_.isActive()) numbers_.start();
-  if (hand.state() != HandModel::State::kNone || !desk_->StateText().isEmpty()) {
-    QString text = desk_->StateText();
+  if (hand.state() != HandModel::State::kNone || !panel_->StateText().isEmpty()) {
+    QString text = panel_->StateText();
     if (hand.ready()) {
       const std::string& session = hand.request().session;
       text = (session.empty() ? tr("Alone")
@@ -71,7 +71,7 @@ void MainWindow::OnHandChanged() {
 void MainWindow::AskToJoin() {
   auto* dialog = new JoinDialog(this);
   dialog->setAttribute(Qt::WA_DeleteOnClose);
-  HandRequest request = desk_->defaults();
+  HandRequest request = panel_->defaults();
   if (request.session.empty()) request.session = session_dock_->Request().session;
   dialog->SetRequest(request, true);
   dialog->Look(TandemProgram());
@@ -99,10 +99,10 @@ void MainWindow::JoinByInvitation(const QString& line, const HandRequest& reques
   status_session_->setText(tr("Asking the inviter\u2026"));
   const auto end = [this, request](int exit_code) {
     const QByteArray answer = invited_->readAllStandardOutput();
-    const QStringList said = QString::fromUtf8(invited_->readAllStandardError())
-                                 .split(QLatin1Char('\n'), Qt::SkipEmptyParts);
-    const QString fault = said.isEmpty() ? invited_->errorString()
-                                         : said.last().section(QStringLiteral("tandem: "), 1);
+    const QStringList output = QString::fromUtf8(invited_->readAllStandardError())
+                                   .split(QLatin1Char('\n'), Qt::SkipEmptyParts);
+    const QString fault = output.isEmpty() ? invited_->errorString()
+                                           : output.last().section(QStringLiteral("tandem: "), 1);
     invited_->deleteLater();
     invited_ = nullptr;
     OnSessionChanged();
@@ -144,8 +144,8 @@ void MainWindow::JoinAsInvited(const QByteArray& answer, HandRequest request) {
 }
 
 void MainWindow::EnableInvite() {
-  if (invite_action_ == nullptr || desk_ == nullptr) return;
-  const HandModel& hand = desk_->hand();
+  if (invite_action_ == nullptr || panel_ == nullptr) return;
+  const HandModel& hand = panel_->hand();
   const bool takes_part = hand.ready() && !hand.request().session.empty();
   invite_action_->setEnabled(takes_part || session_.state() == SessionModel::State::kJoined);
 }
@@ -153,8 +153,8 @@ void MainWindow::EnableInvite() {
 void MainWindow::InviteSomebody() {
   EnableInvite();
   if (!invite_action_->isEnabled()) return;
-  HandRequest request = desk_->hand().request();
-  if (!desk_->hand().ready() || request.session.empty()) {
+  HandRequest request = panel_->hand().request();
+  if (!panel_->hand().ready() || request.session.empty()) {
     const JoinRequest& joined = session_.request();
     request = {};
     request.session = joined.session;
@@ -170,10 +170,10 @@ void MainWindow::InviteSomebody() {
 
 void MainWindow::Join(const HandRequest& request, bool active) {
   if (active) {
-    desk_->TakePart(request);
+    panel_->TakePart(request);
     return;
   }
-  desk_->hand().Leave();
+  panel_->hand().Leave();
   session_.Leave();
   if (session_.state() == SessionModel::State::kJoining) return;
   if (!request.scene.empty()) scene_.OpenNamed(request.scene);

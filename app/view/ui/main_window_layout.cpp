@@ -69,7 +69,7 @@ void MainWindow::MakeActions(bool with_hand) {
     invite_action_->setObjectName("invite_action");
     invite_action_->setEnabled(false);  // until there is a session
     QAction* leave = session->addAction(tr("&Leave"), this, [this] {
-      desk_->hand().Leave();
+      panel_->hand().Leave();
       session_.Leave();
     });
     leave->setObjectName("leave_action");

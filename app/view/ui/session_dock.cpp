@@ -14,7 +14,7 @@ namespace tandem {
 
 namespace {
 
-QString Counted(std::size_t count, const QString& one, const QString& many) {
+QString WithPlural(std::size_t count, const QString& one, const QString& many) {
   return QLocale().toString(static_cast<qulonglong>(count)) + QLatin1Char(' ') +
          (count == 1 ? one : many);
 }
@@ -25,9 +25,9 @@ QString SizeText(const DrawnScene& scene) {
   const std::size_t read = scene.FileTriangleCount();
   const std::size_t drawn = scene.TriangleCount();
   const QString text =
-      Counted(scene.bodies.size(), SessionDock::tr("body"), SessionDock::tr("bodies")) +
+      WithPlural(scene.bodies.size(), SessionDock::tr("body"), SessionDock::tr("bodies")) +
       QStringLiteral(", ") +
-      Counted(read, SessionDock::tr("triangle"), SessionDock::tr("triangles"));
+      WithPlural(read, SessionDock::tr("triangle"), SessionDock::tr("triangles"));
   if (drawn <= read) return text;
   return text +
          SessionDock::tr(", with proximity drawn as %1").arg(QLocale().toString(qulonglong{drawn}));
@@ -167,7 +167,7 @@ void SessionDock::ShowSession() {
   leave_->setEnabled(state == SessionModel::State::kJoined);
   QString text = Describe(state);
   if (!session_model_.error().isEmpty()) text += ": " + session_model_.error();
-  if (state == SessionModel::State::kJoined && !session_model_.heard()) {
+  if (state == SessionModel::State::kJoined && !session_model_.received()) {
     text += QStringLiteral("; ") + session_model_.nobody_heard();
   } else if (state == SessionModel::State::kJoined) {
     text += session_model_.request().secured ? tr("; secured: members only")

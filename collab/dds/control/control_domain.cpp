@@ -70,7 +70,7 @@ dds_entity_t TopicOf(dds_entity_t participant, const TopicFacts& facts) {
 
 Result<ControlDomain> EnterControlDomain(const std::string& name, std::uint32_t id,
                                          const fs::path& keys) {
-  TakeOverCycloneLog();
+  RedirectCycloneLog();
   DdsOptions options;
   options.session = "control/" + name;
   options.domain = id;
@@ -91,10 +91,10 @@ Result<ControlDomain> EnterControlDomain(const std::string& name, std::uint32_t 
   ControlDomain control{*std::move(domain), {}};
   control.participant = Entity(dds_create_participant(id, qos.get(), nullptr));
   if (control.participant.get() > 0) return control;
-  const std::string said = log.Take();
-  if (member) return Error{ExplainRefusal(said, *member)};
+  const std::string output = log.Take();
+  if (member) return Error{ExplainRefusal(output, *member)};
   return Error{"cannot reach controllers on DDS domain " + std::to_string(id) +
-               (said.empty() ? "" : ": " + said)};
+               (output.empty() ? "" : ": " + output)};
 }
 
 Result<fs::path> ControlFolder() {
@@ -150,8 +150,8 @@ dds_entity_t ControlReader(dds_entity_t participant, ControlTopic topic, OnRefus
   // the reader keeps the newest snapshot of each controller; of a host's goals it keeps several,
   // because a goodbye is the last of them
   if (topic == ControlTopic::kGoal) dds_qset_history(qos.get(), DDS_HISTORY_KEEP_LAST, 8);
-  return CreateGatedReader(participant, made, qos.get(), nullptr, LimitsOf(topic),
-                           std::move(on_refused));
+  return CreateRateLimitedReader(participant, made, qos.get(), nullptr, LimitsOf(topic),
+                                 std::move(on_refused));
 }
 
 dds_entity_t ControlWriter(dds_entity_t participant, ControlTopic topic) {

@@ -4,7 +4,7 @@
 #include <string>
 
 #include "collab/dds/cyclone/dds_api.h"
-#include "collab/dds/transport/gated_reader.h"
+#include "collab/dds/transport/rate_limited_reader.h"
 #include "engine/base/result.h"
 
 namespace tandem {
@@ -34,8 +34,8 @@ enum class ControlTopic : std::uint8_t { kRequest, kAnswer, kGoal, kScene, kSnap
 /// Returns the samples that a writer of the topic may send to a reader.
 WriterLimits LimitsOf(ControlTopic topic);
 
-/// Makes a reader of a topic, in the partition of the program that writes it. A WriterGate stands
-/// before the reader, as in a session, because any program of the machine may write to it.
+/// Makes a reader of a topic, in the partition of the program that writes it. A WriterRateLimiter
+/// stands before the reader, as in a session, because any program of the machine may write to it.
 /// Negative: Cyclone's error code.
 dds_entity_t ControlReader(dds_entity_t participant, ControlTopic topic, OnRefused on_refused);
 /// Makes a writer of a topic, in this program's partition. Negative: Cyclone's error code.

@@ -173,7 +173,7 @@ class DdsControlPort final : public ControlPort {
   dds_entity_t snapshots_ = 0;
   dds_entity_t wake_ = 0;
   dds_entity_t waitset_ = 0;
-  SnapshotRoom room_;
+  SnapshotBuffers room_;
 };
 
 }  // namespace

@@ -99,16 +99,16 @@ Answer Controller::Ask(const ControlRequest& request, double timeout_s) {
 }
 
 void Controller::SetGoal(const PlainPose& X_WG) {
-  link_->Mean(HostGoal::Kind::kPose, AsPose(X_WG), Vec3::Zero(), Vec3::Zero());
+  link_->SetGoal(HostGoal::Kind::kPose, AsPose(X_WG), Vec3::Zero(), Vec3::Zero());
 }
 
 void Controller::SetRate(const std::array<double, 3>& v_W, const std::array<double, 3>& w_W) {
-  link_->Mean(HostGoal::Kind::kRate, Pose(), AsVec3(v_W), AsVec3(w_W));
+  link_->SetGoal(HostGoal::Kind::kRate, Pose(), AsVec3(v_W), AsVec3(w_W));
 }
 
 void Controller::SetPush(const std::array<double, 3>& force_N,
                          const std::array<double, 3>& torque_Nm) {
-  link_->Mean(HostGoal::Kind::kPush, Pose(), AsVec3(force_N), AsVec3(torque_Nm));
+  link_->SetGoal(HostGoal::Kind::kPush, Pose(), AsVec3(force_N), AsVec3(torque_Nm));
 }
 
 void Controller::OnSnapshot(std::function<void(const ControllerSnapshot&)> callback) {

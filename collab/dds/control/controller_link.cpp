@@ -143,7 +143,7 @@ void Controller::Link::Run() {
 }
 
 void Controller::Link::Receive() {
-  bool heard = false;
+  bool received = false;
   const std::lock_guard lock(mutex_);
   TakeData<tandem_control_Scene>(scenes_, [&](const tandem_control_Scene& scene) {
     other_version_ = scene.version == kControlVersion ? 0 : scene.version;
@@ -158,14 +158,14 @@ void Controller::Link::Receive() {
     const auto period_ns = static_cast<std::int64_t>(1e9 / rate_hz_);
     next_snapshot_ns_ = std::max(next_snapshot_ns_ + period_ns, heard_ns_ - period_ns / 2);
     if (!FromWire(wire, scene_.wire, newest_)) return;
-    fresh_ = heard = true;
+    fresh_ = received = true;
   });
   TakeData<tandem_control_Answer>(answers_reader_, [&](const tandem_control_Answer& wire) {
     if (wire.host != id_) return;
     answers_.push_back(FromWire(wire));
-    heard = true;
+    received = true;
   });
-  if (heard) something_.notify_all();
+  if (received) something_.notify_all();
 }
 
 void Controller::Link::Send(const ControlRequest& request, OnAnswer on_answer) {
@@ -192,8 +192,8 @@ void Controller::Link::Send(const ControlRequest& request, OnAnswer on_answer) {
                                       : "the request could not be sent"}});
 }
 
-void Controller::Link::Mean(HostGoal::Kind kind, const Pose& X_WG, const Vec3& linear,
-                            const Vec3& angular) {
+void Controller::Link::SetGoal(HostGoal::Kind kind, const Pose& X_WG, const Vec3& linear,
+                               const Vec3& angular) {
   tandem_control_Goal wire{};
   {
     const std::lock_guard lock(mutex_);

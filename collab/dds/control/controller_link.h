@@ -52,7 +52,7 @@ class Controller::Link {
     return Heard();
   }
   void Send(const ControlRequest& request, OnAnswer on_answer);
-  void Mean(HostGoal::Kind kind, const Pose& X_WG, const Vec3& linear, const Vec3& angular);
+  void SetGoal(HostGoal::Kind kind, const Pose& X_WG, const Vec3& linear, const Vec3& angular);
   void OnSnapshot(std::function<void(const ControllerSnapshot&)> callback) {
     on_snapshot_ = std::move(callback);
   }

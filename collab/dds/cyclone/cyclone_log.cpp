@@ -60,14 +60,14 @@ class CycloneLog {
   void Print(const std::string& line) {
     const auto now = std::chrono::steady_clock::now();
     if (now - second_ >= std::chrono::seconds(1)) {
-      if (dropped_ > 0) SayOfDds("(" + std::to_string(dropped_) + " more messages)");
+      if (dropped_ > 0) ReportDdsMessage("(" + std::to_string(dropped_) + " more messages)");
       second_ = now;
       printed_ = 0;
       dropped_ = 0;
     }
     if (printed_ < kLinesPerSecond) {
       ++printed_;
-      SayOfDds(InPlainWords(line));
+      ReportDdsMessage(ExplainMessage(line));
     } else {
       ++dropped_;
     }
@@ -96,7 +96,7 @@ void OnCycloneMessage(void* /*unused*/, const dds_log_data_t* data) {
 
 }  // namespace
 
-std::string InPlainWords(const std::string& message) {
+std::string ExplainMessage(const std::string& message) {
   for (const auto& [piece, meaning] : kMeanings) {
     if (message.find(piece) != std::string::npos) {
       return std::string(meaning) + " (" + message + ")";
@@ -105,11 +105,11 @@ std::string InPlainWords(const std::string& message) {
   return "the network layer says: " + message;
 }
 
-void SayOfDds(const std::string& line) {
+void ReportDdsMessage(const std::string& line) {
   StandardError().WriteLine("dds: " + line);
 }
 
-void TakeOverCycloneLog() {
+void RedirectCycloneLog() {
   StandardError();  // makes its thread here, not on one of Cyclone's
   dds_set_log_sink(&OnCycloneMessage, nullptr);
 }

@@ -7,13 +7,13 @@ namespace tandem {
 /// Sends Cyclone's messages to stderr, one line each, at most four a second; further messages are
 /// counted. Hostile packets make Cyclone write thousands. Call it before the domain is made; a
 /// second call in a process changes nothing.
-void TakeOverCycloneLog();
+void RedirectCycloneLog();
 
 /// Writes a line about DDS for a person. Does not wait for stderr.
-void SayOfDds(const std::string& line);
+void ReportDdsMessage(const std::string& line);
 
 /// Returns one of Cyclone's messages, with its meaning for a person before it.
-std::string InPlainWords(const std::string& message);
+std::string ExplainMessage(const std::string& message);
 
 /// Keeps Cyclone's messages back while it lives, so that one line of Tandem's can report a failure.
 /// One at a time.

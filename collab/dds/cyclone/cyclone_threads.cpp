@@ -24,7 +24,7 @@ bool ReadsWhatOthersSend(std::string_view name) noexcept {
 
 }  // namespace
 
-void GiveCycloneSmallStacks() noexcept {
+void SetCycloneStackSize() noexcept {
   has_small_stacks.store(true, std::memory_order_relaxed);
 }
 

@@ -12,7 +12,7 @@ namespace tandem {
 /// costs its full 8 MB. Cyclone makes one thread more when the first member of a secured session
 /// comes. Cyclone's configuration takes a stack size for some of its threads only. Any thread may
 /// call this; it holds for all domains of the process.
-void GiveCycloneSmallStacks() noexcept;
+void SetCycloneStackSize() noexcept;
 
 inline constexpr unsigned kCycloneStackBytes = 1024 * 1024;
 

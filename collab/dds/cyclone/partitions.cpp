@@ -102,10 +102,10 @@ std::size_t WriterOwners::Refresh(dds_entity_t reader, const Seats& seats) {
     const PeerId owner = taken ? 0 : slot.facts.owner.peer;
     slot.owner.store(owner != 0 ? owner : kNobody);
   }
-  const auto heard = std::ranges::count_if(slots_, [](const Slot& slot) {
+  const auto received = std::ranges::count_if(slots_, [](const Slot& slot) {
     return slot.writer.load() != 0;
   });
-  return writers.size() - static_cast<std::size_t>(heard);
+  return writers.size() - static_cast<std::size_t>(received);
 }
 
 bool WriterOwners::Has(dds_instance_handle_t writer) const noexcept {
@@ -114,8 +114,7 @@ bool WriterOwners::Has(dds_instance_handle_t writer) const noexcept {
   });
 }
 
-void WriterOwners::Add(dds_instance_handle_t writer, const WriterFacts& facts,
-                       const Seats& seats) {
+void WriterOwners::Add(dds_instance_handle_t writer, const WriterFacts& facts, const Seats& seats) {
   const auto is_seated = [&seats](const WriterFacts& of) {
     const auto seat = seats.find(of.owner.peer);
     return seat != seats.end() && seat->second == of.participant;

@@ -4,7 +4,7 @@
 #include <string>
 
 #include "collab/dds/cyclone/dds_api.h"
-#include "collab/dds/cyclone/writer_gate.h"
+#include "collab/dds/cyclone/writer_rate_limiter.h"
 
 namespace tandem {
 

@@ -40,7 +40,7 @@ class Flooder {
   explicit Flooder(const DdsOptions& options) : peer_(options.peer) {}
 
   std::optional<Error> Open(const DdsOptions& options) {
-    TakeOverCycloneLog();
+    RedirectCycloneLog();
     Result<Entity> domain = CreateDomain(options);
     if (!domain) return domain.error();
     domain_ = *std::move(domain);
@@ -70,7 +70,7 @@ class Flooder {
     info.role = Role::kActive;
     info.name = name;
     tandem_PeerInfo wire{};
-    InfoRoom room;
+    InfoBuffers room;
     return ToWire(info, wire, room) && dds_write(infos_, &wire) == DDS_RETCODE_OK;
   }
 
@@ -78,8 +78,7 @@ class Flooder {
   dds_entity_t Writer(const dds_topic_descriptor_t& type, const char* topic, Purpose purpose,
                       const std::string& partition) const {
     const Qos qos = MakeQos(purpose, partition);
-    const dds_entity_t made =
-        dds_create_topic(participant_.get(), &type, topic, nullptr, nullptr);
+    const dds_entity_t made = dds_create_topic(participant_.get(), &type, topic, nullptr, nullptr);
     return dds_create_writer(participant_.get(), made, qos.get(), nullptr);
   }
 
@@ -119,8 +118,8 @@ std::string ForgedAnnouncement(std::uint64_t program, const std::string& tag) {
   const Bytes id = Bytes().Number(program, 8).Number(0x01020304, 4);
   const Bytes guid = Bytes().Text(id.get()).Number(0xC1010000, 4);
   const Bytes address = Bytes()
-                            .Number(1, 4)     // IPv4 over UDP
-                            .Number(9, 4)     // nobody listens there
+                            .Number(1, 4)  // IPv4 over UDP
+                            .Number(9, 4)  // nobody listens there
                             .Text(std::string(12, '\0'))
                             .Number(0x0100007F, 4);
   Bytes list;

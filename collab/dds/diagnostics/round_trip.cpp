@@ -62,7 +62,7 @@ class StatePair {
   StatePair(OnState on_state, void* context) : on_state_(on_state), context_(context) {}
 
   Result<bool> Open(const RoundTripOptions& options, const char* to, const char* from) {
-    TakeOverCycloneLog();
+    RedirectCycloneLog();
     DdsOptions own;
     own.session = options.session;
     own.domain = options.domain;
@@ -92,11 +92,11 @@ class StatePair {
 
   bool WaitForMatch(std::int64_t until_ns) const {
     for (;;) {
-      dds_publication_matched_status_t heard{};
+      dds_publication_matched_status_t received{};
       dds_subscription_matched_status_t hears{};
-      dds_get_publication_matched_status(writer_, &heard);
+      dds_get_publication_matched_status(writer_, &received);
       dds_get_subscription_matched_status(reader_, &hears);
-      if (heard.current_count > 0 && hears.current_count > 0) return true;
+      if (received.current_count > 0 && hears.current_count > 0) return true;
       if (MonotonicNow_ns() > until_ns) return false;
       std::this_thread::sleep_for(std::chrono::milliseconds(10));
     }
@@ -124,15 +124,15 @@ class StatePair {
 };
 
 /// The asker's round trips over DDS and over UDP.
-class Asker {
+class Requester {
  public:
-  Asker() { sem_init(&answered_, 0, 0); }
-  ~Asker() { sem_destroy(&answered_); }
-  Asker(const Asker&) = delete;
-  Asker& operator=(const Asker&) = delete;
+  Requester() { sem_init(&answered_, 0, 0); }
+  ~Requester() { sem_destroy(&answered_); }
+  Requester(const Requester&) = delete;
+  Requester& operator=(const Requester&) = delete;
 
   static void OnAnswer(StatePair& /*pair*/, const tandem_LinkedState& state, void* context) {
-    auto& self = *static_cast<Asker*>(context);
+    auto& self = *static_cast<Requester*>(context);
     self.arrival_ns_.store(MonotonicNow_ns());
     self.seq_.store(state.state.seq);
     sem_post(&self.answered_);
@@ -175,7 +175,7 @@ class Asker {
   std::atomic<std::int64_t> arrival_ns_ = 0;
 };
 
-RoundTrips Ask(int socket, const StatePair& pair, Asker& asker, double seconds) {
+RoundTrips Ask(int socket, const StatePair& pair, Requester& asker, double seconds) {
   RoundTrips trips;
   trips.fifo = EnterRealtime(kAskerPriority).fifo;
   const auto count = [](std::int64_t ns, Histogram& taken, std::uint64_t& lost) {
@@ -194,9 +194,9 @@ RoundTrips Ask(int socket, const StatePair& pair, Asker& asker, double seconds) 
     std::int64_t udp_ns = 0;
     std::int64_t dds_ns = 0;
     // the second of a turn finds the processors awake, so the two take turns
-    if (turn % 2 == 0) udp_ns = Asker::OverUdp(socket, turn);
+    if (turn % 2 == 0) udp_ns = Requester::OverUdp(socket, turn);
     dds_ns = asker.OverDds(pair, turn);
-    if (turn % 2 != 0) udp_ns = Asker::OverUdp(socket, turn);
+    if (turn % 2 != 0) udp_ns = Requester::OverUdp(socket, turn);
     if (turn <= kWarmUp) continue;
     count(udp_ns, trips.udp, trips.udp_lost);
     count(dds_ns, trips.dds, trips.dds_lost);
@@ -242,8 +242,8 @@ Result<bool> RoundTripMeter::MeetEcho() const {
 }
 
 Result<RoundTrips> RoundTripMeter::Measure(const RoundTripOptions& options) {
-  Asker asker;
-  StatePair pair(&Asker::OnAnswer, &asker);
+  Requester asker;
+  StatePair pair(&Requester::OnAnswer, &asker);
   if (const Result<bool> open = pair.Open(options, "ping", "pong"); !open) return open.error();
   if (const Result<bool> met = MeetEcho(); !met) return met.error();
   if (!pair.WaitForMatch(MonotonicNow_ns() + kMeetNs)) return Error{"DDS did not find the echo"};

@@ -50,17 +50,17 @@ Result<std::string> Openssl(std::vector<std::string> arguments) {
     _exit(127);
   }
   close(out[1]);
-  std::string said = ReadAll(out[0]);
+  std::string output = ReadAll(out[0]);
   close(out[0]);
   int status = 0;
   while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
   }
-  if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return said;
+  if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return output;
   if (WIFEXITED(status) && WEXITSTATUS(status) == 127) {
     return Error{"the program openssl is missing: as root, apt-get install openssl"};
   }
-  while (!said.empty() && said.back() == '\n') said.pop_back();
-  return Error{"openssl " + arguments[1] + ": " + said.substr(said.rfind('\n') + 1)};
+  while (!output.empty() && output.back() == '\n') output.pop_back();
+  return Error{"openssl " + arguments[1] + ": " + output.substr(output.rfind('\n') + 1)};
 }
 
 Result<std::string> PublicKeyOf(const std::filesystem::path& certificate) {

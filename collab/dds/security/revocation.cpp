@@ -88,11 +88,11 @@ Result<RevokedMember> NamedBy(const fs::path& certificate, const fs::path& sessi
     return Error{certificate.string() + ": " + authority.string() +
                  " has not signed it: name a member of this session"};
   }
-  const Result<std::string> said = Openssl({"x509", "-in", certificate.string(), "-noout",
-                                            "-serial", "-subject", "-nameopt", "RFC2253"});
-  if (!said) return Error{certificate.string() + ": " + said.error().what};
+  const Result<std::string> output = Openssl({"x509", "-in", certificate.string(), "-noout",
+                                              "-serial", "-subject", "-nameopt", "RFC2253"});
+  if (!output) return Error{certificate.string() + ": " + output.error().what};
   // "serial=0123…", "subject=CN=anna,OU=0123…,O=Tandem"
-  std::istringstream lines(*said);
+  std::istringstream lines(*output);
   std::string serial;
   std::string subject;
   std::getline(lines, serial);

@@ -53,9 +53,9 @@ Result<Qos> SecureParticipantQos(const MemberKeys& keys) {
   return qos;
 }
 
-std::string ExplainRefusal(const std::string& said, const MemberKeys& keys) {
-  const auto has = [&said](const char* words) {
-    return said.find(words) != std::string::npos;
+std::string ExplainRefusal(const std::string& output, const MemberKeys& keys) {
+  const auto has = [&output](const char* words) {
+    return output.find(words) != std::string::npos;
   };
   const std::string who = keys.folder.string() + ": ";
   if (has("PKCS7") || has("smime") || has("signature")) {
@@ -73,7 +73,7 @@ std::string ExplainRefusal(const std::string& said, const MemberKeys& keys) {
   if (has("Not Allowed By Security") || has("not allowed") || has("ermission")) {
     return who + "the permissions of " + keys.name + " do not allow that role";
   }
-  return who + "refused by DDS Security" + (said.empty() ? "" : " (" + said + ")");
+  return who + "refused by DDS Security" + (output.empty() ? "" : " (" + output + ")");
 }
 
 }  // namespace tandem

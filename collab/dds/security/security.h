@@ -13,6 +13,6 @@ namespace tandem {
 Result<Qos> SecureParticipantQos(const MemberKeys& keys);
 
 /// Returns the meaning for a person of Cyclone's message about a refused participant or endpoint.
-std::string ExplainRefusal(const std::string& said, const MemberKeys& keys);
+std::string ExplainRefusal(const std::string& output, const MemberKeys& keys);
 
 }  // namespace tandem

@@ -128,7 +128,7 @@ void AnnouncedPrograms::Note(const Announcement& announcement, std::int64_t now_
            one.announced.session == announcement.session;
   });
   if (known != programs_.end()) {
-    known->heard_ns = now_ns;
+    known->received_ns = now_ns;
   } else if (programs_.size() < kMost) {
     programs_.push_back({announcement, now_ns});
   }
@@ -137,7 +137,7 @@ void AnnouncedPrograms::Note(const Announcement& announcement, std::int64_t now_
 std::vector<AnnouncedSession> AnnouncedPrograms::Sessions(const std::set<ProgramId>& own,
                                                           std::int64_t now_ns) {
   std::erase_if(programs_, [now_ns](const Program& program) {
-    return now_ns - program.heard_ns > kForgetNs;
+    return now_ns - program.received_ns > kForgetNs;
   });
   std::set<AnnouncedSession> sessions;
   for (const Program& program : programs_) {

@@ -57,7 +57,7 @@ class AnnouncedPrograms {
  private:
   struct Program {
     Announcement announced;
-    std::int64_t heard_ns = 0;
+    std::int64_t received_ns = 0;
   };
   std::vector<Program> programs_;
 };

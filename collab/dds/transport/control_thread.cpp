@@ -88,7 +88,7 @@ void ControlThread::Run() {
     }
     TakeScenes();
     if (changed) EndScenes();
-    HearWaitingScenes();
+    ReceiveWaitingScenes();
     if (sources_.event != 0) TakeEvents();
     SayGoodbyes();
   }
@@ -123,13 +123,13 @@ void ControlThread::TakePresence(dds_entity_t reader) {
   PeerInfo info;
   TakeSamples<Wire>(reader, [&](const Wire& wire, const dds_sample_info_t& sample) {
     if (!sample.valid_data) return;
-    if (FromWire(wire, info)) return Hear(info, reader, sample.publication_handle);
+    if (FromWire(wire, info)) return Receive(info, reader, sample.publication_handle);
     const PeerId speaker = Facts(reader, sample.publication_handle).owner.peer;
     if (speaker != 0 && speaker != self_) inbox_.OnDropped(speaker, Drop::kHuge);
   });
 }
 
-void ControlThread::Hear(PeerInfo& info, dds_entity_t reader, dds_instance_handle_t writer) {
+void ControlThread::Receive(PeerInfo& info, dds_entity_t reader, dds_instance_handle_t writer) {
   const WriterFacts facts = Facts(reader, writer);
   if (facts.participant == 0) return;  // a remainder of a writer that is gone
   if (facts.owner.peer != info.peer) {
@@ -180,7 +180,7 @@ void ControlThread::EndPresence() {
     matched[reader] = MatchedWriters(reader);
   }
   for (auto it = here_.begin(); it != here_.end();) {
-    const Here& here = it->second;
+    const PresentPeer& here = it->second;
     const bool is_matched = std::ranges::binary_search(matched[here.reader], here.writer);
     if (is_matched && !sources_.quiet->Has(here.writer)) {
       ++it;
@@ -214,7 +214,7 @@ void ControlThread::TakeScenes() {
       return inbox_.OnDropped(wire.offered_by, Drop::kAbsurdScene);
     }
     const dds_instance_handle_t writer = sample.publication_handle;
-    if (HearScene(manifest, writer)) {
+    if (ReceiveScene(manifest, writer)) {
       waiting_scenes_.erase(writer);
     } else if (waiting_scenes_.contains(writer) || waiting_scenes_.size() < kMostWaitingScenes) {
       waiting_scenes_[writer] = {manifest, MonotonicNow_ns()};
@@ -222,7 +222,7 @@ void ControlThread::TakeScenes() {
   });
 }
 
-bool ControlThread::HearScene(const SceneManifest& manifest, dds_instance_handle_t writer) {
+bool ControlThread::ReceiveScene(const SceneManifest& manifest, dds_instance_handle_t writer) {
   const PeerId author = manifest.offered_by;
   const auto known = offering_.find(author);
   const bool other_offers = known != offering_.end() && known->second != writer;
@@ -232,17 +232,17 @@ bool ControlThread::HearScene(const SceneManifest& manifest, dds_instance_handle
   return true;
 }
 
-void ControlThread::HearWaitingScenes() {
+void ControlThread::ReceiveWaitingScenes() {
   if (waiting_scenes_.empty()) return;
   const std::vector<dds_instance_handle_t> matched = MatchedWriters(sources_.scene);
   for (auto it = waiting_scenes_.begin(); it != waiting_scenes_.end();) {
     auto& [writer, scene] = *it;
-    if (!std::ranges::binary_search(matched, writer) || HearScene(scene.manifest, writer)) {
+    if (!std::ranges::binary_search(matched, writer) || ReceiveScene(scene.manifest, writer)) {
       it = waiting_scenes_.erase(it);
       continue;
     }
-    if (!scene.told && MonotonicNow_ns() - scene.since_ns > kTwinNs) {
-      scene.told = true;
+    if (!scene.reported && MonotonicNow_ns() - scene.since_ns > kTwinNs) {
+      scene.reported = true;
       inbox_.OnDropped(scene.manifest.offered_by, Drop::kImpostor);
     }
     ++it;

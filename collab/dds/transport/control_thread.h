@@ -8,7 +8,7 @@
 
 #include "collab/dds/cyclone/dds_api.h"
 #include "collab/dds/cyclone/partitions.h"
-#include "collab/dds/cyclone/quiet_writers.h"
+#include "collab/dds/cyclone/silent_writers.h"
 #include "collab/session/messages.h"
 #include "collab/session/transport.h"
 
@@ -27,11 +27,11 @@ class ControlThread {
     dds_entity_t peer_info = 0;  // readers
     dds_entity_t viewer_info = 0;
     dds_entity_t scene = 0;
-    dds_entity_t event = 0;         // 0 in a viewer
-    dds_entity_t on_match = 0;      // guard condition: writers have come, gone or fallen silent
-    QuietWriters* quiet = nullptr;  // silent writers of peer_info and viewer_info
-    bool secured = false;           // partitions carry names, which are the members'
-    std::set<PeerId> revoked;       // members whose keys are revoked
+    dds_entity_t event = 0;          // 0 in a viewer
+    dds_entity_t on_match = 0;       // guard condition: writers have come, gone or fallen silent
+    SilentWriters* quiet = nullptr;  // silent writers of peer_info and viewer_info
+    bool secured = false;            // partitions carry names, which are the members'
+    std::set<PeerId> revoked;        // members whose keys are revoked
   };
 
   /// Starts the thread. It calls `refresh_owners` first of all, then whenever `on_match` is raised
@@ -44,7 +44,7 @@ class ControlThread {
   ControlThread& operator=(const ControlThread&) = delete;
 
  private:
-  struct Here {
+  struct PresentPeer {
     dds_entity_t reader = 0;
     dds_instance_handle_t writer = 0;
     std::int64_t twin_ns = 0;  // time since which another participant speaks as this peer too; 0:
@@ -55,7 +55,7 @@ class ControlThread {
   struct WaitingScene {
     SceneManifest manifest;
     std::int64_t since_ns = 0;
-    bool told = false;  // reported as an impostor's, after a while
+    bool reported = false;  // reported as an impostor's, after a while
   };
 
   void Run();
@@ -63,12 +63,12 @@ class ControlThread {
   void TakePresence(dds_entity_t reader);
   void TakeScenes();
   /// Hands on the waiting manifests whose writers may speak for their authors by now.
-  void HearWaitingScenes();
+  void ReceiveWaitingScenes();
   /// Hands a manifest on. False: another participant has its author's seat, or another writer
   /// offers in the author's name.
-  bool HearScene(const SceneManifest& manifest, dds_instance_handle_t writer);
+  bool ReceiveScene(const SceneManifest& manifest, dds_instance_handle_t writer);
   void TakeEvents();
-  void Hear(PeerInfo& info, dds_entity_t reader, dds_instance_handle_t writer);
+  void Receive(PeerInfo& info, dds_entity_t reader, dds_instance_handle_t writer);
   /// Ends the presence of peers whose writers are gone or silent.
   void EndPresence();
   void EndScenes();
@@ -82,7 +82,7 @@ class ControlThread {
   Inbox& inbox_;
   const std::function<void(const Seats&)> refresh_owners_;
   const dds_entity_t stop_;
-  std::map<PeerId, Here> here_;
+  std::map<PeerId, PresentPeer> here_;
   std::map<PeerId, dds_instance_handle_t> offering_;  // writer of the manifest that was heard, by
                                                       // author
   std::map<dds_instance_handle_t, WaitingScene> waiting_scenes_;  // key: writer

@@ -101,7 +101,7 @@ class DdsTransport final : public Transport {
       files_ = FileThread::Start(
           {.participant = participant_.get(), .self = options_.peer, .role = options_.role},
           *options_.files, inbox_);
-      if (!files_) SayOfDds("scene files cannot be sent or fetched in this session");
+      if (!files_) ReportDdsMessage("scene files cannot be sent or fetched in this session");
     }
     return std::nullopt;
   }
@@ -123,9 +123,9 @@ class DdsTransport final : public Transport {
   }
   void Publish(const PeerInfo& info) override {
     if (said_goodbye_.load()) return;  // the program ends by force, unseen by this thread yet
-    PeerInfo said = info;
-    said.incarnation = incarnation_;
-    SayPresence(said);
+    PeerInfo output = info;
+    output.incarnation = incarnation_;
+    SayPresence(output);
   }
   void Publish(const Event& event) override { PublishFast<tandem_Event>(writers_.event, event); }
   void Publish(const SceneManifest& manifest) override {
@@ -157,15 +157,15 @@ class DdsTransport final : public Transport {
   std::string KeysEnd() const override { return EndOfKeys(keys_); }
 
  private:
-  void SayPresence(const PeerInfo& said) {
+  void SayPresence(const PeerInfo& output) {
     if (options_.role == Role::kViewer) {
       tandem_ViewerInfo wire{};
-      ToWire(said, wire);
+      ToWire(output, wire);
       CountUnless(dds_write(writers_.presence, &wire) == DDS_RETCODE_OK);
       return;
     }
     tandem_PeerInfo wire{};
-    CountUnless(ToWire(said, wire, info_room_) &&
+    CountUnless(ToWire(output, wire, info_room_) &&
                 dds_write(writers_.presence, &wire) == DDS_RETCODE_OK);
   }
   template <typename Wire, typename Message>
@@ -245,11 +245,11 @@ class DdsTransport final : public Transport {
     const dds_entity_t participant = participant_.get();
     const auto open_gated = [&](dds_entity_t topic, Purpose purpose, const Qos& qos,
                                 const dds_listener_t* listener) {
-      return Note(CreateGatedReader(participant, topic, qos.get(), listener,
-                                    LimitsOf(purpose, IsBehindRelay(options_)),
-                                    [this](dds_instance_handle_t, Drop reason) {
-                                      inbox_.OnDropped(0, reason);
-                                    }),
+      return Note(CreateRateLimitedReader(participant, topic, qos.get(), listener,
+                                          LimitsOf(purpose, IsBehindRelay(options_)),
+                                          [this](dds_instance_handle_t, Drop reason) {
+                                            inbox_.OnDropped(0, reason);
+                                          }),
                   "a reader");
     };
     const auto open = [&](dds_entity_t topic, Purpose purpose, const char* partition) {
@@ -281,9 +281,9 @@ class DdsTransport final : public Transport {
     const std::size_t unheard = std::max(
         {states_.RefreshOwners(seats), linked_.RefreshOwners(seats), views_.RefreshOwners(seats)});
     if (unheard == 0 || std::exchange(told_of_unheard_, true)) return;
-    SayOfDds("more than " + std::to_string(WriterOwners::kMaxWriters) +
-             " programs send in this session: " + std::to_string(unheard) +
-             " that came last are not heard (--secure keeps strangers out)");
+    ReportDdsMessage("more than " + std::to_string(WriterOwners::kMaxWriters) +
+                     " programs send in this session: " + std::to_string(unheard) +
+                     " that came last are not heard (--secure keeps strangers out)");
   }
 
   // Stops the threads first, because they use the readers.
@@ -297,7 +297,7 @@ class DdsTransport final : public Transport {
 
   void Report() const {
     const auto say = [](std::uint64_t count, const char* what) {
-      if (count > 0) SayOfDds(std::string(what) + ": " + std::to_string(count));
+      if (count > 0) ReportDdsMessage(std::string(what) + ": " + std::to_string(count));
     };
     say(unsent_.load(), "messages that could not be sent");
   }
@@ -316,7 +316,7 @@ class DdsTransport final : public Transport {
   Entity domain_;
   Entity participant_;
   const dds_entity_t on_match_;
-  QuietWriters quiet_;
+  SilentWriters quiet_;
   FastReader<tandem_ObjectState, ObjectState> states_;
   FastReader<tandem_LinkedState, LinkedState> linked_;
   FastReader<tandem_ViewFrame, ViewFrame> views_;
@@ -326,7 +326,7 @@ class DdsTransport final : public Transport {
   dds_entity_t viewer_info_reader_ = 0;
   dds_entity_t scene_reader_ = 0;
   dds_entity_t event_reader_ = 0;
-  InfoRoom info_room_;            // lists of the peer_info being sent
+  InfoBuffers info_room_;         // lists of the peer_info being sent
   bool told_of_unheard_ = false;  // used by the control thread
   std::optional<ControlThread> control_;
   std::unique_ptr<FileThread> files_;
@@ -336,7 +336,7 @@ class DdsTransport final : public Transport {
 
 Result<std::unique_ptr<Transport>> JoinOverDds(const DdsOptions& options, Inbox& inbox) {
   TANDEM_CHECK(options.peer != 0);
-  TakeOverCycloneLog();
+  RedirectCycloneLog();
   MemberKeys keys;
   Qos qos;
   if (!options.secure.empty()) {
@@ -354,10 +354,10 @@ Result<std::unique_ptr<Transport>> JoinOverDds(const DdsOptions& options, Inbox&
   auto transport =
       std::make_unique<DdsTransport>(options, inbox, *std::move(domain), qos.get(), keys);
   if (const std::optional<Error> error = transport->Open()) {
-    const std::string said = log.Take();
-    if (qos != nullptr) return Error{ExplainRefusal(error->what + " " + said, keys)};
+    const std::string output = log.Take();
+    if (qos != nullptr) return Error{ExplainRefusal(error->what + " " + output, keys)};
     return Error{"cannot join session '" + options.session + "': " + error->what +
-                 (said.empty() ? "" : " (" + said + ")")};
+                 (output.empty() ? "" : " (" + output + ")")};
   }
   return std::unique_ptr<Transport>(std::move(transport));
 }

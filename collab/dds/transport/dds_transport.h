@@ -9,7 +9,7 @@
 
 namespace tandem {
 
-class FileParty;
+class TransferEndpoint;
 
 /// Says where, and as which peer, a program enters a session over DDS.
 struct DdsOptions {
@@ -34,7 +34,7 @@ struct DdsOptions {
   std::string secure;
   /// This program's side of a transfer of the scene's files, which outlives the transport; null: no
   /// transfer. There is none behind a relay.
-  FileParty* files = nullptr;
+  TransferEndpoint* files = nullptr;
 };
 
 inline constexpr std::size_t kMaxSessionName = 128;  // bytes

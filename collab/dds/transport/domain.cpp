@@ -248,10 +248,11 @@ Result<Entity> CreateDomain(const DdsOptions& options) {
   // no code of ours sets the environment
   if (const char* uri = std::getenv("CYCLONEDDS_URI");  // NOLINT(concurrency-mt-unsafe)
       uri != nullptr && *uri != '\0') {
-    SayOfDds("CYCLONEDDS_URI is set; a session brings its own DDS configuration, so it is ignored");
+    ReportDdsMessage(
+        "CYCLONEDDS_URI is set; a session brings its own DDS configuration, so it is ignored");
   }
   BoundWaitingInstances();
-  GiveCycloneSmallStacks();
+  SetCycloneStackSize();
   CycloneLogCapture log;
   const std::string xml = DomainXml(options, RealTimeIsPermitted());
   const dds_entity_t domain = dds_create_domain(options.domain, xml.c_str());
@@ -261,11 +262,11 @@ Result<Entity> CreateDomain(const DdsOptions& options) {
   if (domain == DDS_RETCODE_PRECONDITION_NOT_MET) {
     return Error{"this program already takes part in a session on " + name + ": leave that first"};
   }
-  const std::string said = log.Take();
-  if (said.find("free participant index") != std::string::npos) {
+  const std::string output = log.Take();
+  if (output.find("free participant index") != std::string::npos) {
     return Error{"no free UDP port on " + name + ": too many programs take part in it already"};
   }
-  return Error{"cannot use " + name + ": " + (said.empty() ? dds_strretcode(domain) : said)};
+  return Error{"cannot use " + name + ": " + (output.empty() ? dds_strretcode(domain) : output)};
 }
 
 }  // namespace tandem

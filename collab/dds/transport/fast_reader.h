@@ -7,7 +7,7 @@
 #include "collab/dds/cyclone/dds_api.h"
 #include "collab/dds/cyclone/partitions.h"
 #include "collab/dds/cyclone/qos.h"
-#include "collab/dds/transport/gated_reader.h"
+#include "collab/dds/transport/rate_limited_reader.h"
 #include "collab/dds/transport/receive_thread.h"
 #include "collab/dds/transport/relay.h"
 #include "collab/dds/wire/wire.h"
@@ -52,12 +52,12 @@ class FastReader {
         listener.get(), [](dds_entity_t, const dds_subscription_matched_status_t, void* self) {
           dds_set_guardcondition(static_cast<FastReader*>(self)->on_match_, true);
         });
-    reader_ = CreateGatedReader(participant, topic, qos.get(), listener.get(), limits_,
-                                [this](dds_instance_handle_t writer, Drop reason) {
-                                  const PeerId owner = owners_.Find(writer);
-                                  inbox_.OnDropped(owner == WriterOwners::kNobody ? 0 : owner,
-                                                   reason);
-                                });
+    reader_ = CreateRateLimitedReader(participant, topic, qos.get(), listener.get(), limits_,
+                                      [this](dds_instance_handle_t writer, Drop reason) {
+                                        const PeerId owner = owners_.Find(writer);
+                                        inbox_.OnDropped(owner == WriterOwners::kNobody ? 0 : owner,
+                                                         reason);
+                                      });
     return reader_;
   }
 

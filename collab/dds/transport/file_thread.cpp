@@ -9,7 +9,7 @@
 #include "collab/dds/cyclone/cyclone_log.h"
 #include "collab/dds/cyclone/qos.h"
 #include "collab/dds/transport/fast_reader.h"
-#include "collab/dds/transport/gated_reader.h"
+#include "collab/dds/transport/rate_limited_reader.h"
 #include "collab/dds/wire/file_wire.h"
 
 namespace tandem {
@@ -29,13 +29,13 @@ constexpr WriterLimits kPieceLimits{.per_second = 4000, .at_once = 2000, .keys =
 
 }  // namespace
 
-FileThread::FileThread(const Options& options, FileParty& party, Inbox& inbox)
+FileThread::FileThread(const Options& options, TransferEndpoint& party, Inbox& inbox)
     : options_(options),
       party_(party),
       inbox_(inbox),
       stop_(dds_create_guardcondition(options.participant)) {}
 
-std::unique_ptr<FileThread> FileThread::Start(const Options& options, FileParty& party,
+std::unique_ptr<FileThread> FileThread::Start(const Options& options, TransferEndpoint& party,
                                               Inbox& inbox) {
   std::unique_ptr<FileThread> files(new FileThread(options, party, inbox));
   // a party that wants nothing yet opens its topics later
@@ -64,11 +64,11 @@ FileThread::~FileThread() {
 dds_entity_t FileThread::Reader(dds_entity_t topic, const char* partition) {
   Qos qos = MakeQos(Purpose::kMotion, partition);
   dds_qset_history(qos.get(), DDS_HISTORY_KEEP_LAST, party_.serves() ? kAskDepth : kPieceDepth);
-  const dds_entity_t reader = CreateGatedReader(options_.participant, topic, qos.get(), nullptr,
-                                                party_.serves() ? kAskLimits : kPieceLimits,
-                                                [this](dds_instance_handle_t, Drop reason) {
-                                                  inbox_.OnDropped(0, reason);
-                                                });
+  const dds_entity_t reader = CreateRateLimitedReader(
+      options_.participant, topic, qos.get(), nullptr, party_.serves() ? kAskLimits : kPieceLimits,
+      [this](dds_instance_handle_t, Drop reason) {
+        inbox_.OnDropped(0, reason);
+      });
   if (reader > 0) readers_.push_back(reader);
   return reader;
 }
@@ -177,18 +177,18 @@ void FileThread::Run() {
     dds_waitset_attach(waitset.get(), stop_, 0);
   };
   wait_for_readers();
-  const FileParty::Out out{.ask =
-                               [this](const FileAsk& ask) {
-                                 Send(ask);
-                               },
-                           .piece =
-                               [this](const FilePiece& piece) {
-                                 Send(piece);
-                               },
-                           .listeners =
-                               [this] {
-                                 return Listeners();
-                               }};
+  const TransferEndpoint::Out out{.ask =
+                                      [this](const FileAsk& ask) {
+                                        Send(ask);
+                                      },
+                                  .piece =
+                                      [this](const FilePiece& piece) {
+                                        Send(piece);
+                                      },
+                                  .listeners =
+                                      [this] {
+                                        return Listeners();
+                                      }};
   std::int64_t next_ns = MonotonicNow_ns();
   for (;;) {
     const std::int64_t wait_ns = std::max<std::int64_t>(0, next_ns - MonotonicNow_ns());
@@ -200,7 +200,7 @@ void FileThread::Run() {
       if (!wants) {
         Close();
       } else if (!Open()) {
-        SayOfDds("scene files cannot be fetched in this session");
+        ReportDdsMessage("scene files cannot be fetched in this session");
       }
       wait_for_readers();
     }
@@ -216,7 +216,7 @@ void FileThread::Run() {
         });
       }
     }
-    next_ns = party_.Turn(MonotonicNow_ns(), out);
+    next_ns = party_.Tick(MonotonicNow_ns(), out);
   }
 }
 

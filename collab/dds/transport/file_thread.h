@@ -16,10 +16,10 @@
 
 namespace tandem {
 
-/// Gives a FileParty the topics file/ask and file/piece of a session while it wants them, on a
-/// separate thread. The thread of a serving party runs at a low priority. A writer's samples count
-/// as its peer's only if they come by that peer's partition. A WriterGate refuses more than a sound
-/// program sends.
+/// Gives a TransferEndpoint the topics file/ask and file/piece of a session while it wants them, on
+/// a separate thread. The thread of a serving party runs at a low priority. A writer's samples
+/// count as its peer's only if they come by that peer's partition. A WriterRateLimiter refuses more
+/// than a sound program sends.
 class FileThread {
  public:
   struct Options {
@@ -30,14 +30,15 @@ class FileThread {
 
   /// Returns null if the thread or the topics cannot be made, because keys do not allow them or DDS
   /// has no more room.
-  static std::unique_ptr<FileThread> Start(const Options& options, FileParty& party, Inbox& inbox);
+  static std::unique_ptr<FileThread> Start(const Options& options, TransferEndpoint& party,
+                                           Inbox& inbox);
   /// Stops the thread.
   ~FileThread();
   FileThread(const FileThread&) = delete;
   FileThread& operator=(const FileThread&) = delete;
 
  private:
-  FileThread(const Options& options, FileParty& party, Inbox& inbox);
+  FileThread(const Options& options, TransferEndpoint& party, Inbox& inbox);
   bool Open();
   void Close();
   dds_entity_t Topic(const dds_topic_descriptor_t& type, const char* name);
@@ -52,7 +53,7 @@ class FileThread {
   std::size_t Listeners() const;
 
   const Options options_;
-  FileParty& party_;
+  TransferEndpoint& party_;
   Inbox& inbox_;
   const dds_entity_t stop_;
   std::vector<dds_entity_t> readers_;

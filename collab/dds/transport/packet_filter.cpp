@@ -64,7 +64,7 @@ PacketDrop PacketFilter::Judge(std::span<const std::uint8_t> packet, std::uint32
   if (announced.unsound || announced.lease_s > kLongestLease) return PacketDrop::kForged;
   Sender* const sender = SenderOf(packet.subspan(kIdAt, kIdBytes), address, now_ns);
   if (sender == nullptr) return PacketDrop::kNewSender;
-  sender->heard_ns = now_ns;
+  sender->received_ns = now_ns;
   if (!sender->packets.Lets(now_ns, kPacketsPerSecond, 2 * kPacketsPerSecond)) {
     return PacketDrop::kFlood;
   }
@@ -78,7 +78,7 @@ PacketDrop PacketFilter::Judge(std::span<const std::uint8_t> packet, std::uint32
 }
 
 bool PacketFilter::IsHere(const Sender& sender, std::int64_t now_ns) noexcept {
-  return sender.heard_ns != 0 && now_ns - sender.heard_ns < kForgetNs;
+  return sender.received_ns != 0 && now_ns - sender.received_ns < kForgetNs;
 }
 
 int PacketFilter::SendersOf(std::uint32_t address, std::int64_t now_ns) const noexcept {
@@ -115,7 +115,7 @@ PacketFilter::Sender* PacketFilter::SenderOf(std::span<const std::uint8_t> id,
   }
   *place = Sender{};
   place->address = address;
-  place->heard_ns = now_ns;
+  place->received_ns = now_ns;
   std::ranges::copy(id, place->id.begin());
   return place;
 }
@@ -124,16 +124,16 @@ PacketFilter::Pace& PacketFilter::PaceOf(std::uint32_t address, std::int64_t now
   // a pace that is paid off is equal to a new one
   Address* free = nullptr;
   for (Address& one : addresses_) {
-    if (one.asked_ns != 0 && one.address == address) {
-      one.asked_ns = now_ns;
+    if (one.requested_ns != 0 && one.address == address) {
+      one.requested_ns = now_ns;
       return one.pace;
     }
-    if (free == nullptr && (one.asked_ns == 0 || one.pace.paid_ns <= now_ns)) free = &one;
+    if (free == nullptr && (one.requested_ns == 0 || one.pace.paid_ns <= now_ns)) free = &one;
   }
   if (free == nullptr) return others_;
   *free = Address{};
   free->address = address;
-  free->asked_ns = now_ns;
+  free->requested_ns = now_ns;
   return free->pace;
 }
 

@@ -57,13 +57,13 @@ class PacketFilter {
   struct Sender {
     std::array<std::uint8_t, 12> id{};
     std::uint32_t address = 0;
-    std::int64_t heard_ns = 0;  // 0: a free place
+    std::int64_t received_ns = 0;  // 0: a free place
     Pace packets;
     Pace endpoints;
   };
   struct Address {
     std::uint32_t address = 0;
-    std::int64_t asked_ns = 0;
+    std::int64_t requested_ns = 0;
     Pace pace;
   };
 

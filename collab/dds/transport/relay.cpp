@@ -213,14 +213,14 @@ class DdsRelay final : public Relay {
   std::mutex mutex_;  // guards all below
   std::map<PeerId, Relayed> peers_;
   std::map<PeerId, SceneManifest> scenes_;  // key: author
-  InfoRoom info_room_;
+  InfoBuffers info_room_;
   std::vector<tandem_BodyDecl> bodies_;
 };
 
 }  // namespace
 
 Result<std::unique_ptr<Relay>> Relay::Open(const DdsOptions& viewers) {
-  TakeOverCycloneLog();
+  RedirectCycloneLog();
   MemberKeys keys;
   Qos qos;
   if (!viewers.secure.empty()) {
@@ -240,9 +240,10 @@ Result<std::unique_ptr<Relay>> Relay::Open(const DdsOptions& viewers) {
   CycloneLogCapture log;
   auto relay = std::make_unique<DdsRelay>(*std::move(domain), viewers.domain, qos.get(), keys);
   if (!relay->Open()) {
-    const std::string said = log.Take();
-    if (qos != nullptr) return Error{ExplainRefusal(said, keys)};
-    return Error{"cannot open the viewers' side of the relay" + (said.empty() ? "" : ": " + said)};
+    const std::string output = log.Take();
+    if (qos != nullptr) return Error{ExplainRefusal(output, keys)};
+    return Error{"cannot open the viewers' side of the relay" +
+                 (output.empty() ? "" : ": " + output)};
   }
   return std::unique_ptr<Relay>(std::move(relay));
 }

@@ -222,16 +222,16 @@ void ToWire(const ControlScene& scene, bool loading, tandem_control_Scene& wire,
   SetWords(wire.file, scene.file);
   room.clear();
   for (const ControlScene::Body& body : scene.bodies) {
-    tandem_control_SceneBody& told = room.emplace_back();
-    SetWords(told.name, body.name);
-    told.is_fixed = body.fixed;
-    told.is_shared = body.shared;
+    tandem_control_SceneBody& reported = room.emplace_back();
+    SetWords(reported.name, body.name);
+    reported.is_fixed = body.fixed;
+    reported.is_shared = body.shared;
   }
   LendList(room, wire.bodies);
 }
 
 void ToWire(const ControllerSnapshot& snapshot, std::uint64_t controller,
-            tandem_control_Snapshot& wire, SnapshotRoom& room) {
+            tandem_control_Snapshot& wire, SnapshotBuffers& room) {
   wire.controller = controller;
   wire.scene_number = snapshot.scene_number;
   wire.frame = snapshot.frame;
@@ -272,30 +272,30 @@ void ToWire(const ControllerSnapshot& snapshot, std::uint64_t controller,
     LendList(holders, room.bodies[i].holders);
   }
   room.instances.clear();
-  for (const SnapshotInstance& told : snapshot.instances) {
+  for (const SnapshotInstance& reported : snapshot.instances) {
     tandem_control_Instance& instance = room.instances.emplace_back();
-    instance.peer = told.peer;
-    instance.body = static_cast<std::uint32_t>(told.body);
-    SetPose(told.X_W, instance.X_W);
+    instance.peer = reported.peer;
+    instance.body = static_cast<std::uint32_t>(reported.body);
+    SetPose(reported.X_W, instance.X_W);
   }
   room.contacts.clear();
-  for (const SnapshotContact& told : snapshot.contacts) {
+  for (const SnapshotContact& reported : snapshot.contacts) {
     tandem_control_Contact& contact = room.contacts.emplace_back();
-    SetVector(told.p_W, contact.p);
-    SetVector(told.n_W, contact.n);
-    contact.depth = told.depth_m;
-    contact.force = told.force_N;
+    SetVector(reported.p_W, contact.p);
+    SetVector(reported.n_W, contact.n);
+    contact.depth = reported.depth_m;
+    contact.force = reported.force_N;
   }
   room.peers.clear();
-  for (const SnapshotPeer& told : snapshot.peers) {
+  for (const SnapshotPeer& reported : snapshot.peers) {
     tandem_control_Peer& peer = room.peers.emplace_back();
-    peer.id = told.id;
-    SetWords(peer.name, told.name);
-    peer.active = told.active;
-    peer.here = told.here;
-    SetWords(peer.refused, told.refused);
-    peer.delay = told.delay_s;
-    peer.link_force = told.link_force_N;
+    peer.id = reported.id;
+    SetWords(peer.name, reported.name);
+    peer.active = reported.active;
+    peer.here = reported.here;
+    SetWords(peer.refused, reported.refused);
+    peer.delay = reported.delay_s;
+    peer.link_force = reported.link_force_N;
     peer.held = {};  // the bodies' holders have it
   }
   LendList(room.bodies, wire.bodies);
@@ -348,39 +348,41 @@ bool FromWire(const tandem_control_Snapshot& wire, const tandem_control_Scene& s
   snapshot.news_count = wire.news_count;
   snapshot.news = TextFromWire(wire.news);
   for (std::uint32_t i = 0; i < wire.peers._length; ++i) {
-    const tandem_control_Peer& told = wire.peers._buffer[i];
+    const tandem_control_Peer& reported = wire.peers._buffer[i];
     SnapshotPeer& peer = snapshot.peers.emplace_back();
-    peer.id = told.id;
-    peer.name = TextFromWire(told.name);
-    peer.active = told.active;
-    peer.here = told.here;
-    peer.refused = TextFromWire(told.refused);
-    peer.delay_s = told.delay;
-    peer.link_force_N = told.link_force;
+    peer.id = reported.id;
+    peer.name = TextFromWire(reported.name);
+    peer.active = reported.active;
+    peer.here = reported.here;
+    peer.refused = TextFromWire(reported.refused);
+    peer.delay_s = reported.delay;
+    peer.link_force_N = reported.link_force;
   }
   for (std::uint32_t i = 0; i < wire.bodies._length; ++i) {
-    const tandem_control_Body& told = wire.bodies._buffer[i];
+    const tandem_control_Body& reported = wire.bodies._buffer[i];
     SnapshotBody& body = snapshot.bodies.emplace_back();
     body.name = TextFromWire(scene.bodies._buffer[i].name);
     body.fixed = scene.bodies._buffer[i].is_fixed;
     body.shared = scene.bodies._buffer[i].is_shared;
-    body.in_hand = told.in_hand;
-    body.X_WB = ReadPose(told.X_WB);
-    body.X_W = ReadPose(told.X_W);
-    body.holders.assign(told.holders._buffer, told.holders._buffer + told.holders._length);
+    body.in_hand = reported.in_hand;
+    body.X_WB = ReadPose(reported.X_WB);
+    body.X_W = ReadPose(reported.X_W);
+    body.holders.assign(reported.holders._buffer,
+                        reported.holders._buffer + reported.holders._length);
     for (SnapshotPeer& peer : snapshot.peers) {
       if (std::ranges::find(body.holders, peer.id) != body.holders.end()) peer.held.push_back(i);
     }
   }
   for (std::uint32_t i = 0; i < wire.instances._length; ++i) {
-    const tandem_control_Instance& told = wire.instances._buffer[i];
-    if (told.body < snapshot.bodies.size()) {
-      snapshot.instances.push_back({told.peer, told.body, ReadPose(told.X_W)});
+    const tandem_control_Instance& reported = wire.instances._buffer[i];
+    if (reported.body < snapshot.bodies.size()) {
+      snapshot.instances.push_back({reported.peer, reported.body, ReadPose(reported.X_W)});
     }
   }
   for (std::uint32_t i = 0; i < wire.contacts._length; ++i) {
-    const tandem_control_Contact& told = wire.contacts._buffer[i];
-    snapshot.contacts.push_back({ReadVector(told.p), ReadVector(told.n), told.depth, told.force});
+    const tandem_control_Contact& reported = wire.contacts._buffer[i];
+    snapshot.contacts.push_back(
+        {ReadVector(reported.p), ReadVector(reported.n), reported.depth, reported.force});
   }
   return true;
 }

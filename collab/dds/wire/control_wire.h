@@ -29,14 +29,14 @@ bool FromWire(const tandem_control_Goal& wire, HostGoal& goal);
 void ToWire(const ControlScene& scene, bool loading, tandem_control_Scene& wire,
             std::vector<tandem_control_SceneBody>& room);
 
-struct SnapshotRoom {
+struct SnapshotBuffers {
   std::vector<tandem_control_Body> bodies;
   std::vector<tandem_control_Instance> instances;
   std::vector<tandem_control_Contact> contacts;
   std::vector<tandem_control_Peer> peers;
 };
 void ToWire(const ControllerSnapshot& snapshot, std::uint64_t controller,
-            tandem_control_Snapshot& wire, SnapshotRoom& room);
+            tandem_control_Snapshot& wire, SnapshotBuffers& room);
 /// Takes the names of the bodies and of the scene from `scene`. False: the snapshot is of another
 /// scene, or unsound.
 bool FromWire(const tandem_control_Snapshot& wire, const tandem_control_Scene& scene,

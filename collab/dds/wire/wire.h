@@ -50,14 +50,14 @@ void ToWire(const Event& event, tandem_Event& wire) noexcept;
 bool FromWire(const tandem_Event& wire, Event& event) noexcept;
 
 /// Holds the lists of a peer_info that is sent.
-struct InfoRoom {
+struct InfoBuffers {
   std::vector<tandem_Claim> claims;
   std::vector<tandem_Belief> beliefs;
 };
 
 /// Cuts names that are too long at the end of a character. False: there are more claims or beliefs
 /// than the wire holds. The wire's lists lie in `room` and live as long as it.
-bool ToWire(const PeerInfo& info, tandem_PeerInfo& wire, InfoRoom& room);
+bool ToWire(const PeerInfo& info, tandem_PeerInfo& wire, InfoBuffers& room);
 /// Turns control characters in names into '?'. A viewer has no claims and beliefs, whatever the
 /// sample says.
 bool FromWire(const tandem_PeerInfo& wire, PeerInfo& info);

@@ -43,7 +43,7 @@ void Lend(std::vector<Item>& room, Sequence& out) {
 
 }  // namespace
 
-bool ToWire(const PeerInfo& info, tandem_PeerInfo& wire, InfoRoom& room) {
+bool ToWire(const PeerInfo& info, tandem_PeerInfo& wire, InfoBuffers& room) {
   if (info.claims.size() > kMaxClaims || info.beliefs.size() > kMaxClaims) return false;
   wire.peer = info.peer;
   wire.protocol = info.protocol;

@@ -43,8 +43,8 @@ constexpr double kShortestSwing = 1e-3;     // s
 constexpr double kLongestSwing = 1e6;       // s
 constexpr double kLongestDelay = 1.2;       // s one way: beyond, links are cut whatever the law
 
-double Within(const JsonNode& node, std::string_view key, double least, double most,
-              double otherwise) {
+double NumberWithin(const JsonNode& node, std::string_view key, double least, double most,
+                    double otherwise) {
   if (!node.Has(key)) return otherwise;
   const double value = node[key].NumberFrom(least);
   if (value > most) {
@@ -141,19 +141,19 @@ bool IsModel(const std::string& name) {
 
 LinkConditions ReadWay(const JsonNode& node) {
   LinkConditions way;
-  way.delay_ms = Within(node, "delay_ms", 0, 1000, way.delay_ms);
-  way.jitter_ms = Within(node, "jitter_ms", 0, 1000, way.jitter_ms);
-  way.swing_ms = Within(node, "swing_ms", 0, 1000, way.swing_ms);
+  way.delay_ms = NumberWithin(node, "delay_ms", 0, 1000, way.delay_ms);
+  way.jitter_ms = NumberWithin(node, "jitter_ms", 0, 1000, way.jitter_ms);
+  way.swing_ms = NumberWithin(node, "swing_ms", 0, 1000, way.swing_ms);
   if (node.Has("swing_period_s")) {
     way.swing_period_s = node["swing_period_s"].NumberBetween(kShortestSwing, kLongestSwing);
   }
-  way.loss = Within(node, "loss", 0, 1, way.loss);
-  way.burst_enter = Within(node, "burst_enter", 0, 1, way.burst_enter);
-  way.burst_leave = Within(node, "burst_leave", 0, 1, way.burst_leave);
-  way.burst_loss = Within(node, "burst_loss", 0, 1, way.burst_loss);
-  way.reorder = Within(node, "reorder", 0, 1, way.reorder);
-  way.reorder_ms = Within(node, "reorder_ms", 0, 1000, way.reorder_ms);
-  way.duplicate = Within(node, "duplicate", 0, 1, way.duplicate);
+  way.loss = NumberWithin(node, "loss", 0, 1, way.loss);
+  way.burst_enter = NumberWithin(node, "burst_enter", 0, 1, way.burst_enter);
+  way.burst_leave = NumberWithin(node, "burst_leave", 0, 1, way.burst_leave);
+  way.burst_loss = NumberWithin(node, "burst_loss", 0, 1, way.burst_loss);
+  way.reorder = NumberWithin(node, "reorder", 0, 1, way.reorder);
+  way.reorder_ms = NumberWithin(node, "reorder_ms", 0, 1000, way.reorder_ms);
+  way.duplicate = NumberWithin(node, "duplicate", 0, 1, way.duplicate);
   return way;
 }
 
@@ -168,8 +168,8 @@ std::vector<LabNetwork::Step> ReadSchedule(const JsonNode& node, double delay_s)
     item.AllowKeys({"at_s", "delay_s", "cut"});
     LabNetwork::Step step;
     step.at_s = item["at_s"].NumberFrom(0);
-    step.delay_s = Within(item, "delay_s", 0, kLongestDelay,
-                          schedule.empty() ? delay_s : schedule.back().delay_s);
+    step.delay_s = NumberWithin(item, "delay_s", 0, kLongestDelay,
+                                schedule.empty() ? delay_s : schedule.back().delay_s);
     if (item.Has("cut")) step.cut = item["cut"].TrueOrFalse();
     if (!schedule.empty() && step.at_s <= schedule.back().at_s) {
       item["at_s"].Fault("must be later than the step before");
@@ -196,15 +196,15 @@ LabNetwork ReadNetwork(const JsonNode& node, double delay_s, const std::filesyst
     network.name = node.Has("name") ? node["name"].Text("a name") : "own";
     network.there = network.back = ReadWay(node);
     TakeTrace(ReadTraceKeys(node, folder), network);
-    network.skew = Within(node, "skew", 0, 1, 0);
+    network.skew = NumberWithin(node, "skew", 0, 1, 0);
     if (node.Has("schedule")) network.schedule = ReadSchedule(node["schedule"], delay_s);
     return network;
   }
   constexpr const char* kNames = "clean, lossy, asymmetric, the name of a model or an object";
   network.name = node.Text(kNames);
   if (IsModel(network.name)) {
-    const Result<const LinkTrace*> there = KeepModel(network.name, TraceWay::kThere, 1);
-    const Result<const LinkTrace*> back = KeepModel(network.name, TraceWay::kBack, 1);
+    const Result<const LinkTrace*> there = KeepModel(network.name, TraceDirection::kThere, 1);
+    const Result<const LinkTrace*> back = KeepModel(network.name, TraceDirection::kBack, 1);
     if (there && back) {
       TakeTrace({.there = *there, .back = *back, .mix = true}, network);
     } else {
@@ -247,14 +247,14 @@ LabCase ReadCase(const JsonNode& root, const std::filesystem::path& folder) {
   }
   if (root.Has("motion")) test.motion = ReadMotion(root["motion"]);
   if (root.Has("law")) test.law = ReadLaw(root["law"]);
-  test.delay_s = Within(root, "delay_s", 0, kLongestDelay, test.delay_s);
+  test.delay_s = NumberWithin(root, "delay_s", 0, kLongestDelay, test.delay_s);
   if (root.Has("network")) test.network = ReadNetwork(root["network"], test.delay_s, folder);
   // a trace has its own delays
   if (test.network.traced.there != nullptr && !root.Has("delay_s")) test.delay_s = 0;
   if (root.Has("publish_hz")) {
-    test.publish_hz = Within(root, "publish_hz", 10, 1000, test.publish_hz);
+    test.publish_hz = NumberWithin(root, "publish_hz", 10, 1000, test.publish_hz);
   }
-  if (root.Has("seconds")) test.seconds = Within(root, "seconds", 0, 3600, 0);
+  if (root.Has("seconds")) test.seconds = NumberWithin(root, "seconds", 0, 3600, 0);
   if (root.Has("seed")) {
     test.seed = static_cast<std::uint64_t>(root["seed"].WholeNumber(0, 2'000'000'000));
   }

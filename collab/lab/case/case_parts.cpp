@@ -64,7 +64,7 @@ void Script(const LabCase& test, std::size_t user, HandScript& script) {
     case LabMotion::kSwing:
       if (!first) return;
       GiveSpring(script.impedance, kMovingSpring);
-      script.waypoints = ToAndFro(0.1, 2.0 / 3.0 * test.Lasts());
+      script.waypoints = ToAndFro(0.1, 2.0 / 3.0 * test.Duration());
       return;
     case LabMotion::kPress:
       push(1.5, 4, 2);

@@ -45,15 +45,15 @@ HandImpedance Turning(HandImpedance hand, const Inertia& body) {
   return hand;
 }
 
-double LabCase::MeanWay() const {
+double LabCase::MeanPathLength() const {
   const auto of_trace = [](const LinkTrace* trace) {
     return trace == nullptr ? 0.0 : 1e-3 * trace->facts().mean_delay_ms;
   };
   return delay_s + 0.5 * (of_trace(network.there.trace) + of_trace(network.back.trace));
 }
 
-double LabCase::LongEnough() const {
-  return std::max(12.0, 40.0 * MeanWay());
+double LabCase::DefaultDuration() const {
+  return std::max(12.0, 40.0 * MeanPathLength());
 }
 
 }  // namespace tandem

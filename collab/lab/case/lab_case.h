@@ -83,18 +83,18 @@ struct LabCase {
   double delay_s = 0.1;  // one way
   LabNetwork network;    // its delays are added to delay_s
   double publish_hz = 1000;
-  double seconds = 0;  // length from when all loops are closed; 0: LongEnough()
+  double seconds = 0;  // length from when all loops are closed; 0: DefaultDuration()
   std::uint64_t seed = 1;
 
   /// Returns whether the body touches nothing.
   bool IsFree() const { return scene == "free" || scene == "off_centre"; }
   /// Returns the mean of both ways: delay_s plus the delay of the network's traces.
-  double MeanWay() const;
+  double MeanPathLength() const;
   /// Returns max(12 s, 40 mean ways).
-  double LongEnough() const;
+  double DefaultDuration() const;
   /// Returns the case's length from when all loops are closed. RunCase() may go on longer while the
   /// motion decays.
-  double Lasts() const { return seconds > 0 ? seconds : LongEnough(); }
+  double Duration() const { return seconds > 0 ? seconds : DefaultDuration(); }
 };
 
 }  // namespace tandem

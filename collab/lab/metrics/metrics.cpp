@@ -46,10 +46,10 @@ bool Observe(const Peer& peer, std::int64_t now_ns, UserFrame& out) {
   out.ground_damping = shared->ground_damping();
   out.link_count = shared->Links(now_ns, out.links);
   for (std::size_t i = 0; i < out.link_count; ++i) out.links_B_W[i] = report.links_B_W[i];
-  out.felt_W = peer.telemetry().felt().F_D_W;
+  out.felt_W = peer.telemetry().rendered().F_D_W;
   out.guarded_frames = peer.guard().guarded();
-  out.trapped = peer.parting().trapped();
-  out.loaded = report.loaded_points > 0;
+  out.trapped = peer.separation().trapped();
+  out.loaded = report.pushing_points > 0;
   return true;
 }
 
@@ -66,7 +66,7 @@ const char* NameOf(Verdict verdict) {
 }
 
 Verdict Judge(const Metrics& metrics) {
-  if (metrics.blew_up) return Verdict::kUnstable;
+  if (metrics.diverged) return Verdict::kUnstable;
   if (metrics.windows < kLeastWindows) return Verdict::kUndecided;
   if (metrics.growth > 0 && metrics.tail_rms > kStill) return Verdict::kUnstable;
   if (!(metrics.tail_rms > kCalm)) return Verdict::kStable;
@@ -76,7 +76,7 @@ Verdict Judge(const Metrics& metrics) {
 }
 
 bool DecaysAboveRest(const Metrics& metrics) {
-  return !metrics.blew_up && metrics.windows >= kLeastWindows && metrics.growth < 0 &&
+  return !metrics.diverged && metrics.windows >= kLeastWindows && metrics.growth < 0 &&
          metrics.tail_rms > kCalm;
 }
 
@@ -97,7 +97,7 @@ void Meter::See(std::span<const UserFrame> users) {
     if (!user.present) continue;
     AddWork(user);
     trapped = trapped || user.trapped;
-    running_.blew_up = running_.blew_up || !IsNumber(user.state);
+    running_.diverged = running_.diverged || !IsNumber(user.state);
   }
   running_.trapped_frames += trapped ? 1 : 0;
   SeeVelocities(users, bin);
@@ -164,7 +164,7 @@ void Meter::SeeDistances(std::span<const UserFrame> users, Bin& bin) {
   bin.farthest = std::max(bin.farthest, apart);
   bin.nearest = bin.frames == 1 ? apart : std::min(bin.nearest, apart);
   running_.peak_apart = std::max(running_.peak_apart, apart);
-  running_.blew_up = running_.blew_up || !(apart < kTooFar);
+  running_.diverged = running_.diverged || !(apart < kTooFar);
 }
 
 void Meter::SeeForces(std::span<const UserFrame> users, Bin& bin) {

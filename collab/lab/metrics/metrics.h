@@ -61,7 +61,7 @@ struct Metrics {
   double least_stiffness = 0;  // N/m, lowest of any link, from a second after the first frame
   double loop_age_s = 0;       // mean of the last second
   double te_s = 0;             // delay that the laws use, mean of the last second
-  bool blew_up = false;        // the state is not a number, or the instances are 0.5 m apart
+  bool diverged = false;       // the state is not a number, or the instances are 0.5 m apart
   std::int64_t frames = 0;
   std::int64_t trapped_frames = 0;
 };
@@ -95,7 +95,7 @@ class Meter {
   /// first.
   void SeeOpening(std::span<const UserFrame> users);
   /// Returns whether the state is not a number, or the instances are 0.5 m apart.
-  bool blew_up() const noexcept { return running_.blew_up; }
+  bool diverged() const noexcept { return running_.diverged; }
   Metrics Finish() const;
 
  private:

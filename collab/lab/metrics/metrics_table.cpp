@@ -23,7 +23,7 @@ std::span<const MetricField> MetricFields() {
                                          {"least_stiffness", &Metrics::least_stiffness},
                                          {"loop_age_s", &Metrics::loop_age_s},
                                          {"te_s", &Metrics::te_s},
-                                         {"blew_up", &Metrics::blew_up},
+                                         {"blew_up", &Metrics::diverged},
                                          {"frames", &Metrics::frames},
                                          {"trapped_frames", &Metrics::trapped_frames}};
   return kAll;

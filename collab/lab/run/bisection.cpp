@@ -63,7 +63,7 @@ BoundaryPoint FindBoundary(LabCase test, const LabScene& scene, double most) {
     ++point.runs;
     if (result.fault && !point.fault) point.fault = result.fault;
     // motion that has grown into a limit grows no more, and is faster than any knock made it
-    return result.metrics.blew_up || result.metrics.growth > 0 || result.metrics.tail_rms > 1;
+    return result.metrics.diverged || result.metrics.growth > 0 || result.metrics.tail_rms > 1;
   };
   double dies = 1;
   double lives = 1;

@@ -145,7 +145,7 @@ void AddTo(Hash64& hash, const Metrics& metrics) {
   }
 }
 
-bool GoesOn(const Metrics& metrics, const RunOn& on) {
+bool GoesOn(const Metrics& metrics, const RunLength& on) {
   if (on.rest_m_s <= 0) return DecaysAboveRest(metrics);
   return Judge(metrics) != Verdict::kStable || !(metrics.tail_rms < on.rest_m_s);
 }
@@ -153,7 +153,7 @@ bool GoesOn(const Metrics& metrics, const RunOn& on) {
 }  // namespace
 
 CaseResult RunCase(const LabCase& given, const LabScene& scene, const SeriesSink& series,
-                   const RunOn& on) {
+                   const RunLength& on) {
   CaseResult result;
   const LabCase test = FittedTo(scene.inertia(), given);
   const auto law = LawOf(test.law);
@@ -161,7 +161,7 @@ CaseResult RunCase(const LabCase& given, const LabScene& scene, const SeriesSink
     result.fault = law.error();
     return result;
   }
-  Meter meter(scene.inertia(), test.MeanWay(), LastInputEnds(test));
+  Meter meter(scene.inertia(), test.MeanPathLength(), LastInputEnds(test));
   Run run(test, scene, *law);
   int opening = 0;
   do {
@@ -172,14 +172,14 @@ CaseResult RunCase(const LabCase& given, const LabScene& scene, const SeriesSink
     }
   } while (!run.Closed());
 
-  const auto length = std::llround(test.Lasts() / kFrame);
+  const auto length = std::llround(test.Duration() / kFrame);
   const std::int64_t lengths =
-      on.most_s > 0 ? std::llround(std::ceil(on.most_s / test.Lasts())) : kMostLengths;
+      on.most_s > 0 ? std::llround(std::ceil(on.most_s / test.Duration())) : kMostLengths;
   const std::int64_t most = length * (test.seconds > 0 ? 1 : lengths);
   Hash64 hash;
   std::int64_t frame = 0;
   for (std::int64_t end = length; end <= most; end += length) {
-    for (; frame < end && !meter.blew_up(); ++frame) {
+    for (; frame < end && !meter.diverged(); ++frame) {
       const double t_s = kFrame * static_cast<double>(frame);
       if (frame < length) run.Obey(t_s);
       const std::span<const UserFrame> users = run.Step();

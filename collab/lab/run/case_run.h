@@ -25,7 +25,7 @@ struct CaseResult {
 using SeriesSink = std::function<void(double t_s, std::span<const UserFrame> users)>;
 
 /// Says how long a run goes on when the case does not set its length.
-struct RunOn {
+struct RunLength {
   double most_s = 0;    // longest run; 0: four lengths of the case
   double rest_m_s = 0;  // the run goes on until it is stable with a slower tail; 0: while it decays
                         // and its tail is faster than a stable run's may be
@@ -35,6 +35,6 @@ struct RunOn {
 /// bits. A run whose length the case does not set goes on, length by length, as `on` says. Then
 /// `metrics` are those of the whole run. The case's schedule ends with the first length.
 CaseResult RunCase(const LabCase& test, const LabScene& scene, const SeriesSink& series = {},
-                   const RunOn& on = {});
+                   const RunLength& on = {});
 
 }  // namespace tandem

@@ -83,7 +83,7 @@ std::unique_ptr<PeerNode> NodeOf(const PressCase& test,
 }
 
 /// One user's motion, frame by frame.
-struct Course {
+struct Trajectory {
   std::vector<double> x;      // m
   std::vector<double> speed;  // m/s
   std::vector<double> force;  // N
@@ -103,7 +103,7 @@ double MeanOf(const std::vector<double>& values) {
   return std::accumulate(from, values.end(), 0.0) / static_cast<double>(kJudgedFrames);
 }
 
-void JudgeCourse(const Course& course, bool strokes, PressResult& result) {
+void JudgeCourse(const Trajectory& course, bool strokes, PressResult& result) {
   const std::size_t end = course.x.size();
   const double mean_x = MeanOf(course.x);
   const double mean_force = MeanOf(course.force);
@@ -143,7 +143,7 @@ const char* NameOf(PressMotion motion) {
 
 const char* NameOf(MirrorModel mirror) {
   switch (mirror) {
-    case MirrorModel::kBlend:
+    case MirrorModel::kCompliantMirror:
       return "blend";
     case MirrorModel::kHeld:
       return "held";
@@ -153,14 +153,14 @@ const char* NameOf(MirrorModel mirror) {
   return "";
 }
 
-double PressCase::LongEnough() const {
+double PressCase::DefaultDuration() const {
   return seconds > 0 ? seconds : std::max(12.0, 0.04 * conditions.delay_ms);
 }
 
 Result<PressResult> RunPress(const PressCase& test,
                              const std::shared_ptr<const WorldModel>& model) {
   TANDEM_CHECK(model->bodies.size() == kUsers);
-  const double seconds = test.LongEnough();
+  const double seconds = test.DefaultDuration();
   SimulatedSession session;
   for (std::size_t user = 0; user < kUsers; ++user) {
     session.Add(NodeOf(test, model, user, seconds), 1 + user);
@@ -177,24 +177,24 @@ Result<PressResult> RunPress(const PressCase& test,
   const bool strokes = test.motion == PressMotion::kTap;
   const auto frames = static_cast<std::size_t>(1e3 * (StartOf(test) + seconds));
   TANDEM_CHECK(frames > kJudgedFrames + kStroke);
-  std::array<Course, kUsers> courses;
+  std::array<Trajectory, kUsers> courses;
   const double first_way = model->bodies[1].X_WB0.p.x() - model->bodies[0].X_WB0.p.x();
   for (std::size_t i = 0; i < frames; ++i) {
     session.Step();
     for (std::size_t user = 0; user < kUsers; ++user) {
       const Peer& peer = session.node(user).peer();
-      Course& course = courses[user];
+      Trajectory& course = courses[user];
       course.x.push_back(peer.held_state()->X_WB.p.x());
       course.speed.push_back(peer.held_state()->V_WB.v.norm());
       course.force.push_back(peer.report().hand_B_W.f.norm());
-      course.touches.push_back(peer.report().loaded_points > 0);
+      course.touches.push_back(peer.report().pushing_points > 0);
       result.peak_force = std::max(result.peak_force, course.force.back());
       result.most_lag = std::max(result.most_lag, peer.mirror_lag_m());
     }
     const double gap = courses[1].x.back() - courses[0].x.back() - first_way + kPressGap;
     result.most_overlap = std::max(result.most_overlap, -gap);
   }
-  for (const Course& course : courses) JudgeCourse(course, strokes, result);
+  for (const Trajectory& course : courses) JudgeCourse(course, strokes, result);
   result.calm =
       strokes ? result.unrest < PressResult::kSameStroke : result.speed < PressResult::kRestSpeed;
   return result;

@@ -22,14 +22,14 @@ const char* NameOf(MirrorModel mirror);
 
 struct PressCase {
   PressMotion motion = PressMotion::kPress;
-  MirrorModel mirror = MirrorModel::kBlend;
+  MirrorModel mirror = MirrorModel::kCompliantMirror;
   LinkConditions conditions;  // conditions of each user's incoming messages
   double publish_hz = 1000;
   double seconds = 0;  // length of the hands' motion, which begins when loops are closed; 0: a
                        // length by the delay
 
   /// Returns `seconds` if set, else max(12 s, 40 delays).
-  double LongEnough() const;
+  double DefaultDuration() const;
 };
 
 /// The figures of a run, each for the worse of the two users. Forces are those of the hands'

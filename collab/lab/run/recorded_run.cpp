@@ -84,11 +84,11 @@ Result<RecordedRun> MeterRecordings(const std::vector<std::filesystem::path>& re
     });
   };
 
-  const double seconds = test.seconds > 0 ? test.seconds : test.LongEnough();
+  const double seconds = test.seconds > 0 ? test.seconds : test.DefaultDuration();
   const auto wanted = std::llround(seconds / kFrame);
-  Meter meter(scene.inertia(), test.MeanWay(), LastInputEnds(test));
+  Meter meter(scene.inertia(), test.MeanPathLength(), LastInputEnds(test));
   std::int64_t measured = 0;
-  for (bool open = true; measured < wanted && !meter.blew_up(); now_ns += kFrameNs) {
+  for (bool open = true; measured < wanted && !meter.diverged(); now_ns += kFrameNs) {
     for (std::size_t user = 0; user < users.size(); ++user) {
       if (!users[user].next_ns()) {
         return Error{recordings[user].string() + ": ends " +

@@ -17,7 +17,7 @@ inline std::string ToHex(std::uint64_t value) {
 }
 
 /// Returns the value of 16 hexadecimal digits, or nothing for any other text.
-inline std::optional<std::uint64_t> OfHex(const std::string& text) {
+inline std::optional<std::uint64_t> FromHex(const std::string& text) {
   std::uint64_t value = 0;
   const char* const end = text.data() + text.size();
   const auto [rest, fault] = std::from_chars(text.data(), end, value, 16);

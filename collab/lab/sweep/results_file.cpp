@@ -126,7 +126,7 @@ CellRecord RecordOf(const JsonNode& node) {
                          CoverageOf(node["predicted"])};
   }
   outcome.result.metrics = MetricsOf(node["metrics"]);
-  const std::optional<std::uint64_t> digest = OfHex(node["digest"].Text());
+  const std::optional<std::uint64_t> digest = FromHex(node["digest"].Text());
   if (!digest) node["digest"].Expected("16 hexadecimal digits");
   outcome.result.digest = digest.value_or(0);
   outcome.result.simulated_s = node["simulated_s"].Number();

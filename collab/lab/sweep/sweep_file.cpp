@@ -99,7 +99,7 @@ double CostOf(const Json& test) {
   LabCase length;
   length.delay_s = test["delay_s"].get<double>();
   const auto seconds = test["seconds"].get<double>();
-  return (seconds > 0 ? seconds : length.LongEnough()) * test["users"].get<double>() *
+  return (seconds > 0 ? seconds : length.DefaultDuration()) * test["users"].get<double>() *
          SceneCost(test["scene"].get<std::string>());
 }
 

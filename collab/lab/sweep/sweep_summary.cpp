@@ -71,7 +71,7 @@ class Count {
       summary_.max_tail_rms_mm_s = Worse(summary_.max_tail_rms_mm_s, tail_mm_s);
     }
     if (fails) summary_.failing.push_back(record.cell.number);
-    if (test["scene"] == "free" && test["users"] == 2 && !result.metrics.blew_up) {
+    if (test["scene"] == "free" && test["users"] == 2 && !result.metrics.diverged) {
       pair_s_ += result.simulated_s;
       pair_cpu_s_ += record.outcome.cpu_s;
     }

@@ -16,16 +16,16 @@ constexpr std::int64_t kListen = 295'000'000;
 
 }  // namespace
 
-AuthorityChecker::AuthorityChecker(const WorldModel& model, Breakages& breakages)
-    : model_(&model), breakages_(&breakages) {}
+AuthorityChecker::AuthorityChecker(const WorldModel& model, Violations& violations)
+    : model_(&model), violations_(&violations) {}
 
 AuthorityChecker::Known AuthorityChecker::ClaimAt(SimulatedSession& session, std::size_t member,
                                                   std::size_t body) {
-  const Holdings& holdings = session.node(member).peer().holdings();
-  return {holdings.epoch(body), holdings.authority(body)};
+  const Ownership& ownership = session.node(member).peer().ownership();
+  return {ownership.epoch(body), ownership.authority(body)};
 }
 
-void AuthorityChecker::Look(SimulatedSession& session) {
+void AuthorityChecker::Check(SimulatedSession& session) {
   now_ns_ = session.now_ns();
   way_ns_ = session.network().LongestWay();
   const std::size_t before = ids_.size();
@@ -48,7 +48,7 @@ void AuthorityChecker::Look(SimulatedSession& session) {
       halted_ns_[m] = 0;
     }
   }
-  LookAtClaims(session);
+  CheckClaims(session);
 
   std::vector<Part> parts;
   for (std::vector<std::size_t>& members : SettledParts(session)) {
@@ -64,15 +64,15 @@ void AuthorityChecker::Look(SimulatedSession& session) {
     part.agreed_ns.assign(model_->bodies.size(), now_ns_);
     part.one_ns.assign(model_->bodies.size(), now_ns_);
     part.greatest.resize(model_->bodies.size());
-    part.said.resize(model_->bodies.size());
+    part.stated.resize(model_->bodies.size());
     part.said_ns.resize(model_->bodies.size());
   }
   parts_ = std::move(parts);
-  LookAtSaid();
-  for (Part& part : parts_) LookAtPart(session, part);
+  CheckStatements();
+  for (Part& part : parts_) CheckPart(session, part);
 }
 
-void AuthorityChecker::LookAtClaims(SimulatedSession& session) {
+void AuthorityChecker::CheckClaims(SimulatedSession& session) {
   for (std::size_t m = 0; m < session.size(); ++m) {
     if (!session.present(m) || session.halted(m)) continue;
     for (std::size_t b = 0; b < model_->bodies.size(); ++b) {
@@ -80,7 +80,7 @@ void AuthorityChecker::LookAtClaims(SimulatedSession& session) {
       // epoch 0 is no claim: it names the lowest of the peers that happen to be here
       if (now.epoch > 0 || known_[m][b].epoch > 0) {
         if (known_[m][b].epoch > 0 && now < known_[m][b] && !MayGoBack(session, m, b)) {
-          breakages_->Add("a claim goes back", ids_[m], model_->bodies[b].name);
+          violations_->Add("a claim goes back", ids_[m], model_->bodies[b].name);
         }
         known_[m][b] = now;
       }
@@ -139,7 +139,7 @@ std::vector<std::vector<std::size_t>> AuthorityChecker::SettledParts(
   return settled;
 }
 
-void AuthorityChecker::LookAtPart(SimulatedSession& session, Part& part) {
+void AuthorityChecker::CheckPart(SimulatedSession& session, Part& part) {
   for (std::size_t b = 0; b < model_->bodies.size(); ++b) {
     int hands = 0;
     Known greatest;
@@ -147,7 +147,7 @@ void AuthorityChecker::LookAtPart(SimulatedSession& session, Part& part) {
     bool one = true;
     bool here = true;
     for (const std::size_t m : part.members) {
-      hands += session.node(m).peer().holdings().held() == static_cast<int>(b) ? 1 : 0;
+      hands += session.node(m).peer().ownership().held() == static_cast<int>(b) ? 1 : 0;
       const Known claim = ClaimAt(session, m, b);
       if (greatest.peer != 0) agree = agree && claim == greatest;
       if (greatest.peer != 0) one = one && claim.peer == greatest.peer;
@@ -161,7 +161,7 @@ void AuthorityChecker::LookAtPart(SimulatedSession& session, Part& part) {
     const PeerId first = ids_[part.members.front()];
     const std::string& name = model_->bodies[b].name;
     if (hands > 1 && !model_->scene.bodies[model_->object[b]].shared) {
-      breakages_->Add("one body is in two hands", first, name);
+      violations_->Add("one body is in two hands", first, name);
     }
     if ((agree && here) || !(part.greatest[b] == greatest)) part.agreed_ns[b] = now_ns_;
     part.greatest[b] = greatest;
@@ -173,7 +173,7 @@ void AuthorityChecker::LookAtPart(SimulatedSession& session, Part& part) {
       most_ns += SimulatedNetwork::kLeaseNs + kBeat + kNextInLine * CameSince(part, greatest.peer);
     }
     if (lasts_ns <= most_ns) continue;
-    breakages_->Add(
+    violations_->Add(
         here ? "peers do not agree who answers for a body" : "nobody answers for a body", first,
         name + Text(" for %.2f s", 1e-9 * static_cast<double>(lasts_ns)));
   }
@@ -202,58 +202,58 @@ std::int64_t AuthorityChecker::CameSince(const Part& part, PeerId gone) const {
 void AuthorityChecker::OnState(PeerId from, const ObjectState& state) {
   const bool known =
       state.object < model_->body_index.size() && model_->body_index[state.object] >= 0;
-  if (!known) return breakages_->Add("a state of no body", from);
+  if (!known) return violations_->Add("a state of no body", from);
   const bool parked = (state.flags & kStateParked) != 0;
   // every holder of a shared body publishes its own
   if (model_->scene.bodies[state.object].shared && !parked) return;
-  said_.push_back({from,
-                   static_cast<std::size_t>(model_->body_index[state.object]),
-                   {state.epoch, state.peer}});
+  stated_.push_back({from,
+                     static_cast<std::size_t>(model_->body_index[state.object]),
+                     {state.epoch, state.peer}});
 }
 
-void AuthorityChecker::LookAtSaid() {
-  for (const Said& says : said_) {
+void AuthorityChecker::CheckStatements() {
+  for (const Statement& says : stated_) {
     for (std::size_t m = 0; m < ids_.size(); ++m) {
       if (ids_[m] != says.from || now_ns_ >= silent_ns_[m]) continue;
-      breakages_->Add("one who was stopped speaks before it has listened", says.from);
+      violations_->Add("one who was stopped speaks before it has listened", says.from);
     }
     Part* const part = PartOf(says.from);
     if (part == nullptr) continue;
-    Known& greatest = part->said[says.body];
+    Known& greatest = part->stated[says.body];
     const std::int64_t most_ns = hostile_ == 0 ? 0 : 2 * way_ns_ + kSettle + kMisled;
-    const bool heard = hostile_ == 0 || now_ns_ - part->said_ns[says.body] > most_ns;
-    if (heard && says.claim < greatest && says.claim.peer != greatest.peer) {
-      breakages_->Add("two say where a body is", says.from,
-                      model_->bodies[says.body].name + " after " + std::to_string(greatest.peer));
+    const bool received = hostile_ == 0 || now_ns_ - part->said_ns[says.body] > most_ns;
+    if (received && says.claim < greatest && says.claim.peer != greatest.peer) {
+      violations_->Add("two say where a body is", says.from,
+                       model_->bodies[says.body].name + " after " + std::to_string(greatest.peer));
     }
     if (!(greatest < says.claim)) continue;
     if (greatest.peer != says.claim.peer) part->said_ns[says.body] = now_ns_;
     greatest = says.claim;
   }
-  said_.clear();
+  stated_.clear();
 }
 
-void AuthorityChecker::LookAtEnd(SimulatedSession& session, std::int64_t quiet_ns) {
+void AuthorityChecker::CheckEnd(SimulatedSession& session, std::int64_t quiet_ns) {
   const std::int64_t most_ns = 2 * way_ns_ + kSettle + (hostile_ == 0 ? 0 : kMisled);
   for (const Part& part : parts_) {
     for (std::size_t b = 0; b < model_->bodies.size(); ++b) {
       const std::int64_t lasts_ns = now_ns_ - std::max(part.one_ns[b], quiet_ns);
       if (part.one_ns[b] == now_ns_ || lasts_ns <= most_ns) continue;
-      breakages_->Add("peers claim a body above one another", ids_[part.members.front()],
-                      model_->bodies[b].name);
+      violations_->Add("peers claim a body above one another", ids_[part.members.front()],
+                       model_->bodies[b].name);
     }
   }
   for (std::size_t b = 0; b < model_->bodies.size(); ++b) {
     for (std::size_t m = 0; m < session.size(); ++m) {
       if (!session.present(m)) continue;
-      const PeerId authority = session.node(m).peer().holdings().authority(b);
+      const PeerId authority = session.node(m).peer().ownership().authority(b);
       std::size_t at = 0;
       while (at < session.size() && !(session.present(at) && session.id(at) == authority)) ++at;
       const bool answers =
-          at < session.size() && session.node(at).peer().holdings().authority(b) == authority;
+          at < session.size() && session.node(at).peer().ownership().authority(b) == authority;
       if (answers) continue;
-      breakages_->Add("nobody answers for a body though all is quiet", session.id(m),
-                      model_->bodies[b].name);
+      violations_->Add("nobody answers for a body though all is quiet", session.id(m),
+                       model_->bodies[b].name);
     }
   }
 }

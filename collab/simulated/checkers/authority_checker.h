@@ -4,7 +4,7 @@
 #include <map>
 #include <vector>
 
-#include "collab/simulated/checkers/breakages.h"
+#include "collab/simulated/checkers/violations.h"
 #include "collab/simulated/network/simulated_session.h"
 
 namespace tandem {
@@ -35,18 +35,18 @@ namespace tandem {
 /// A way is the longest time that control traffic has lately needed anywhere, re-sends included.
 class AuthorityChecker {
  public:
-  AuthorityChecker(const WorldModel& model, Breakages& breakages);
+  AuthorityChecker(const WorldModel& model, Violations& violations);
 
   /// Names the hostile peer. No other peer needs to answer for its bodies.
   void SetHostile(PeerId peer) { hostile_ = peer; }
   /// Judges a frame; call it after every frame.
-  void Look(SimulatedSession& session);
+  void Check(SimulatedSession& session);
   void OnState(PeerId from, const ObjectState& state);
   /// Judges the end, when all is quiet since `quiet_ns`. Every peer names an authority that is here
   /// for every body. All name the same one, except for claims that began then and may not be
   /// settled yet. This finds peers that claim a body above one another for ever, which make new
   /// claims for ever.
-  void LookAtEnd(SimulatedSession& session, std::int64_t quiet_ns);
+  void CheckEnd(SimulatedSession& session, std::int64_t quiet_ns);
 
  private:
   struct Known {  // claim, as a peer knows or publishes it
@@ -57,7 +57,7 @@ class AuthorityChecker {
     }
     bool operator==(const Known&) const = default;
   };
-  struct Said {
+  struct Statement {
     PeerId from = 0;
     std::size_t body = 0;
     Known claim;
@@ -68,16 +68,16 @@ class AuthorityChecker {
                                           // claim
     std::vector<std::int64_t> one_ns;     // per body: last time when all named the same peer
     std::vector<Known> greatest;          // per body
-    std::vector<Known> said;              // per body: greatest on the wire since the part is
+    std::vector<Known> stated;            // per body: greatest on the wire since the part is
                                           // settled
     std::vector<std::int64_t> said_ns;    // per body: time since which that peer publishes it
   };
 
-  void LookAtClaims(SimulatedSession& session);
+  void CheckClaims(SimulatedSession& session);
   bool MayGoBack(SimulatedSession& session, std::size_t member, std::size_t body);
   std::vector<std::vector<std::size_t>> SettledParts(const SimulatedSession& session);
-  void LookAtPart(SimulatedSession& session, Part& part);
-  void LookAtSaid();
+  void CheckPart(SimulatedSession& session, Part& part);
+  void CheckStatements();
   Part* PartOf(PeerId peer);
   /// Returns how many peers of a part came after that peer went.
   std::int64_t CameSince(const Part& part, PeerId gone) const;
@@ -85,7 +85,7 @@ class AuthorityChecker {
 
   const WorldModel* model_;
   PeerId hostile_ = 0;  // 0: none
-  Breakages* breakages_;
+  Violations* violations_;
   std::int64_t now_ns_ = 0;
   std::int64_t way_ns_ = 0;
   std::vector<PeerId> ids_;                // indexed by member
@@ -96,7 +96,7 @@ class AuthorityChecker {
   std::vector<std::int64_t> silent_ns_;    // per member: time until which it may publish nothing
   std::vector<std::vector<Known>> known_;  // [member][body], a frame ago
   std::vector<Part> parts_;
-  std::vector<Said> said_;  // published in this frame
+  std::vector<Statement> stated_;  // published in this frame
 };
 
 }  // namespace tandem

@@ -5,14 +5,14 @@
 
 namespace tandem {
 
-void EnergyChecker::Look(SimulatedSession& session) {
+void EnergyChecker::Check(SimulatedSession& session) {
   coupled_peers_.resize(session.size());
   for (std::size_t m = 0; m < session.size(); ++m) {
-    if (session.present(m) && !session.halted(m)) LookAt(session, m);
+    if (session.present(m) && !session.halted(m)) CheckMember(session, m);
   }
 }
 
-void EnergyChecker::LookAt(SimulatedSession& session, std::size_t member) {
+void EnergyChecker::CheckMember(SimulatedSession& session, std::size_t member) {
   Peer& peer = session.node(member).peer();
   const PeerId self = session.id(member);
   const SharedBody* const shared = peer.shared();
@@ -31,7 +31,7 @@ void EnergyChecker::LookAt(SimulatedSession& session, std::size_t member) {
   coupled_peers_[member] = std::move(peers);
   if (count == 0) return;
 
-  const auto body = static_cast<std::size_t>(peer.holdings().held());
+  const auto body = static_cast<std::size_t>(peer.ownership().held());
   const RigidState& own = *peer.held_state();
   const Inertia& inertia = model_->bodies[body].inertia;
   const Mat3 R = own.X_WB.q.toRotationMatrix();
@@ -47,9 +47,9 @@ void EnergyChecker::LookAt(SimulatedSession& session, std::size_t member) {
     // energy that drag took beyond what tanks and springs can keep is no credit for later
     link.made = std::max(link.made, link.credit - kept_);
     if (link.made <= link.credit + kTolerance) continue;
-    breakages_->Add("a link gives more energy than its credit", self,
-                    "to peer " + std::to_string(views[i].peer) +
-                        Text(", %.3f J in place of %.3f", link.made, link.credit));
+    violations_->Add("a link gives more energy than its credit", self,
+                     "to peer " + std::to_string(views[i].peer) +
+                         Text(", %.3f J in place of %.3f", link.made, link.credit));
   }
 }
 

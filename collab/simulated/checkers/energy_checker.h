@@ -4,7 +4,7 @@
 #include <utility>
 #include <vector>
 
-#include "collab/simulated/checkers/breakages.h"
+#include "collab/simulated/checkers/violations.h"
 #include "collab/simulated/network/simulated_session.h"
 
 namespace tandem {
@@ -26,11 +26,11 @@ class EnergyChecker {
   static constexpr double kTolerance = 0.02;  // J, for the error of taking a frame's final velocity
 
   /// `kept` replaces kMostKept, J.
-  EnergyChecker(const WorldModel& model, Breakages& breakages, double kept = kMostKept)
-      : model_(&model), breakages_(&breakages), kept_(kept) {}
+  EnergyChecker(const WorldModel& model, Violations& violations, double kept = kMostKept)
+      : model_(&model), violations_(&violations), kept_(kept) {}
 
   /// Judges a frame; call it after every frame.
-  void Look(SimulatedSession& session);
+  void Check(SimulatedSession& session);
 
  private:
   struct Link {
@@ -38,10 +38,10 @@ class EnergyChecker {
     double credit = 0;  // J
   };
 
-  void LookAt(SimulatedSession& session, std::size_t member);
+  void CheckMember(SimulatedSession& session, std::size_t member);
 
   const WorldModel* model_;
-  Breakages* breakages_;
+  Violations* violations_;
   double kept_;
   std::map<std::pair<PeerId, PeerId>, Link> links_;
   std::vector<std::vector<PeerId>> coupled_peers_;  // indexed by member, a frame ago

@@ -32,9 +32,9 @@ void MotionChecker::SeePlaced(SimulatedSession& session) {
   for (std::size_t b = 0; hostile_ != 0 && b < model_->bodies.size(); ++b) {
     for (std::size_t m = 0; m < session.size(); ++m) {
       if (!session.present(m)) continue;
-      const Holdings& holdings = session.node(m).peer().holdings();
-      if (holdings.authority(b) == hostile_) placed_[b] = {now_ns_, true};
-      if (holdings.held() == static_cast<int>(b)) placed_[b].untouched = false;
+      const Ownership& ownership = session.node(m).peer().ownership();
+      if (ownership.authority(b) == hostile_) placed_[b] = {now_ns_, true};
+      if (ownership.held() == static_cast<int>(b)) placed_[b].untouched = false;
     }
   }
 }
@@ -46,7 +46,7 @@ bool MotionChecker::IsPlaced(std::size_t body) const {
   return placed.untouched || (placed.ns != 0 && now_ns_ - placed.ns < kShown);
 }
 
-void MotionChecker::Look(SimulatedSession& session) {
+void MotionChecker::Check(SimulatedSession& session) {
   SeePlaced(session);
   seen_.resize(session.size());
   held_.resize(session.size(), -1);
@@ -63,7 +63,7 @@ void MotionChecker::Look(SimulatedSession& session) {
       sound = sound && IsFinite(world.state(b));
     }
     if (!sound) {
-      breakages_->Add("a simulation is not finite", id);
+      violations_->Add("a simulation is not finite", id);
       continue;
     }
     for (std::size_t b = 0; b < model_->bodies.size(); ++b) {
@@ -72,14 +72,14 @@ void MotionChecker::Look(SimulatedSession& session) {
       const bool held = node.peer().held_state() == &state;
       const double explained = fast_ ? 1.1 * kFrame * state.V_WB.v.norm() : 0.0;
       if (held && seen[b].known && moved > std::max(model_->scene.voxel_size, explained)) {
-        breakages_->Add("a body in hand jumps", id, Text("by %.2f mm", 1e3 * moved));
+        violations_->Add("a body in hand jumps", id, Text("by %.2f mm", 1e3 * moved));
       }
     }
     // until the hand has grasped it, the body moves as a mirror does
     const bool grasped =
-        node.peer().report().hand_B_W.f != Vec3::Zero() || node.peer().parting().leading();
-    const int held = grasped ? node.peer().holdings().held() : -1;
-    if (held >= 0) LookAtHeld(session, m, static_cast<std::size_t>(held));
+        node.peer().report().hand_B_W.f != Vec3::Zero() || node.peer().separation().guiding();
+    const int held = grasped ? node.peer().ownership().held() : -1;
+    if (held >= 0) CheckHeld(session, m, static_cast<std::size_t>(held));
     held_[m] = held;
     for (std::size_t b = 0; b < model_->bodies.size(); ++b) {
       seen[b].known = true;
@@ -88,7 +88,7 @@ void MotionChecker::Look(SimulatedSession& session) {
   }
 }
 
-void MotionChecker::LookAtHeld(SimulatedSession& session, std::size_t member, std::size_t held) {
+void MotionChecker::CheckHeld(SimulatedSession& session, std::size_t member, std::size_t held) {
   const PeerId id = session.id(member);
   const World& world = session.node(member).world();
   const SolidBox in_hand = BoxOf(world.state(held).X_WB);
@@ -96,7 +96,7 @@ void MotionChecker::LookAtHeld(SimulatedSession& session, std::size_t member, st
   const double above = BoxGap(in_hand, LightScenePlate());
   in_plate_[member] = above < 0 && (in_plate_[member] || held_[member] != static_cast<int>(held));
   if (above < -deepest && !in_plate_[member]) {
-    breakages_->Add("what the hand holds is in the plate", id);
+    violations_->Add("what the hand holds is in the plate", id);
   }
   for (std::size_t b = 0; b < model_->bodies.size(); ++b) {
     if (b == held) continue;
@@ -109,15 +109,15 @@ void MotionChecker::LookAtHeld(SimulatedSession& session, std::size_t member, st
     seen.excused = gap < 0 && (seen.excused || taken_now || IsPlaced(b));
     if (seen.excused) continue;
     if (gap < -deepest) {
-      breakages_->Add("a body is in the one that the hand holds", id,
-                      model_->bodies[b].name + Text(", by %.2f mm", -1e3 * gap));
+      violations_->Add("a body is in the one that the hand holds", id,
+                       model_->bodies[b].name + Text(", by %.2f mm", -1e3 * gap));
     }
     if (!was_near || !seen.known) continue;
     const double surface = (X_WB.p - seen.X_WB.p).norm() +
                            X_WB.q.angularDistance(seen.X_WB.q) * model_->bodies[b].radius;
     if (surface > kMostMirrorTravel) {
-      breakages_->Add("a mirror pushes in by more than its share", id,
-                      model_->bodies[b].name + Text(", %.3f mm in a frame", 1e3 * surface));
+      violations_->Add("a mirror pushes in by more than its share", id,
+                       model_->bodies[b].name + Text(", %.3f mm in a frame", 1e3 * surface));
     }
   }
 }

@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "collab/simulated/checkers/breakages.h"
+#include "collab/simulated/checkers/violations.h"
 #include "collab/simulated/network/simulated_session.h"
 
 namespace tandem {
@@ -24,15 +24,15 @@ class MotionChecker {
 
   /// With `fast`, hands move bodies by more than a voxel a frame; a motion that the velocity
   /// explains is no jump.
-  MotionChecker(const WorldModel& model, Breakages& breakages, bool fast = false)
-      : model_(&model), breakages_(&breakages), fast_(fast) {}
+  MotionChecker(const WorldModel& model, Violations& violations, bool fast = false)
+      : model_(&model), violations_(&violations), fast_(fast) {}
 
   /// Names the hostile peer. Its bodies go wherever it says.
   void SetHostile(PeerId peer) { hostile_ = peer; }
   /// Notes a grant or release, which says where a body is.
   void OnHostileEvent(const Event& event);
   /// Judges a frame; call it after every frame.
-  void Look(SimulatedSession& session);
+  void Check(SimulatedSession& session);
 
  private:
   struct Seen {
@@ -49,10 +49,10 @@ class MotionChecker {
 
   void SeePlaced(SimulatedSession& session);
   bool IsPlaced(std::size_t body) const;
-  void LookAtHeld(SimulatedSession& session, std::size_t member, std::size_t held);
+  void CheckHeld(SimulatedSession& session, std::size_t member, std::size_t held);
 
   const WorldModel* model_;
-  Breakages* breakages_;
+  Violations* violations_;
   bool fast_;
   PeerId hostile_ = 0;                   // 0: none
   std::vector<std::vector<Seen>> seen_;  // [member][body], a frame ago

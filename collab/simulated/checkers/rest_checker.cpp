@@ -5,15 +5,15 @@
 
 namespace tandem {
 
-void RestChecker::Look(SimulatedSession& session, const std::vector<int>& member,
-                       const HandChecker& hands, const Viewer& viewer) {
+void RestChecker::Check(SimulatedSession& session, const std::vector<int>& member,
+                        const HandChecker& hands, const Viewer& viewer) {
   std::vector<std::size_t> present;
   // a contact on one instance of a body loads the hands on all instances
   const std::size_t bodies = session.node(0).world().model().bodies.size();
   std::vector<double> contacts(bodies, 0.0);
   for (std::size_t m = 0; m < session.size(); ++m) {
     const Peer& peer = session.node(m).peer();
-    const int held = session.present(m) ? peer.holdings().held() : -1;
+    const int held = session.present(m) ? peer.ownership().held() : -1;
     if (held < 0) continue;
     contacts[static_cast<std::size_t>(held)] += peer.report().contact_B_W.f.norm();
   }
@@ -23,18 +23,19 @@ void RestChecker::Look(SimulatedSession& session, const std::vector<int>& member
     present.push_back(m);
     // a contact may push for ever
     const double force = hands.given(p).f.norm();
-    const int held = session.node(m).peer().holdings().held();
+    const int held = session.node(m).peer().ownership().held();
     const double contact = held < 0 ? 0 : contacts[static_cast<std::size_t>(held)];
     if (force > kMostForce + contact) {
-      breakages_->Add("a hand is pulled though all is quiet", session.id(m), Text("%.2f N", force));
+      violations_->Add("a hand is pulled though all is quiet", session.id(m),
+                       Text("%.2f N", force));
     }
   }
-  LookAtMembership(session, present, viewer);
-  LookAtCopies(session, present);
+  CheckMembership(session, present, viewer);
+  CheckCopies(session, present);
 }
 
-void RestChecker::LookAtMembership(SimulatedSession& session,
-                                   const std::vector<std::size_t>& present, const Viewer& viewer) {
+void RestChecker::CheckMembership(SimulatedSession& session,
+                                  const std::vector<std::size_t>& present, const Viewer& viewer) {
   const ViewerPicture picture = viewer.Picture();
   for (const std::size_t m : present) {
     const PeerId id = session.id(m);
@@ -47,18 +48,18 @@ void RestChecker::LookAtMembership(SimulatedSession& session,
       const bool is_present = std::any_of(present.begin(), present.end(), [&](std::size_t other) {
         return session.id(other) == entry.info.peer;
       });
-      if (!is_present) breakages_->Add("one who is gone is still here", id);
+      if (!is_present) violations_->Add("one who is gone is still here", id);
     }
-    if (here + 1 < present.size()) breakages_->Add("one who is here is missed", id);
+    if (here + 1 < present.size()) violations_->Add("one who is here is missed", id);
     const bool seen =
         std::any_of(picture.peers.begin(), picture.peers.end(), [&](const ViewedPeer& peer) {
           return peer.info.peer == id && peer.presence == ViewedPeer::Presence::kHere;
         });
-    if (!seen) breakages_->Add("the viewer misses one", id);
+    if (!seen) violations_->Add("the viewer misses one", id);
   }
 }
 
-void RestChecker::LookAtCopies(SimulatedSession& session, const std::vector<std::size_t>& present) {
+void RestChecker::CheckCopies(SimulatedSession& session, const std::vector<std::size_t>& present) {
   for (std::size_t b = 0; b < model_->bodies.size(); ++b) {
     // a body that is pressed against another gives way at each peer separately
     const bool pressed = std::any_of(present.begin(), present.end(), [&](std::size_t m) {
@@ -72,7 +73,7 @@ void RestChecker::LookAtCopies(SimulatedSession& session, const std::vector<std:
         const double distance = (X.p - Y.p).norm();
         const double angle = X.q.angularDistance(Y.q);
         if (distance <= kDistance && angle <= kAngle) continue;
-        breakages_->Add(
+        violations_->Add(
             "copies of " + model_->bodies[b].name + " disagree", session.id(i),
             "and peer " + std::to_string(session.id(j)) +
                 Text(", by %.2f mm, %.2f degrees", 1e3 * distance, angle * 180.0 / M_PI));
@@ -81,16 +82,16 @@ void RestChecker::LookAtCopies(SimulatedSession& session, const std::vector<std:
   }
 }
 
-void RestChecker::LookAtLinks(SimulatedSession& session, WireChecker& wire) {
+void RestChecker::CheckLinks(SimulatedSession& session, WireChecker& wire) {
   std::vector<std::size_t> holders;
   for (std::size_t m = 0; m < session.size(); ++m) {
     if (session.present(m) && session.node(m).peer().shared() != nullptr) holders.push_back(m);
   }
-  for (const std::size_t m : holders) LookAtLinksOf(session, m, holders, wire);
+  for (const std::size_t m : holders) CheckLinksOf(session, m, holders, wire);
 }
 
-void RestChecker::LookAtLinksOf(SimulatedSession& session, std::size_t member,
-                                const std::vector<std::size_t>& holders, WireChecker& wire) {
+void RestChecker::CheckLinksOf(SimulatedSession& session, std::size_t member,
+                               const std::vector<std::size_t>& holders, WireChecker& wire) {
   const PeerId id = session.id(member);
   // loop ages go to all peers, links to holders
   CouplingLinks links = wire.NewestLinks(id);
@@ -102,8 +103,8 @@ void RestChecker::LookAtLinksOf(SimulatedSession& session, std::size_t member,
       });
   links.count = static_cast<std::uint32_t>(end - links.entries.begin());
   if (links.count + 1 != holders.size()) {
-    breakages_->Add("a link is missing, or one too many", id,
-                    Text("%u in place of %zu", links.count, holders.size() - 1));
+    violations_->Add("a link is missing, or one too many", id,
+                     Text("%u in place of %zu", links.count, holders.size() - 1));
     return;
   }
   const std::size_t self = wire.PlaceOf(id);
@@ -120,11 +121,11 @@ void RestChecker::LookAtLinksOf(SimulatedSession& session, std::size_t member,
     const double loop_s = 1e-3 * (schedule_->delay_ms[self][o] + schedule_->delay_ms[o][self]);
     const double k = links.entries[i].stiffness;
     if (k > 1.001 * LargestStiffness(schedule_->law, loop_s) / users) {
-      breakages_->Add("a link too stiff for the users", id, Text("%.1f N/m", k));
+      violations_->Add("a link too stiff for the users", id, Text("%.1f N/m", k));
     }
     if (k < least) {
-      breakages_->Add("a link softer than the law", id,
-                      Text("%.1f N/m in place of %.1f", k, least));
+      violations_->Add("a link softer than the law", id,
+                       Text("%.1f N/m in place of %.1f", k, least));
     }
   }
 }

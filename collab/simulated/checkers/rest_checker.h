@@ -3,8 +3,8 @@
 #include <vector>
 
 #include "collab/session/viewer.h"
-#include "collab/simulated/checkers/breakages.h"
 #include "collab/simulated/checkers/hand_checker.h"
+#include "collab/simulated/checkers/violations.h"
 #include "collab/simulated/checkers/wire_checker.h"
 #include "collab/simulated/network/simulated_session.h"
 
@@ -19,25 +19,25 @@ class RestChecker {
   static constexpr double kDistance = 1e-3;  // m, between copies
   static constexpr double kAngle = 0.5 * 3.141592653589793 / 180;
 
-  RestChecker(const FaultSchedule& schedule, const WorldModel& model, Breakages& breakages)
-      : schedule_(&schedule), model_(&model), breakages_(&breakages) {}
+  RestChecker(const FaultSchedule& schedule, const WorldModel& model, Violations& violations)
+      : schedule_(&schedule), model_(&model), violations_(&violations) {}
 
   /// `member` is the number in the session of each scheduled peer; -1: it never came.
-  void Look(SimulatedSession& session, const std::vector<int>& member, const HandChecker& hands,
-            const Viewer& viewer);
+  void Check(SimulatedSession& session, const std::vector<int>& member, const HandChecker& hands,
+             const Viewer& viewer);
   /// Judges the links; call it later, when the longest silence is forgotten.
-  void LookAtLinks(SimulatedSession& session, WireChecker& wire);
+  void CheckLinks(SimulatedSession& session, WireChecker& wire);
 
  private:
-  void LookAtMembership(SimulatedSession& session, const std::vector<std::size_t>& present,
-                        const Viewer& viewer);
-  void LookAtCopies(SimulatedSession& session, const std::vector<std::size_t>& present);
-  void LookAtLinksOf(SimulatedSession& session, std::size_t member,
-                     const std::vector<std::size_t>& holders, WireChecker& wire);
+  void CheckMembership(SimulatedSession& session, const std::vector<std::size_t>& present,
+                       const Viewer& viewer);
+  void CheckCopies(SimulatedSession& session, const std::vector<std::size_t>& present);
+  void CheckLinksOf(SimulatedSession& session, std::size_t member,
+                    const std::vector<std::size_t>& holders, WireChecker& wire);
 
   const FaultSchedule* schedule_;
   const WorldModel* model_;
-  Breakages* breakages_;
+  Violations* violations_;
 };
 
 }  // namespace tandem

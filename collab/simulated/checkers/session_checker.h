@@ -3,9 +3,9 @@
 #include "collab/simulated/checkers/authority_checker.h"
 #include "collab/simulated/checkers/energy_checker.h"
 #include "collab/simulated/checkers/hand_checker.h"
-#include "collab/simulated/checkers/keep_checker.h"
+#include "collab/simulated/checkers/hostile_member_checker.h"
+#include "collab/simulated/checkers/link_force_checker.h"
 #include "collab/simulated/checkers/motion_checker.h"
-#include "collab/simulated/checkers/pull_checker.h"
 #include "collab/simulated/checkers/rest_checker.h"
 #include "collab/simulated/checkers/wire_checker.h"
 
@@ -17,23 +17,23 @@ class SessionChecker : public WireWatch {
  public:
   /// Bounds for hands that are not scripted.
   struct Bounds {
-    bool fast = false;                            // as for MotionChecker
-    double short_loop = PullChecker::kShortLoop;  // s
-    double kept = EnergyChecker::kMostKept;       // J
+    bool fast = false;                                 // as for MotionChecker
+    double short_loop = LinkForceChecker::kShortLoop;  // s
+    double kept = EnergyChecker::kMostKept;            // J
   };
   SessionChecker(const FaultSchedule& schedule, const WorldModel& model, PeerId viewer)
       : SessionChecker(schedule, model, viewer, Bounds()) {}
   SessionChecker(const FaultSchedule& schedule, const WorldModel& model, PeerId viewer,
                  const Bounds& bounds)
       : schedule_(&schedule),
-        wire_(schedule, viewer, breakages_),
-        authority_(model, breakages_),
-        keep_(model, breakages_),
-        motion_(model, breakages_, bounds.fast),
-        energy_(model, breakages_, bounds.kept),
-        pulls_(breakages_, bounds.short_loop),
-        hands_(schedule.peers.size(), breakages_),
-        rest_(schedule, model, breakages_) {}
+        wire_(schedule, viewer, violations_),
+        authority_(model, violations_),
+        keep_(model, violations_),
+        motion_(model, violations_, bounds.fast),
+        energy_(model, violations_, bounds.kept),
+        pulls_(violations_, bounds.short_loop),
+        hands_(schedule.peers.size(), violations_),
+        rest_(schedule, model, violations_) {}
 
   /// Names the hostile peer. Its messages are not judged, only their effects on the others.
   void SetHostile(PeerId peer) {
@@ -67,47 +67,47 @@ class SessionChecker : public WireWatch {
   }
   void ClockStepped(std::size_t peer, double step_ms) { wire_.ClockStepped(peer, step_ms); }
   /// Judges what the hand of a scheduled peer gets in this frame.
-  void Felt(std::size_t peer, const Wrench& F_D_W) {
-    hands_.Felt(peer, schedule_->peers[peer].id, F_D_W);
+  void RenderedForces(std::size_t peer, const Wrench& F_D_W) {
+    hands_.RenderedForces(peer, schedule_->peers[peer].id, F_D_W);
   }
   /// Call it before every frame.
-  void SetTime(std::int64_t now_ns) noexcept { breakages_.SetTime(now_ns); }
+  void SetTime(std::int64_t now_ns) noexcept { violations_.SetTime(now_ns); }
   /// Judges a frame; call it after every frame.
-  void Look(SimulatedSession& session) {
-    authority_.Look(session);
-    keep_.Look(session);
-    motion_.Look(session);
-    energy_.Look(session);
-    pulls_.Look(session);
+  void Check(SimulatedSession& session) {
+    authority_.Check(session);
+    keep_.Check(session);
+    motion_.Check(session);
+    energy_.Check(session);
+    pulls_.Check(session);
   }
   /// Judges the end, when the faults are over, the hands rest and enough time has passed. `member`
   /// is the number in the session of each scheduled peer; -1: it never came.
-  void LookAtEnd(SimulatedSession& session, const std::vector<int>& member, const Viewer& viewer) {
+  void CheckEnd(SimulatedSession& session, const std::vector<int>& member, const Viewer& viewer) {
     constexpr std::int64_t kBeginNs = 1'000'000'000;  // true time of the first frame
-    authority_.LookAtEnd(session, kBeginNs + 1'000'000 * schedule_->faults_end_ms);
-    pulls_.LookAtEnd();
-    rest_.Look(session, member, hands_, viewer);
+    authority_.CheckEnd(session, kBeginNs + 1'000'000 * schedule_->faults_end_ms);
+    pulls_.CheckEnd();
+    rest_.Check(session, member, hands_, viewer);
   }
-  void NeverAtRest() { breakages_.Add("hands do not come to rest", 0); }
+  void NeverAtRest() { violations_.Add("hands do not come to rest", 0); }
   /// Judges the links; call it later, when the longest silence is forgotten.
-  void LookAtLinks(SimulatedSession& session) { rest_.LookAtLinks(session, wire_); }
+  void CheckLinks(SimulatedSession& session) { rest_.CheckLinks(session, wire_); }
 
-  const Breakages& breakages() const noexcept { return breakages_; }
+  const Violations& violations() const noexcept { return violations_; }
   /// Returns the collection for checkers outside this one.
-  Breakages& breakages() noexcept { return breakages_; }
+  Violations& violations() noexcept { return violations_; }
   /// Returns how many events of a kind have been on the wire.
   std::uint64_t events(EventKind kind) const { return events_[static_cast<std::size_t>(kind)]; }
 
  private:
   const FaultSchedule* schedule_;
-  Breakages breakages_;
+  Violations violations_;
   WireChecker wire_;
   AuthorityChecker authority_;
-  KeepChecker keep_;
+  HostileMemberChecker keep_;
   PeerId hostile_ = 0;
   MotionChecker motion_;
   EnergyChecker energy_;
-  PullChecker pulls_;
+  LinkForceChecker pulls_;
   HandChecker hands_;
   RestChecker rest_;
   std::array<std::uint64_t, 5> events_{};

@@ -29,10 +29,10 @@ double LargestStiffness(const std::string& law, double loop_s) {
   return 0.8 * std::min(500.0, floating);
 }
 
-WireChecker::WireChecker(const FaultSchedule& schedule, PeerId viewer, Breakages& breakages)
+WireChecker::WireChecker(const FaultSchedule& schedule, PeerId viewer, Violations& violations)
     : schedule_(&schedule),
       viewer_(viewer),
-      breakages_(&breakages),
+      violations_(&violations),
       least_delay_ms_(schedule.peers.size(), std::vector<double>(schedule.peers.size(), 1e9)),
       most_delay_ms_(schedule.peers.size(), std::vector<double>(schedule.peers.size(), 0.0)) {}
 
@@ -60,25 +60,25 @@ double WireChecker::LongestLoop(std::size_t a, std::size_t b) const {
 }
 
 void WireChecker::Own(PeerId from, PeerId says) {
-  if (from == viewer_) breakages_->Add("a viewer writes", from);
-  if (says != from) breakages_->Add("a peer writes as another", from);
+  if (from == viewer_) violations_->Add("a viewer writes", from);
+  if (says != from) violations_->Add("a peer writes as another", from);
 }
 
 void WireChecker::OnState(PeerId from, const ObjectState& state) {
   Own(from, state.peer);
-  if (!IsFinite(state)) breakages_->Add("not finite on the wire", from);
+  if (!IsFinite(state)) violations_->Add("not finite on the wire", from);
   if (std::abs(state.X_WB.q.norm() - 1.0) > 1e-6) {
-    breakages_->Add("a rotation that is none", from);
+    violations_->Add("a rotation that is none", from);
   }
   Writer& writer = writers_[from];
   const bool fresh = writer.stamps.empty() || writer.stamps.back() < state.sample_ns;
   if (fresh) {
     writer.stamps.push_back(state.sample_ns);
   } else if (writer.stamps.back() > state.sample_ns) {
-    breakages_->Add("stamps go back", from);
+    violations_->Add("stamps go back", from);
   }
   std::uint32_t& epoch = writer.epoch[state.object];
-  if (state.epoch < epoch) breakages_->Add("an epoch goes back", from);
+  if (state.epoch < epoch) violations_->Add("an epoch goes back", from);
   epoch = state.epoch;
 }
 
@@ -94,24 +94,24 @@ void WireChecker::OnLinks(PeerId from, const CouplingLinks& links) {
     if (entry.to == hostile_ && hostile_ != 0) continue;
     if (!IsFinite(entry.applied_B_W) || !std::isfinite(entry.stiffness) ||
         !std::isfinite(entry.gate_overflow)) {
-      breakages_->Add("not finite on the wire", from);
+      violations_->Add("not finite on the wire", from);
     }
-    if (entry.stiffness < 0) breakages_->Add("a stiffness below zero", from);
+    if (entry.stiffness < 0) violations_->Add("a stiffness below zero", from);
     const std::vector<std::int64_t>& its = writers_[entry.to].stamps;
     if (entry.echo_ns != 0 && !std::binary_search(its.begin(), its.end(), entry.echo_ns)) {
-      breakages_->Add("an echo that was never sent", from);
+      violations_->Add("an echo that was never sent", from);
     }
     const std::size_t other = PlaceOf(entry.to);
     if (self >= least_delay_ms_.size() || other >= least_delay_ms_.size() || self == other) {
-      breakages_->Add("a link to nobody", from);
+      violations_->Add("a link to nobody", from);
       continue;
     }
     // no loop is shorter than its links
     const double loop_s = 1e-3 * (least_delay_ms_[self][other] + least_delay_ms_[other][self]);
     const double most = LargestStiffness(schedule_->law, loop_s);
     if (entry.stiffness > 1.001 * most && links.object != kNoObject) {
-      breakages_->Add("a link stiffer than its loop allows", from,
-                      Text("%.1f N/m in place of %.1f", entry.stiffness, most));
+      violations_->Add("a link stiffer than its loop allows", from,
+                       Text("%.1f N/m in place of %.1f", entry.stiffness, most));
     }
   }
   writer.links = links;
@@ -124,15 +124,15 @@ void WireChecker::OnView(PeerId from, const ViewFrame& view) {
 void WireChecker::OnPeerInfo(PeerId from, const PeerInfo& info) {
   Own(from, info.peer);
   std::uint32_t& beat = writers_[from].beat;
-  if (info.beat <= beat) breakages_->Add("a beat goes back", from);
+  if (info.beat <= beat) violations_->Add("a beat goes back", from);
   beat = info.beat;
 }
 
 void WireChecker::OnEvent(PeerId from, const Event& event) {
   Own(from, event.peer);
-  if (!event.X_WB.p.allFinite()) breakages_->Add("not finite on the wire", from);
+  if (!event.X_WB.p.allFinite()) violations_->Add("not finite on the wire", from);
   std::uint32_t& seq = writers_[from].event_seq;
-  if (event.seq <= seq) breakages_->Add("an event's number goes back", from);
+  if (event.seq <= seq) violations_->Add("an event's number goes back", from);
   seq = event.seq;
 }
 

@@ -4,7 +4,7 @@
 #include <map>
 #include <vector>
 
-#include "collab/simulated/checkers/breakages.h"
+#include "collab/simulated/checkers/violations.h"
 #include "collab/simulated/network/fault_schedule.h"
 #include "collab/simulated/network/simulated_network.h"
 
@@ -19,7 +19,7 @@ double LargestStiffness(const std::string& law, double loop_s);
 /// allows, and a viewer sends nothing.
 class WireChecker : public WireWatch {
  public:
-  WireChecker(const FaultSchedule& schedule, PeerId viewer, Breakages& breakages);
+  WireChecker(const FaultSchedule& schedule, PeerId viewer, Violations& violations);
 
   void OnState(PeerId from, const ObjectState& state) override;
   void OnLinks(PeerId from, const CouplingLinks& links) override;
@@ -55,7 +55,7 @@ class WireChecker : public WireWatch {
   const FaultSchedule* schedule_;
   PeerId viewer_;
   PeerId hostile_ = 0;
-  Breakages* breakages_;
+  Violations* violations_;
   std::map<PeerId, Writer> writers_;
   std::vector<std::vector<double>> least_delay_ms_;  // [from][to], over all time
   std::vector<std::vector<double>> most_delay_ms_;

@@ -1,6 +1,6 @@
 #include "collab/simulated/hands/describe_request.h"
 
-#include "collab/simulated/checkers/breakages.h"
+#include "collab/simulated/checkers/violations.h"
 
 namespace tandem {
 

@@ -16,24 +16,24 @@ constexpr std::size_t kWaiting =
 
 }  // namespace
 
-FaultSchedule DrawHandsSchedule(std::uint64_t seed, SeedDice& dice) {
+FaultSchedule DrawHandsSchedule(std::uint64_t seed, SeededRandom& rng) {
   FaultSchedule schedule;
   schedule.seed = seed;
-  const double delay_ms = dice.Chance(0.4) ? dice.Uniform(0, 10) : dice.Uniform(10, 200);
+  const double delay_ms = rng.Chance(0.4) ? rng.Uniform(0, 10) : rng.Uniform(10, 200);
   for (std::size_t p = 0; p < kMostPeers; ++p) {
     ScheduledPeer& peer = schedule.peers.emplace_back();
-    peer.id = static_cast<PeerId>(100 + dice.Whole(0, 9) * 100) + p;
-    peer.clock = {.offset_ns = dice.Whole(1, 1'000'000) * 1'000'000'000,
-                  .drift_ppm = dice.Uniform(-100, 100)};
+    peer.id = static_cast<PeerId>(100 + rng.Whole(0, 9) * 100) + p;
+    peer.clock = {.offset_ns = rng.Whole(1, 1'000'000) * 1'000'000'000,
+                  .drift_ppm = rng.Uniform(-100, 100)};
   }
   schedule.delay_ms.assign(kMostPeers, std::vector<double>(kMostPeers, 0.0));
   schedule.links.assign(kMostPeers, std::vector<LinkConditions>(kMostPeers));
   for (std::size_t from = 0; from < kMostPeers; ++from) {
     for (std::size_t to = 0; to < kMostPeers; ++to) {
       LinkConditions& link = schedule.links[from][to];
-      link.delay_ms = std::min(200.0, delay_ms * dice.Uniform(0.5, 1.5));
-      if (dice.Chance(0.5)) link.jitter_ms = dice.Uniform(0, 20);
-      if (dice.Chance(0.5)) link.loss = dice.Uniform(0, 0.1);
+      link.delay_ms = std::min(200.0, delay_ms * rng.Uniform(0.5, 1.5));
+      if (rng.Chance(0.5)) link.jitter_ms = rng.Uniform(0, 20);
+      if (rng.Chance(0.5)) link.loss = rng.Uniform(0, 0.1);
       schedule.delay_ms[from][to] = link.delay_ms;
     }
   }
@@ -44,7 +44,7 @@ void HandsRun::Log(const std::string& line) {
   if (log_) log_(Text("%7.3f s: ", 1e-3 * static_cast<double>(ms_)) + line);
 }
 
-void HandsRun::Happen() {
+void HandsRun::RunDueEvents() {
   for (std::size_t i = 0; i < joins_ms_.size();) {
     if (joins_ms_[i] > ms_) {
       ++i;
@@ -61,14 +61,14 @@ void HandsRun::Happen() {
     sites_[pauses_[i].site]->Halt(false);
     pauses_.erase(pauses_.begin() + static_cast<std::ptrdiff_t>(i));
   }
-  EndTroubles();
+  EndDeviceFailures();
   for (std::size_t s = 0; s < sites_.size(); ++s) {
-    if (sites_[s]->present() && sites_[s]->quits()) Vanish(s, false);
+    if (sites_[s]->present() && sites_[s]->quits()) RemoveSite(s, false);
   }
-  if (ms_ % 100 == 0) MoreHosts();
+  if (ms_ % 100 == 0) AddHosts();
   if (ms_ < next_event_ms_) return;
-  next_event_ms_ = ms_ + dice_.Whole(50, 1500);
-  Something();
+  next_event_ms_ = ms_ + rng_.Whole(50, 1500);
+  RandomEvent();
 }
 
 std::size_t HandsRun::SomeSite() {
@@ -78,16 +78,16 @@ std::size_t HandsRun::SomeSite() {
   }
   if (present.empty()) return sites_.size();
   return present[static_cast<std::size_t>(
-      dice_.Whole(0, static_cast<std::int64_t>(present.size()) - 1))];
+      rng_.Whole(0, static_cast<std::int64_t>(present.size()) - 1))];
 }
 
-void HandsRun::Something() {
+void HandsRun::RandomEvent() {
   const std::size_t s = SomeSite();
   if (s == sites_.size()) return;
-  ControllerSite& site = *sites_[s];
-  const double what = dice_.Uniform(0, 1);
+  SimulatedController& site = *sites_[s];
+  const double what = rng_.Uniform(0, 1);
   if (what < 0.35) {
-    if (site.rig() != nullptr) TroubleDevice(s);
+    if (site.rig() != nullptr) FailDevice(s);
   } else if (what < 0.45) {
     ++tally_["typed stops"];
     Log(site.name() + ": 'stop' is typed");
@@ -97,12 +97,12 @@ void HandsRun::Something() {
   } else if (what < 0.75) {
     PauseController(s);
   } else if (what < 0.8) {
-    Vanish(s, dice_.Chance(0.8));
+    RemoveSite(s, rng_.Chance(0.8));
   } else if (what < 0.9) {
     const std::size_t other = SomeSite();
     LinkConditions link = schedule_.links[s][other];
-    link.loss = dice_.Uniform(0, 0.2);
-    link.jitter_ms = dice_.Uniform(0, 30);
+    link.loss = rng_.Uniform(0, 0.2);
+    link.jitter_ms = rng_.Uniform(0, 30);
     if (other != s) SwitchLink(s, other, link);
   }
 }
@@ -112,16 +112,16 @@ void HandsRun::Join(std::size_t p) {
   const bool any_device = std::ranges::any_of(sites_, [](const auto& site) {
     return site->present() && site->rig() != nullptr;
   });
-  ControllerSite::Options options;
+  SimulatedController::Options options;
   options.id = peer.id;
   options.name = "peer-" + std::to_string(p);
   options.clock = peer.clock;
-  options.device = !any_device && dice_.Chance(0.4);
+  options.device = !any_device && rng_.Chance(0.4);
   options.waiting = kWaiting;
   options.seed = schedule_.seed * 100 + p;
   options.log = log_;
   sites_.push_back(
-      std::make_unique<ControllerSite>(session_, model_, options, checker_.breakages()));
+      std::make_unique<SimulatedController>(session_, model_, options, checker_.violations()));
   member_[p] = static_cast<int>(sites_.back()->member());
   ++tally_[options.device ? "controllers with a device" : "controllers"];
   Log(options.name + (options.device ? " comes, with a device" : " comes"));
@@ -138,8 +138,8 @@ void HandsRun::SwitchLink(std::size_t from, std::size_t to, const LinkConditions
                   schedule_.seed);
 }
 
-void HandsRun::Vanish(std::size_t s, bool kill) {
-  ControllerSite& site = *sites_[s];
+void HandsRun::RemoveSite(std::size_t s, bool kill) {
+  SimulatedController& site = *sites_[s];
   site.Halt(false);
   std::erase_if(pauses_, [s](const Pause& pause) {
     return pause.site == s;
@@ -152,26 +152,26 @@ void HandsRun::Vanish(std::size_t s, bool kill) {
   ++tally_[kill ? "controllers killed" : "controllers ended"];
   Log(site.name() + (kill ? " is killed" : " leaves"));
   if (site.rig() != nullptr) site.rig()->End();
-  joins_ms_.push_back(ms_ + dice_.Whole(100, 4000));
+  joins_ms_.push_back(ms_ + rng_.Whole(100, 4000));
 }
 
 void HandsRun::PauseController(std::size_t s) {
   if (!sites_[s]->running()) return;
-  const std::int64_t lasts_ms = dice_.Chance(0.6) ? dice_.Whole(3, 60) : dice_.Whole(60, 2500);
+  const std::int64_t lasts_ms = rng_.Chance(0.6) ? rng_.Whole(3, 60) : rng_.Whole(60, 2500);
   sites_[s]->Halt(true);
   pauses_.push_back({s, ms_ + lasts_ms});
   ++tally_["controller pauses"];
   Log(sites_[s]->name() + Text(" stands still for %lld ms", static_cast<long long>(lasts_ms)));
 }
 
-void HandsRun::TroubleDevice(std::size_t s) {
-  DeviceRig& rig = *sites_[s]->rig();
-  const std::int64_t lasts_ms = dice_.Whole(1, 400);
-  const double what = dice_.Uniform(0, 1);
+void HandsRun::FailDevice(std::size_t s) {
+  SimulatedDeviceProcess& rig = *sites_[s]->rig();
+  const std::int64_t lasts_ms = rng_.Whole(1, 400);
+  const double what = rng_.Uniform(0, 1);
   const bool halts = what < 0.35;
   if (halts) {
     ++tally_["device pauses"];
-    rig.Halt(now_ns() + lasts_ms * 1'000'000, dice_.Chance(0.2));
+    rig.Halt(now_ns() + lasts_ms * 1'000'000, rng_.Chance(0.2));
   } else if (what < 0.55) {
     rig.hand().fails = true;
   } else if (what < 0.75) {
@@ -184,7 +184,7 @@ void HandsRun::TroubleDevice(std::size_t s) {
   Log(sites_[s]->name() + ": its device is in trouble");
 }
 
-void HandsRun::EndTroubles() {
+void HandsRun::EndDeviceFailures() {
   for (auto& [s, until_ms] : trouble_until_ms_) {
     if (until_ms > ms_) continue;
     ModelledHand& hand = sites_[s]->rig()->hand();
@@ -192,14 +192,14 @@ void HandsRun::EndTroubles() {
   }
 }
 
-void HandsRun::MoreHosts() {
+void HandsRun::AddHosts() {
   for (const auto& site : sites_) {
     if (!site->present()) continue;
     const auto count =
         static_cast<std::size_t>(std::ranges::count_if(hosts_, [&](const auto& host) {
           return &host->site() == site.get();
         }));
-    if (count >= kMostHosts || !dice_.Chance(count == 0 ? 0.3 : 0.02)) continue;
+    if (count >= kMostHosts || !rng_.Chance(count == 0 ? 0.3 : 0.02)) continue;
     const HostId id = next_host_++;
     hosts_.push_back(std::make_unique<SimulatedHost>(id, "host-" + std::to_string(id), *site,
                                                      schedule_.seed * 1000 + id, tally_));
@@ -211,7 +211,7 @@ void HandsRun::EndAll() {
   for (const Pause& pause : pauses_) sites_[pause.site]->Halt(false);
   pauses_.clear();
   for (auto& [s, until_ms] : trouble_until_ms_) until_ms = ms_;
-  EndTroubles();
+  EndDeviceFailures();
   for (const auto& site : sites_) {
     if (!site->present()) continue;
     if (site->rig() != nullptr) site->rig()->hand().Rest();

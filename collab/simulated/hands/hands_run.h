@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "collab/simulated/checkers/session_checker.h"
-#include "collab/simulated/hands/controller_site.h"
 #include "collab/simulated/hands/hands_simulator.h"
+#include "collab/simulated/hands/simulated_controller.h"
 #include "collab/simulated/hands/simulated_host.h"
 #include "engine/base/hash.h"
 
@@ -17,7 +17,7 @@ namespace tandem {
 
 /// Draws the peers and links of a session of hands. The first peers of the schedule begin it; the
 /// others replace peers that are killed or leave.
-FaultSchedule DrawHandsSchedule(std::uint64_t seed, SeedDice& dice);
+FaultSchedule DrawHandsSchedule(std::uint64_t seed, SeededRandom& rng);
 
 /// A session of hands, millisecond by millisecond.
 class HandsRun {
@@ -28,7 +28,7 @@ class HandsRun {
   HandsRun(const HandsRun&) = delete;
   HandsRun& operator=(const HandsRun&) = delete;
 
-  SeedResult Go();
+  SeedResult Run();
 
  private:
   struct Pause {  // pause of a controller
@@ -37,15 +37,15 @@ class HandsRun {
   };
 
   // events (hands_events.cpp)
-  void Happen();
-  void Something();
+  void RunDueEvents();
+  void RandomEvent();
   void Join(std::size_t peer);
   void SwitchLink(std::size_t from, std::size_t to, const LinkConditions& conditions);
-  void Vanish(std::size_t site, bool kill);
+  void RemoveSite(std::size_t site, bool kill);
   void PauseController(std::size_t site);
-  void TroubleDevice(std::size_t site);
-  void EndTroubles();
-  void MoreHosts();
+  void FailDevice(std::size_t site);
+  void EndDeviceFailures();
+  void AddHosts();
   void EndAll();
   std::size_t SomeSite();
   void Log(const std::string& line);
@@ -58,11 +58,11 @@ class HandsRun {
   bool AllAtRest();
   /// Returns the poses of all bodies at all sites.
   std::vector<Pose> Poses() const;
-  void LookAtEnd();
+  void CheckEnd();
 
   std::int64_t now_ns() const { return session_.now_ns(); }
 
-  SeedDice dice_;
+  SeededRandom rng_;
   FaultSchedule schedule_;
   std::shared_ptr<const WorldModel> model_;
   SeedLog log_;
@@ -72,7 +72,7 @@ class HandsRun {
   SessionChecker checker_;
   Viewer viewer_;
   // nodes must end before the memory that their devices share with them
-  std::vector<std::unique_ptr<ControllerSite>> sites_;
+  std::vector<std::unique_ptr<SimulatedController>> sites_;
   SimulatedSession session_;
   std::unique_ptr<Transport> viewer_link_;
   std::vector<int> member_;  // number in the session of each scheduled peer; -1: not there yet
@@ -86,7 +86,7 @@ class HandsRun {
   TrueHolders holders_;
   std::vector<bool> running_;  // per site: running a frame ago
   std::vector<Pose> last_poses_;
-  std::size_t told_ = 0;
+  std::size_t reported_ = 0;
   Hash64 digest_;
   double peer_seconds_ = 0;
 };

@@ -28,8 +28,8 @@ constexpr std::int64_t kNewsNs = 3'000'000'000;
 
 HandsRun::HandsRun(std::uint64_t seed, double seconds,
                    const std::shared_ptr<const WorldModel>& model, const SeedLog& log)
-    : dice_(seed),
-      schedule_(DrawHandsSchedule(seed, dice_)),
+    : rng_(seed),
+      schedule_(DrawHandsSchedule(seed, rng_)),
       model_(model),
       log_(log),
       events_end_ms_(static_cast<std::int64_t>(1e3 * seconds) - kTidyMs),
@@ -39,11 +39,11 @@ HandsRun::HandsRun(std::uint64_t seed, double seconds,
   viewer_link_ = session_.network().Join(kHandsViewer, Role::kViewer, viewer_);
   session_.network().SetWatch(&checker_);
   holders_.of.resize(model->bodies.size());
-  const std::int64_t first = dice_.Whole(2, 3);
-  for (std::int64_t p = 0; p < first; ++p) joins_ms_.push_back(dice_.Whole(0, 400));
+  const std::int64_t first = rng_.Whole(2, 3);
+  for (std::int64_t p = 0; p < first; ++p) joins_ms_.push_back(rng_.Whole(0, 400));
 }
 
-SeedResult HandsRun::Go() {
+SeedResult HandsRun::Run() {
   const auto round_trip_ms = static_cast<std::int64_t>(schedule_.LongestRoundTripMs());
   std::int64_t rest_ms = -1;  // time since which all is at rest
   std::vector<Pose> before;   // poses of all bodies at all sites
@@ -63,15 +63,15 @@ SeedResult HandsRun::Go() {
     for (std::size_t i = 0; i < poses.size(); ++i) {
       const double moved = (poses[i].p - before[i].p).norm();
       if (moved <= kStill) continue;
-      checker_.breakages().Add("a body moves though all is quiet", 0,
-                               Text("by %.3f mm", 1e3 * moved));
+      checker_.violations().Add("a body moves though all is quiet", 0,
+                                Text("by %.3f mm", 1e3 * moved));
     }
-    LookAtEnd();
+    CheckEnd();
     break;
   }
   SeedResult result;
   result.seed = schedule_.seed;
-  result.broken = checker_.breakages().all();
+  result.broken = checker_.violations().all();
   result.digest = digest_.value();
   result.peer_seconds = peer_seconds_;
   result.seconds = 1e-3 * static_cast<double>(ms_ + 1);
@@ -91,7 +91,7 @@ std::vector<Pose> HandsRun::Poses() const {
 
 void HandsRun::Frame() {
   checker_.SetTime(now_ns() - kHandsBeginNs);
-  if (ms_ < events_end_ms_) Happen();
+  if (ms_ < events_end_ms_) RunDueEvents();
   std::vector<std::string> names;
   for (const auto& site : sites_) {
     if (site->present()) names.push_back(site->name());
@@ -106,15 +106,16 @@ void HandsRun::Frame() {
   for (const auto& site : sites_) site->AfterFrame(holders_);
   for (std::size_t p = 0; p < sites_.size(); ++p) {
     // sites have the order of the scheduled peers
-    if (sites_[p]->running()) checker_.Felt(p, sites_[p]->node().peer().telemetry().felt().F_D_W);
+    if (sites_[p]->running())
+      checker_.RenderedForces(p, sites_[p]->node().peer().telemetry().rendered().F_D_W);
   }
-  checker_.Look(session_);
+  checker_.Check(session_);
   for (const auto& site : sites_) {
     if (site->present()) peer_seconds_ += 1e-3;
   }
   if (ms_ % kHandsDigestFrames == 0) Digest();
-  for (; log_ && told_ < checker_.breakages().all().size(); ++told_) {
-    log_("   BROKEN " + checker_.breakages().all()[told_]);
+  for (; log_ && reported_ < checker_.violations().all().size(); ++reported_) {
+    log_("   BROKEN " + checker_.violations().all()[reported_]);
   }
 }
 
@@ -138,7 +139,7 @@ void HandsRun::SeeHolders() {
   for (const auto& site : sites_) {
     running.push_back(site->running());
     if (!site->present()) continue;
-    const int held = site->node().peer().holdings().held();
+    const int held = site->node().peer().ownership().held();
     if (held >= 0) seen.of[static_cast<std::size_t>(held)].push_back(site->id());
   }
   for (std::vector<PeerId>& holders : seen.of) std::ranges::sort(holders);
@@ -173,13 +174,13 @@ bool HandsRun::AllAtRest() {
          });
 }
 
-void HandsRun::LookAtEnd() {
-  checker_.LookAtEnd(session_, member_, viewer_);
+void HandsRun::CheckEnd() {
+  checker_.CheckEnd(session_, member_, viewer_);
 }
 
 SeedResult SimulateHands(std::uint64_t seed, double seconds,
                          const std::shared_ptr<const WorldModel>& model, const SeedLog& log) {
-  return HandsRun(seed, seconds, model, log).Go();
+  return HandsRun(seed, seconds, model, log).Run();
 }
 
 std::vector<SeedResult> SimulateHandSeeds(std::uint64_t first, std::uint64_t count,

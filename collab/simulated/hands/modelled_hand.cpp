@@ -22,13 +22,13 @@ constexpr double kWristDamping = 0.1;    // N m s/rad
 void ModelledHand::Aim() noexcept {
   from_ = to_;
   gone_s_ = 0;
-  const double mood = dice_.Uniform(0, 1);
+  const double mood = rng_.Uniform(0, 1);
   const bool wild = mood < 0.06;  // faster than anybody works
-  to_ = {dice_.Turn(wild ? 1.2 : 0.4), dice_.Place(wild ? 0.2 : 0.06)};
+  to_ = {rng_.Turn(wild ? 1.2 : 0.4), rng_.Place(wild ? 0.2 : 0.06)};
   // the highest speed is 1.9 times the mean
   const Vec3 way = to_.p - from_.p;
   if (way.norm() > kLongestWay) to_.p = from_.p + kLongestWay / way.norm() * way;
-  way_s_ = wild ? dice_.Uniform(0.3, 0.5) : dice_.Uniform(0.3, 1.5);
+  way_s_ = wild ? rng_.Uniform(0.3, 0.5) : rng_.Uniform(0.3, 1.5);
   if (mood > 0.85) to_ = from_;  // the hand waits
 }
 

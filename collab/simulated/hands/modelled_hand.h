@@ -1,6 +1,6 @@
 #pragma once
 
-#include "collab/simulated/hands/seed_dice.h"
+#include "collab/simulated/hands/seeded_random.h"
 #include "engine/haptics/device.h"
 
 namespace tandem {
@@ -13,7 +13,7 @@ class ModelledHand : public Device {
   static constexpr DeviceLimits kPeak{.force = 7.0, .moment = 0.3};
   static constexpr DeviceLimits kContinuous{.force = 1.8, .moment = 0.1};
 
-  explicit ModelledHand(std::uint64_t seed) : dice_(seed) {}
+  explicit ModelledHand(std::uint64_t seed) : rng_(seed) {}
 
   void Start() noexcept override {}
   /// Moves on by a millisecond, then returns its pose.
@@ -40,7 +40,7 @@ class ModelledHand : public Device {
  private:
   void Aim() noexcept;
 
-  SeedDice dice_;
+  SeededRandom rng_;
   Wrench given_;
   Anchor handle_;
   Pose from_;

@@ -23,9 +23,9 @@ Vec3 PlaceOf(const PlainPose& X) {
 
 }  // namespace
 
-SimulatedHost::SimulatedHost(HostId id, std::string name, ControllerSite& site, std::uint64_t seed,
-                             Tally& tally)
-    : id_(id), name_(std::move(name)), site_(&site), dice_(seed), tally_(&tally) {
+SimulatedHost::SimulatedHost(HostId id, std::string name, SimulatedController& site,
+                             std::uint64_t seed, Tally& tally)
+    : id_(id), name_(std::move(name)), site_(&site), rng_(seed), tally_(&tally) {
   site.Attach(id);
   ++(*tally_)["hosts"];
 }
@@ -33,16 +33,16 @@ SimulatedHost::SimulatedHost(HostId id, std::string name, ControllerSite& site, 
 void SimulatedHost::Ask(const ControlRequest& request) {
   HostMessage message;
   // reliable, in order
-  last_due_ns_ = std::max(last_due_ns_, now_ns_ + dice_.Whole(0, 3) * kMs);
+  last_due_ns_ = std::max(last_due_ns_, now_ns_ + rng_.Whole(0, 3) * kMs);
   message.due_ns = last_due_ns_;
   message.host = id_;
   message.name = name_;
   message.number = next_number_++;
   message.request = request;
   ++(*tally_)["requests"];
-  if (dice_.Chance(kTwice)) {
+  if (rng_.Chance(kTwice)) {
     HostMessage again = message;
-    again.due_ns += dice_.Whole(0, 50) * kMs;
+    again.due_ns += rng_.Whole(0, 50) * kMs;
     site_->Send(std::move(again));
   }
   site_->Send(std::move(message));
@@ -50,13 +50,13 @@ void SimulatedHost::Ask(const ControlRequest& request) {
 
 void SimulatedHost::Say(HostGoal::Kind kind) {
   HostMessage message;
-  message.due_ns = now_ns_ + dice_.Whole(0, 2) * kMs;
+  message.due_ns = now_ns_ + rng_.Whole(0, 2) * kMs;
   message.host = id_;
   message.name = name_;
   message.is_goal = true;
   message.goal = goal_;
   message.goal.kind = kind;
-  const bool lost = dice_.Chance(kGoalLoss) && kind != HostGoal::Kind::kGoodbye;
+  const bool lost = rng_.Chance(kGoalLoss) && kind != HostGoal::Kind::kGoodbye;
   if (!lost) site_->Send(std::move(message));
 }
 
@@ -88,8 +88,8 @@ void SimulatedHost::Frame(std::int64_t now_ns, const std::vector<std::string>& p
     SayGoal();
   }
   if (now_ns < next_whim_ns_) return;
-  next_whim_ns_ = now_ns + dice_.Whole(30, 1300) * kMs;
-  Whim(peers);
+  next_whim_ns_ = now_ns + rng_.Whole(30, 1300) * kMs;
+  ActAtRandom(peers);
 }
 
 void SimulatedHost::Tidy() {
@@ -100,26 +100,26 @@ void SimulatedHost::Tidy() {
   if (!site_->at_rest()) Ask(ReleaseRequest{});
 }
 
-void SimulatedHost::Whim(const std::vector<std::string>& peers) {
+void SimulatedHost::ActAtRandom(const std::vector<std::string>& peers) {
   const bool holds = seen_.hand.body >= 0 && seen_.hand.host == id_;
   const bool stopped = seen_.safety.state == SnapshotSafety::State::kStopped;
-  if (stopped && dice_.Chance(0.4)) return Ask(ResumeRequest{});
-  const double what = dice_.Uniform(0, 1);
+  if (stopped && rng_.Chance(0.4)) return Ask(ResumeRequest{});
+  const double what = rng_.Uniform(0, 1);
   if (holds ? what < 0.45 : what < 0.1) return BeginDrag();
-  if (what < 0.52) return GrabSomething();
+  if (what < 0.52) return GrabRandomBody();
   if (what < 0.60) return Ask(ReleaseRequest{});
   if (what < 0.65) {
-    const auto i = static_cast<std::size_t>(dice_.Whole(0, 7));
+    const auto i = static_cast<std::size_t>(rng_.Whole(0, 7));
     return Ask(GiveRequest{.peer = i < peers.size() ? peers[i] : "nobody"});
   }
-  if (what < 0.68) return Ask(AskForRequest{.body = SomeBody()});
+  if (what < 0.68) return Ask(AskForRequest{.body = RandomBody()});
   if (what < 0.77) return GoBack();
-  if (what < 0.82) return SetSomething();
-  if (what < 0.84) return Ask(SnapshotRateRequest{dice_.Uniform(0.5, 1100)});
-  if (what < 0.87) return AskNonsense();
+  if (what < 0.82) return SetRandomParameter();
+  if (what < 0.84) return Ask(SnapshotRateRequest{rng_.Uniform(0.5, 1100)});
+  if (what < 0.87) return SendInvalidRequest();
   if (what < 0.89) {
     ++(*tally_)["emergency stops by hosts"];
-    if (dice_.Chance(0.8)) resume_ns_ = now_ns_ + dice_.Whole(50, 1500) * kMs;
+    if (rng_.Chance(0.8)) resume_ns_ = now_ns_ + rng_.Whole(50, 1500) * kMs;
     return Ask(EmergencyStopRequest{});
   }
   if (what < 0.91) return Ask(ResumeRequest{});
@@ -130,47 +130,47 @@ void SimulatedHost::Whim(const std::vector<std::string>& peers) {
   if (what < 0.985) FallSilent();
 }
 
-std::string SimulatedHost::SomeBody() {
+std::string SimulatedHost::RandomBody() {
   static constexpr std::array kNames{"shared", "shared", "left", "right"};
-  return kNames[static_cast<std::size_t>(dice_.Whole(0, 3))];
+  return kNames[static_cast<std::size_t>(rng_.Whole(0, 3))];
 }
 
-void SimulatedHost::GrabSomething() {
-  GrabRequest grab{.body = SomeBody()};
+void SimulatedHost::GrabRandomBody() {
+  GrabRequest grab{.body = RandomBody()};
   std::size_t body = 1;
   while (body < seen_.bodies.size() && grab.body != (body == 1   ? "shared"
                                                      : body == 2 ? "left"
                                                                  : "right")) {
     ++body;
   }
-  if (body < seen_.bodies.size() && dice_.Chance(0.7)) {
-    const Vec3 p = PlaceOf(seen_.bodies[body].X_WB) + dice_.Place(0.03);
+  if (body < seen_.bodies.size() && rng_.Chance(0.7)) {
+    const Vec3 p = PlaceOf(seen_.bodies[body].X_WB) + rng_.Place(0.03);
     grab.grasp_W = {{p.x(), p.y(), p.z()}};
   }
   ++(*tally_)["grabs"];
   Ask(grab);
   // the user drags at once, or looks first
-  if (dice_.Chance(0.7)) BeginDrag();
+  if (rng_.Chance(0.7)) BeginDrag();
 }
 
 void SimulatedHost::BeginDrag() {
   ++(*tally_)["drags"];
   static constexpr std::array kRates{60.0, 90.0, 125.0, 250.0, 1000.0};
   goal_period_ns_ = static_cast<std::int64_t>(
-      1e9 / kRates[static_cast<std::size_t>(dice_.Whole(0, kRates.size() - 1))]);
+      1e9 / kRates[static_cast<std::size_t>(rng_.Whole(0, kRates.size() - 1))]);
   begun_ns_ = now_ns_;
   begun_at_ = PlaceOf(seen_.hand.X_WG);
-  glide_speed_ = dice_.Uniform(0.02, 1.5);
-  turn_ = dice_.Chance(0.5) ? Quat::Identity() : dice_.Turn(dice_.Chance(0.2) ? 3.0 : 0.5);
-  target_ = dice_.Place(0.1);
-  const double where = dice_.Uniform(0, 1);
-  if (where < 0.25) target_.z() = dice_.Uniform(-0.09, -0.045);  // into the plate
-  if (where > 0.6 && seen_.bodies.size() > 3) {                  // into a body
-    const auto body = static_cast<std::size_t>(dice_.Whole(1, 3));
+  glide_speed_ = rng_.Uniform(0.02, 1.5);
+  turn_ = rng_.Chance(0.5) ? Quat::Identity() : rng_.Turn(rng_.Chance(0.2) ? 3.0 : 0.5);
+  target_ = rng_.Place(0.1);
+  const double where = rng_.Uniform(0, 1);
+  if (where < 0.25) target_.z() = rng_.Uniform(-0.09, -0.045);  // into the plate
+  if (where > 0.6 && seen_.bodies.size() > 3) {                 // into a body
+    const auto body = static_cast<std::size_t>(rng_.Whole(1, 3));
     target_ = PlaceOf(seen_.bodies[body].X_WB);
   }
-  if (where > 0.93) target_ = dice_.Place(2);  // far away
-  const double how = dice_.Uniform(0, 1);
+  if (where > 0.93) target_ = rng_.Place(2);  // far away
+  const double how = rng_.Uniform(0, 1);
   drag_ = how < 0.3    ? Drag::kJump
           : how < 0.6  ? Drag::kGlide
           : how < 0.7  ? Drag::kCircle
@@ -205,10 +205,10 @@ void SimulatedHost::SayGoal() {
     case Drag::kNonsense: {
       static constexpr std::array kWrong{kNan, 1e300, 1e9, -2e3,
                                          std::numeric_limits<double>::infinity()};
-      const double wrong = kWrong[static_cast<std::size_t>(dice_.Whole(0, kWrong.size() - 1))];
-      (dice_.Chance(0.5) ? goal_.X_WG.p : goal_.linear)[dice_.Whole(0, 2)] = wrong;
-      if (dice_.Chance(0.2)) goal_.X_WG.q.coeffs() *= 2;
-      if (dice_.Chance(0.3)) goal_.kind = HostGoal::Kind::kRate;
+      const double wrong = kWrong[static_cast<std::size_t>(rng_.Whole(0, kWrong.size() - 1))];
+      (rng_.Chance(0.5) ? goal_.X_WG.p : goal_.linear)[rng_.Whole(0, 2)] = wrong;
+      if (rng_.Chance(0.2)) goal_.X_WG.q.coeffs() *= 2;
+      if (rng_.Chance(0.3)) goal_.kind = HostGoal::Kind::kRate;
       break;
     }
     default:
@@ -218,20 +218,20 @@ void SimulatedHost::SayGoal() {
   if (drag_ == Drag::kNonsense) drag_ = Drag::kNone;
 }
 
-void SimulatedHost::SetSomething() {
-  switch (dice_.Whole(0, 7)) {
+void SimulatedHost::SetRandomParameter() {
+  switch (rng_.Whole(0, 7)) {
     case 0:
-      return Ask(SetParameterRequest{"hand_force_N", dice_.Uniform(0.05, 31)});
+      return Ask(SetParameterRequest{"hand_force_N", rng_.Uniform(0.05, 31)});
     case 1:
-      return Ask(SetParameterRequest{"hand_speed_m_s", dice_.Uniform(0.005, 2.1)});
+      return Ask(SetParameterRequest{"hand_speed_m_s", rng_.Uniform(0.005, 2.1)});
     case 2:
-      return Ask(SetParameterRequest{"hand_smoothing_s", dice_.Uniform(-0.01, 0.21)});
+      return Ask(SetParameterRequest{"hand_smoothing_s", rng_.Uniform(-0.01, 0.21)});
     case 3:
-      return Ask(SetParameterRequest{"device_scale", dice_.Uniform(0.3, 1.2)});
+      return Ask(SetParameterRequest{"device_scale", rng_.Uniform(0.3, 1.2)});
     case 4:
-      return Ask(SetParameterRequest{"device_clutch", dice_.Chance(0.3) ? 1.0 : 0.0});
+      return Ask(SetParameterRequest{"device_clutch", rng_.Chance(0.3) ? 1.0 : 0.0});
     case 5: {
-      const Quat q = dice_.Turn(3);
+      const Quat q = rng_.Turn(3);
       return Ask(SetViewRequest{{q.x(), q.y(), q.z(), q.w()}});
     }
     default:
@@ -240,8 +240,8 @@ void SimulatedHost::SetSomething() {
   }
 }
 
-void SimulatedHost::AskNonsense() {
-  switch (dice_.Whole(0, 7)) {
+void SimulatedHost::SendInvalidRequest() {
+  switch (rng_.Whole(0, 7)) {
     case 0:
       return Ask(GrabRequest{.body = "plate"});
     case 1:
@@ -266,15 +266,15 @@ void SimulatedHost::GoBack() {
   using To = RetraceRequest::To;
   static constexpr std::array kTo{To::kGrasp, To::kUndo, To::kReset};
   drag_ = Drag::kNone;  // a goal would end the way back
-  Ask(RetraceRequest{kTo[static_cast<std::size_t>(dice_.Whole(0, 2))]});
-  next_whim_ns_ = now_ns_ + dice_.Whole(100, 4000) * kMs;
+  Ask(RetraceRequest{kTo[static_cast<std::size_t>(rng_.Whole(0, 2))]});
+  next_whim_ns_ = now_ns_ + rng_.Whole(100, 4000) * kMs;
 }
 
 void SimulatedHost::FallSilent() {
-  const double how = dice_.Uniform(0, 1);
+  const double how = rng_.Uniform(0, 1);
   if (how < 0.7) {
     ++(*tally_)["host pauses"];
-    halted_until_ns_ = now_ns_ + dice_.Whole(20, 1200) * kMs;
+    halted_until_ns_ = now_ns_ + rng_.Whole(20, 1200) * kMs;
     return;
   }
   gone_ = true;

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "collab/simulated/hands/controller_site.h"
+#include "collab/simulated/hands/simulated_controller.h"
 #include "collab/simulated/network/fault_schedule.h"
 
 namespace tandem {
@@ -15,7 +15,7 @@ namespace tandem {
 /// On the way to the controller goals may be lost and requests take 0 to 3 ms.
 class SimulatedHost {
  public:
-  SimulatedHost(HostId id, std::string name, ControllerSite& site, std::uint64_t seed,
+  SimulatedHost(HostId id, std::string name, SimulatedController& site, std::uint64_t seed,
                 Tally& tally);
 
   /// Runs a millisecond. `peers` are names of peers.
@@ -24,7 +24,7 @@ class SimulatedHost {
   void TidyUp() { tidies_ = true; }
   /// Returns whether the host has crashed or left with a goodbye.
   bool gone() const { return gone_; }
-  const ControllerSite& site() const { return *site_; }
+  const SimulatedController& site() const { return *site_; }
   HostId id() const { return id_; }
 
  private:
@@ -34,20 +34,20 @@ class SimulatedHost {
   void Say(HostGoal::Kind kind);
   void SayGoal();
   void ReadMail();
-  void Whim(const std::vector<std::string>& peers);
-  void GrabSomething();
+  void ActAtRandom(const std::vector<std::string>& peers);
+  void GrabRandomBody();
   void BeginDrag();
-  void SetSomething();
-  void AskNonsense();
+  void SetRandomParameter();
+  void SendInvalidRequest();
   void GoBack();
   void FallSilent();
   void Tidy();
-  std::string SomeBody();
+  std::string RandomBody();
 
   HostId id_;
   std::string name_;
-  ControllerSite* site_;
-  SeedDice dice_;
+  SimulatedController* site_;
+  SeededRandom rng_;
   Tally* tally_;
   std::int64_t now_ns_ = 0;
   std::int64_t halted_until_ns_ = 0;

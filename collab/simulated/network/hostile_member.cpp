@@ -19,7 +19,7 @@ HostileMember::HostileMember(SimulatedNetwork& network, PeerId id, std::uint64_t
 }
 
 void HostileMember::OnPeerInfo(const PeerInfo& info, std::int64_t) {
-  heard_[info.peer] = info;
+  received_[info.peer] = info;
   for (const Claim& claim : info.claims) {
     std::uint32_t& epoch = epochs_[claim.object];
     epoch = std::max(epoch, claim.epoch);
@@ -45,9 +45,9 @@ std::uint32_t HostileMember::DrawEpoch(ObjectId object) {
 }
 
 PeerId HostileMember::DrawPeer() {
-  if (heard_.empty() || Draw(4) == 0) return id_;
-  auto it = heard_.begin();
-  std::advance(it, Draw(static_cast<std::uint32_t>(heard_.size())));
+  if (received_.empty() || Draw(4) == 0) return id_;
+  auto it = received_.begin();
+  std::advance(it, Draw(static_cast<std::uint32_t>(received_.size())));
   return it->first;
 }
 
@@ -119,11 +119,11 @@ void HostileMember::Step() {
   if (turn == 0) {
     if (Draw(2) == 0) transport_->Leave();
     transport_.reset();
-    heard_.clear();
+    received_.clear();
     return;
   }
   if (turn % 20 != 0) return;
-  ++said_;
+  ++stated_;
   switch (turn / 20 % 8) {
     case 0:
     case 1:

@@ -26,14 +26,14 @@ class HostileMember : private Inbox {
   /// Goes for good.
   void Leave();
   /// Returns how many turns to speak it has had.
-  std::uint64_t said() const noexcept { return said_; }
+  std::uint64_t stated() const noexcept { return stated_; }
 
  private:
   void OnState(const ObjectState& state, std::int64_t) override { state_ = state; }
   void OnLinks(const CouplingLinks&, std::int64_t) override {}
   void OnView(const ViewFrame&, std::int64_t) override {}
   void OnPeerInfo(const PeerInfo& info, std::int64_t) override;
-  void OnPeerLeft(PeerId peer) override { heard_.erase(peer); }
+  void OnPeerLeft(PeerId peer) override { received_.erase(peer); }
   void OnPeerLost(PeerId) override {}
   void OnEvent(const Event& event, std::int64_t) override;
   void OnScene(const SceneManifest&) override {}
@@ -55,12 +55,12 @@ class HostileMember : private Inbox {
   std::unique_ptr<Transport> transport_;  // null: away
   bool gone_ = false;
   PeerInfo info_;
-  std::map<PeerId, PeerInfo> heard_;
+  std::map<PeerId, PeerInfo> received_;
   std::map<ObjectId, std::uint32_t> epochs_;  // greatest epochs that it heard of
   std::vector<Event> events_;                 // last events heard, for replay
   ObjectState state_;                         // last state heard, for replay
   std::uint32_t seq_ = 0;
-  std::uint64_t said_ = 0;
+  std::uint64_t stated_ = 0;
 };
 
 }  // namespace tandem

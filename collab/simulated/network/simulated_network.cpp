@@ -69,7 +69,7 @@ std::unique_ptr<Transport> SimulatedNetwork::Join(PeerId peer, Role role, Inbox&
   member.incarnation = ++incarnations_;
   for (const auto& [id, other] : members_) {
     if (id == peer) continue;
-    LineOf(id, peer).hearing = Hearing{};
+    LineOf(id, peer).hearing = RemotePeerState{};
     if (other.scene) Send(id, peer, *other.scene);
     if (other.info) Send(id, peer, *other.info);
   }
@@ -96,7 +96,7 @@ void SimulatedNetwork::Send(PeerId from, PeerId to, const Control& what) {
   Line& line = LineOf(from, to);
   std::array<std::int64_t, 2> due_ns{};
   std::int64_t sent_ns = now_ns_;
-  if (std::holds_alternative<Alive>(what)) {
+  if (std::holds_alternative<LivelinessState>(what)) {
     // a lost sign of life is not sent again: the next one follows soon
     if (line.cut || line.conditioner.Due(sent_ns, due_ns) == 0) return;
   } else {
@@ -107,7 +107,7 @@ void SimulatedNetwork::Send(PeerId from, PeerId to, const Control& what) {
     }
     if (line.cut && std::holds_alternative<PeerInfo>(what)) {
       // the newest peer_info is kept
-      std::erase_if(line.under_way, [](const OnItsWay& item) {
+      std::erase_if(line.under_way, [](const MessageInFlight& item) {
         return std::holds_alternative<PeerInfo>(item.what);
       });
     }
@@ -159,7 +159,7 @@ void SimulatedNetwork::Advance(std::int64_t now_ns) {
     for (const auto& [id, member] : members_) {
       if (member.halted) continue;
       for (const auto& [other, receiver] : members_) {
-        if (other != id) Send(id, other, Alive{});
+        if (other != id) Send(id, other, LivelinessState{});
       }
     }
   }
@@ -176,7 +176,7 @@ void SimulatedNetwork::Advance(std::int64_t now_ns) {
     while (!line.cut && !line.under_way.empty() && line.under_way.front().due_ns <= now_ns_) {
       const auto receiver = members_.find(key.second);
       if (receiver != members_.end() && receiver->second.halted) break;
-      const OnItsWay item = std::move(line.under_way.front());
+      const MessageInFlight item = std::move(line.under_way.front());
       line.under_way.pop_front();
       if (receiver == members_.end() || receiver->second.incarnation != item.to_incarnation) {
         continue;
@@ -188,8 +188,8 @@ void SimulatedNetwork::Advance(std::int64_t now_ns) {
 
 void SimulatedNetwork::Deliver(PeerId from, PeerId to, Line& line, const Control& what) {
   Member& member = members_.at(to);
-  Hearing& hearing = line.hearing;
-  hearing.heard_ns = now_ns_;
+  RemotePeerState& hearing = line.hearing;
+  hearing.received_ns = now_ns_;
   if (const auto* info = std::get_if<PeerInfo>(&what)) {
     hearing.known = true;
     if (!hearing.alive) hearing.since_ns = now_ns_;
@@ -200,15 +200,15 @@ void SimulatedNetwork::Deliver(PeerId from, PeerId to, Line& line, const Control
   } else if (const auto* scene = std::get_if<SceneManifest>(&what)) {
     member.inbox->OnScene(*scene);
   } else if (std::holds_alternative<Left>(what)) {
-    hearing = Hearing{};
+    hearing = RemotePeerState{};
     member.inbox->OnPeerLeft(from);
   }
 }
 
 void SimulatedNetwork::EndLeases() {
   for (auto& [key, line] : lines_) {
-    Hearing& hearing = line.hearing;
-    if (!hearing.alive || now_ns_ - hearing.heard_ns <= kLeaseNs) continue;
+    RemotePeerState& hearing = line.hearing;
+    if (!hearing.alive || now_ns_ - hearing.received_ns <= kLeaseNs) continue;
     const auto receiver = members_.find(key.second);
     if (receiver == members_.end() || receiver->second.halted) continue;
     hearing.alive = false;
@@ -228,7 +228,7 @@ void SimulatedNetwork::Cut(PeerId from, PeerId to, bool cut) {
   if (now_ns_ - line.cut_since_ns <= kForgetNs) return;
   // the peer is found again as if new: peer_info and scene are kept for that, and a goodbye is a
   // fact
-  std::erase_if(line.under_way, [](const OnItsWay& item) {
+  std::erase_if(line.under_way, [](const MessageInFlight& item) {
     return !std::holds_alternative<PeerInfo>(item.what) &&
            !std::holds_alternative<SceneManifest>(item.what) &&
            !std::holds_alternative<Left>(item.what);

@@ -88,9 +88,9 @@ class SimulatedNetwork {
 
  private:
   class Link;
-  struct Alive {};
+  struct LivelinessState {};
   struct Left {};
-  using Control = std::variant<Alive, Left, PeerInfo, Event, SceneManifest>;
+  using Control = std::variant<LivelinessState, Left, PeerInfo, Event, SceneManifest>;
   struct Member {
     Role role = Role::kActive;
     Inbox* inbox = nullptr;
@@ -101,13 +101,13 @@ class SimulatedNetwork {
     std::optional<SceneManifest> scene;
     std::map<PeerId, std::deque<std::variant<ObjectState, CouplingLinks, ViewFrame>>> backlog;
   };
-  struct Hearing {  // state of one peer as another hears it
+  struct RemotePeerState {  // state of one peer as another hears it
     bool known = false;
     bool alive = false;
-    std::int64_t heard_ns = 0;
+    std::int64_t received_ns = 0;
     std::int64_t since_ns = 0;  // start of being alive
   };
-  struct OnItsWay {
+  struct MessageInFlight {
     std::int64_t due_ns = 0;
     std::uint64_t to_incarnation = 0;
     Control what;
@@ -120,8 +120,8 @@ class SimulatedNetwork {
     std::int64_t longest_ns = 0;         // longest way of an item in this window
     std::int64_t longest_before_ns = 0;  // longest way in the window before
     std::int64_t last_due_ns = 0;
-    std::deque<OnItsWay> under_way;
-    Hearing hearing;
+    std::deque<MessageInFlight> under_way;
+    RemotePeerState hearing;
   };
 
   Line& LineOf(PeerId from, PeerId to);

@@ -25,7 +25,7 @@ struct BlockPlaces {
   std::uint64_t bytes;
 };
 BlockPlaces PlacesOf(const BlockFileHeader& header) {
-  ArrayPlaces arrays(sizeof header);
+  ArrayLayout arrays(sizeof header);
   BlockPlaces places{};
   places.blocks[0] = arrays.Add(header.block_bytes[0], 1);
   places.blocks[1] = arrays.Add(header.block_bytes[1], 1);
@@ -98,7 +98,8 @@ std::uint64_t BlockFileChecksum(std::span<const std::byte> file) {
   return hash.value();
 }
 
-std::optional<Error> SaveBlocks(const BlockFileKind& kind, const MadeOf& made_of, double voxel_size,
+std::optional<Error> SaveBlocks(const BlockFileKind& kind, const BlockFileSources& made_of,
+                                double voxel_size,
                                 const std::array<std::span<const std::byte>, 2>& blocks,
                                 const std::filesystem::path& file) {
   std::error_code code;
@@ -163,7 +164,7 @@ Result<BlockFile> MapBlocks(const BlockFileKind& kind, const std::filesystem::pa
 }
 
 Result<BlockFile> MapBlocks(const BlockFileKind& kind, const std::filesystem::path& file,
-                            const MadeOf& made_of) {
+                            const BlockFileSources& made_of) {
   Result<BlockFile> mapped = MapBlocks(kind, file);
   if (mapped && mapped->made_of != made_of) {
     return Error{file.string() + ": a " + kind.what +

@@ -26,7 +26,7 @@ struct BlockFileHeader {
   std::uint32_t unused = 0;
   std::uint64_t bytes = 0;     // size of the whole file
   std::uint64_t checksum = 0;  // checksum of all other bytes
-  std::uint64_t mesh = 0;      // MadeOf
+  std::uint64_t mesh = 0;      // BlockFileSources
   std::uint64_t settings = 0;
   double voxel_size = 0;  // m
   std::array<std::uint64_t, 2> block_bytes{};
@@ -41,21 +41,22 @@ struct BlockFileKind {
 };
 
 /// The sources of a file's content: the same numbers mean the same content.
-struct MadeOf {
+struct BlockFileSources {
   std::uint64_t mesh = 0;      // hash of the mesh as it stands in W
   std::uint64_t settings = 0;  // hash of the options, and of what is fixed besides them
 
-  bool operator==(const MadeOf&) const = default;
+  bool operator==(const BlockFileSources&) const = default;
 };
 
 /// Writes blocks to a file, whole or not at all: it writes a file beside it and moves that there.
 /// Returns nothing, or the error.
-std::optional<Error> SaveBlocks(const BlockFileKind& kind, const MadeOf& made_of, double voxel_size,
+std::optional<Error> SaveBlocks(const BlockFileKind& kind, const BlockFileSources& made_of,
+                                double voxel_size,
                                 const std::array<std::span<const std::byte>, 2>& blocks,
                                 const std::filesystem::path& file);
 
 struct BlockFile {
-  MadeOf made_of;
+  BlockFileSources made_of;
   double voxel_size = 0;  // m
   std::array<ImageBlock, 2> blocks;
 };
@@ -67,7 +68,7 @@ Result<BlockFile> MapBlocks(const BlockFileKind& kind, const std::filesystem::pa
 
 /// Does the same for a file with known sources. A file with other sources is an error as well.
 Result<BlockFile> MapBlocks(const BlockFileKind& kind, const std::filesystem::path& file,
-                            const MadeOf& made_of);
+                            const BlockFileSources& made_of);
 
 /// Returns the error for a file whose bytes are those that were saved and yet make no sense.
 Error DamagedFile(const BlockFileKind& kind, const std::string& file);

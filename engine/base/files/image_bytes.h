@@ -49,13 +49,13 @@ struct ImageBlock {
 };
 
 /// Places the arrays of a block one behind the other, each on a cache line.
-class ArrayPlaces {
+class ArrayLayout {
  public:
   static constexpr std::uint64_t kLine = 64;
   /// No block is larger, so that sums of fewer than 2^16 of them do not wrap round.
   static constexpr std::uint64_t kMostBytes = std::uint64_t{1} << 48U;
 
-  explicit ArrayPlaces(std::uint64_t header_bytes) : end_(header_bytes) {}
+  explicit ArrayLayout(std::uint64_t header_bytes) : end_(header_bytes) {}
 
   /// Returns the place of the next array, in bytes from the block's start.
   std::uint64_t Add(std::uint64_t count, std::uint64_t element_bytes) {

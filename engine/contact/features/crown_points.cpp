@@ -114,7 +114,7 @@ class Crowns {
   void AddEdges() {
     for (std::uint32_t t = 0; t < mesh_.triangles.size(); ++t) {
       for (std::uint32_t k = 0; k < 3; ++k) {
-        const std::uint32_t other = sides_.Across(t, k);
+        const std::uint32_t other = sides_.NeighborAcross(t, k);
         if (other == MeshSides::kNone || other < t || TurnAt(t, k, other) < kTurns) continue;
         const Vec3 outward = (normals_[t] + normals_[other]).normalized();
         const Vec3 from = mesh_.corner(t, k) / voxel_size_;
@@ -150,7 +150,7 @@ class Crowns {
         const Vec3 along = mesh_.corner(t, next) - mesh_.corner(t, k);
         const Vec3 back = mesh_.corner(t, (k + 2) % 3) - mesh_.corner(t, k);
         corner.outward += std::atan2(along.cross(back).norm(), along.dot(back)) * normals_[t];
-        const std::uint32_t other = sides_.Across(t, k);
+        const std::uint32_t other = sides_.NeighborAcross(t, k);
         const bool walled = other == MeshSides::kNone;
         const bool bulges = !walled && TurnAt(t, k, other) > kBulges;
         for (Corner* end : {&corner, &vertex_at(next)}) {

@@ -184,7 +184,7 @@ EdgeArc::EdgeArc(double half_angle)
       last(std::cos(half_angle + kArcFade)),
       scale(1.0 / (cosine - last)) {}
 
-EdgeArc EdgeArc::OfCosine(double cosine) {
+EdgeArc EdgeArc::FromCosine(double cosine) {
   EdgeArc arc;
   arc.cosine = cosine;
   arc.sine = std::sqrt(std::max(0.0, 1.0 - cosine * cosine));
@@ -210,7 +210,8 @@ const EdgeArc& LooseArc() noexcept {
   return kLooseEdgeArc;
 }
 
-EdgeMeeting Meet(const ShellEdge& edge, const OtherEdge& other, double reach) noexcept {
+EdgeEdgeContact FindEdgeContact(const ShellEdge& edge, const OtherEdge& other,
+                                double reach) noexcept {
   const Vec3& q = other.q;
   const Vec3& other_t = other.tangent;
   const Vec3& n = other.nhat;
@@ -235,7 +236,7 @@ EdgeMeeting Meet(const ShellEdge& edge, const OtherEdge& other, double reach) no
                       edge.arc.loose || other_arc.loose ? kFacing : kFacingAcross};
   const bool parallel = sine < kParallel;
   const Way met = parallel ? BesideOne(pieces, other_arc) : AcrossOne(pieces, other_arc);
-  EdgeMeeting meeting;
+  EdgeEdgeContact meeting;
   if (met.apart || !met.pushes) return meeting;
   double share = met.share;
   if (parallel) {

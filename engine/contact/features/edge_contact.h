@@ -35,7 +35,7 @@ struct EdgeArc {
 
   explicit EdgeArc(double half_angle = 0);
   /// Makes the arc from the cosine of its half, without trigonometric functions.
-  static EdgeArc OfCosine(double cosine);
+  static EdgeArc FromCosine(double cosine);
   /// Returns the share of a push that counts, from the cosine between the push and the edge's
   /// normal.
   double ShareOf(double push_cosine) const noexcept;
@@ -55,7 +55,7 @@ struct ShellEdge {
 };
 
 /// The push between two pieces of edges.
-struct EdgeMeeting {
+struct EdgeEdgeContact {
   double depth = 0;  // voxels
   double share = 0;  // share of the push that counts; 0: they do not push
   Vec3 normal = Vec3::Zero();
@@ -76,6 +76,7 @@ struct OtherEdge {
 };
 
 /// Finds how the two pieces push each other from `reach` on.
-EdgeMeeting Meet(const ShellEdge& edge, const OtherEdge& other, double reach) noexcept;
+EdgeEdgeContact FindEdgeContact(const ShellEdge& edge, const OtherEdge& other,
+                                double reach) noexcept;
 
 }  // namespace tandem

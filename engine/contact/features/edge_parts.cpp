@@ -101,8 +101,8 @@ class OthersNear {
 
 }  // namespace
 
-std::size_t LookAlong(const DistanceField& field, double reach,
-                      std::span<EdgePart> parts) noexcept {
+std::size_t QueryAlong(const DistanceField& field, double reach,
+                       std::span<EdgePart> parts) noexcept {
   // places besides the middle, whose distance is known: no place of a part is farther from the
   // nearest of these than a quarter of its half length, or than its seam
   constexpr std::array<double, 4> kAlong{-1.0, -0.5, 0.5, 1.0};
@@ -110,7 +110,7 @@ std::size_t LookAlong(const DistanceField& field, double reach,
   const auto slack = [](const EdgePart& part) {
     return std::max(0.25 * part.half_length, kSeam) + kPlaceError;
   };
-  std::array<EdgePart*, kBlockPlaces> asked;
+  std::array<EdgePart*, kBlockPlaces> requested;
   std::array<float, kMost> x{};
   std::array<float, kMost> y{};
   std::array<float, kMost> z{};
@@ -122,7 +122,7 @@ std::size_t LookAlong(const DistanceField& field, double reach,
   for (EdgePart& part : parts) {
     // the middle alone excludes contact
     if (part.middle_bound - slack(part) <= reach) continue;
-    asked[asked_count++] = &part;
+    requested[asked_count++] = &part;
     for (const double along : kAlong) {
       const Vec3 place = part.middle_V + along * part.half_length * part.tangent_V;
       x[count] = static_cast<float>(place.x());
@@ -135,7 +135,7 @@ std::size_t LookAlong(const DistanceField& field, double reach,
   field.Values({0, 0, 0}, {x.data(), y.data(), z.data()}, (count + 15) / 16 * 16, values.data(),
                kinds.data(), over.data());
   for (std::size_t i = 0; i < asked_count; ++i) {
-    EdgePart& part = *asked[i];
+    EdgePart& part = *requested[i];
     double least = part.middle_bound;
     for (std::size_t k = kAlong.size() * i; k < kAlong.size() * (i + 1); ++k) {
       least = std::min<double>(least, values[k] - over[k]);
@@ -147,9 +147,9 @@ std::size_t LookAlong(const DistanceField& field, double reach,
   return count;
 }
 
-std::size_t LookAtOthers(const BodyFeatures& others, double reach, double enough,
-                         std::span<EdgePart> parts) noexcept {
-  std::array<EdgePart*, kBlockPlaces> asked;
+std::size_t QueryOtherEdges(const BodyFeatures& others, double reach, double enough,
+                            std::span<EdgePart> parts) noexcept {
+  std::array<EdgePart*, kBlockPlaces> requested;
   std::array<double, kBlockPlaces> gaps;
   gaps.fill(kEdgesEnough);
   std::size_t count = 0;
@@ -158,7 +158,7 @@ std::size_t LookAtOthers(const BodyFeatures& others, double reach, double enough
   double longest = 0;
   for (EdgePart& part : parts) {
     if (part.gap > enough) continue;
-    asked[count++] = &part;
+    requested[count++] = &part;
     low = low.cwiseMin(part.middle_V);
     high = high.cwiseMax(part.middle_V);
     longest = std::max(longest, part.half_length);
@@ -170,7 +170,7 @@ std::size_t LookAtOthers(const BodyFeatures& others, double reach, double enough
   std::size_t pairs = 0;
   const auto look = [&] {
     pairs += count * near.count();
-    for (std::size_t i = 0; i < count; ++i) gaps[i] = near.GapOf(*asked[i], reach, gaps[i]);
+    for (std::size_t i = 0; i < count; ++i) gaps[i] = near.GapOf(*requested[i], reach, gaps[i]);
     near.Clear();
   };
   others.VisitEdgesIn(low - margin, high + margin, [&](const BodyFeatures::Edge& edge) {
@@ -181,7 +181,7 @@ std::size_t LookAtOthers(const BodyFeatures& others, double reach, double enough
     if (near.full()) look();
   });
   look();
-  for (std::size_t i = 0; i < count; ++i) asked[i]->gap = std::max(asked[i]->gap, gaps[i]);
+  for (std::size_t i = 0; i < count; ++i) requested[i]->gap = std::max(requested[i]->gap, gaps[i]);
   return pairs / kPairsOfALookUp;
 }
 

@@ -29,11 +29,12 @@ struct EdgePart {
 /// Finds the gaps that follow from the distances of some places along each part. The surface may be
 /// nearer to a part than to its middle by half the part's length, but is so only where they stand
 /// askew. Takes at most kBlockPlaces parts. Returns the cost in look-ups.
-std::size_t LookAlong(const DistanceField& field, double reach, std::span<EdgePart> parts) noexcept;
+std::size_t QueryAlong(const DistanceField& field, double reach,
+                       std::span<EdgePart> parts) noexcept;
 
 /// Finds the gaps that follow from the other body's edges, for the parts whose gap is at most
 /// `enough`. Takes at most kBlockPlaces parts. Returns the cost in look-ups.
-std::size_t LookAtOthers(const BodyFeatures& others, double reach, double enough,
-                         std::span<EdgePart> parts) noexcept;
+std::size_t QueryOtherEdges(const BodyFeatures& others, double reach, double enough,
+                            std::span<EdgePart> parts) noexcept;
 
 }  // namespace tandem

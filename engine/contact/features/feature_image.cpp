@@ -49,7 +49,7 @@ void Put(const std::vector<T>& array, std::uint64_t place, ImageBytes& image) {
 }  // namespace
 
 FeatureImage::Places FeatureImage::PlacesOf(const FeatureHeader& header) {
-  ArrayPlaces arrays(sizeof header);
+  ArrayLayout arrays(sizeof header);
   Places places{};
   places.blocks = arrays.Add(header.blocks, sizeof(BodyFeatures::Block));
   places.lanes = arrays.Add(header.blocks, sizeof(BodyFeatures::Lanes));

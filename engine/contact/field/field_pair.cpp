@@ -60,7 +60,7 @@ double Fading(double value, double full, double none) {
 
 /// Returns the share of a push on the middle of a sharp edge's part that counts. It is nothing
 /// where the other body's edge, which turns by 20 degrees or more, is nearest: crossing edges push
-/// as lines (MeetEdges()). It is nothing where the surface comes nearer along the part: then
+/// as lines (CollideEdges()). It is nothing where the surface comes nearer along the part: then
 /// another part, or the edge's end, touches. It is 1 a quarter of a voxel deep, where edges may
 /// have passed one another.
 double ShareOnEdge(const FieldPush& push, const Vec3& tangent) {
@@ -78,18 +78,18 @@ std::optional<double> Thickness(const DistanceField& field, const Vec3& point_V,
   constexpr double kOpposite = -0.7;  // cosine between the sides' directions off
   for (double depth = kStep; depth < kThickest; depth += kStep) {
     const Vec3 place_V = point_V - (push.distance + depth) * push.away_V;
-    FieldGradient told;
-    field.WithGradients({&place_V, 1}, &told);
-    if (!told.reading.near || told.reading.value < kTold - depth) continue;
-    if (told.gradient.dot(push.away_V) > kOpposite * told.gradient.norm()) continue;
-    const double thickness = depth - told.reading.value;
+    FieldGradient reported;
+    field.WithGradients({&place_V, 1}, &reported);
+    if (!reported.reading.near || reported.reading.value < kTold - depth) continue;
+    if (reported.gradient.dot(push.away_V) > kOpposite * reported.gradient.norm()) continue;
+    const double thickness = depth - reported.reading.value;
     return thickness < kThickest ? std::optional(thickness) : std::nullopt;
   }
   return {};
 }
 
 /// Turns the push on a point that has come through a wall back to the side that it came from.
-FieldPush Turned(FieldPush push, double thickness) {
+FieldPush Reversed(FieldPush push, double thickness) {
   push.distance = -(push.distance + thickness);
   push.away_V = -push.away_V;
   return push;
@@ -141,7 +141,7 @@ PairMotion FieldPair::MotionSince(const Pose& X_VS) noexcept {
 }
 
 PairReport FieldPair::Collide(const BodyMotion& shell_body, const BodyMotion& map_body,
-                              Load& on_shell, Load& on_map) noexcept {
+                              LinearizedForce& on_shell, LinearizedForce& on_map) noexcept {
   const Places places = PlacesOf(shell_body, map_body);
   const PairMotion motion = MotionSince(places.pair.X_VS);
   of_shell_.Test(places.shell_in_map, motion, reach_);
@@ -149,14 +149,14 @@ PairReport FieldPair::Collide(const BodyMotion& shell_body, const BodyMotion& ma
   FindContacts(places);
   FitReach();
   AddForces(places, on_shell, on_map);
-  CountLoad();
+  CountDemand();
   PairReport report;
   report.tests = of_shell_.counts();
   report.tests += of_map_.counts();
   report.contact_points = static_cast<int>(contact_count_);
-  report.loaded_points = static_cast<int>(contact_count_);
-  report.looks = static_cast<int>(contact_count_);
-  report.look_work = static_cast<double>(contact_count_);
+  report.pushing_points = static_cast<int>(contact_count_);
+  report.exact_queries = static_cast<int>(contact_count_);
+  report.query_cost = static_cast<double>(contact_count_);
   report.over_capacity = over_capacity_;
   return report;
 }
@@ -173,14 +173,14 @@ void FieldPair::Add(const Vec3& p_V, const Vec3& nhat_V, double depth, double sh
 void FieldPair::FindContacts(const Places& places) noexcept {
   contact_count_ = 0;
   over_capacity_ = false;
-  MeetField(of_shell_, *shell_, *map_, places.shell_in_map, true, places.shell_in_map);
-  MeetField(of_map_, *map_, *shell_, places.map_in_shell, false, places.shell_in_map);
-  MeetEdges(places.shell_in_map);
+  CollideField(of_shell_, *shell_, *map_, places.shell_in_map, true, places.shell_in_map);
+  CollideField(of_map_, *map_, *shell_, places.map_in_shell, false, places.shell_in_map);
+  CollideEdges(places.shell_in_map);
 }
 
-void FieldPair::MeetField(const FieldSchedule& schedule, const BodySurface& own,
-                          const BodySurface& other, const Pose& X_VF, bool to_map,
-                          const Pose& shell_in_map) noexcept {
+void FieldPair::CollideField(const FieldSchedule& schedule, const BodySurface& own,
+                             const BodySurface& other, const Pose& X_VF, bool to_map,
+                             const Pose& shell_in_map) noexcept {
   const Mat3 R_VF = X_VF.q.toRotationMatrix();
   std::array<TouchingPoint, FieldPushes::kMostPlaces> points;
   std::array<Vec3, FieldPushes::kMostPlaces> places_V;
@@ -189,7 +189,7 @@ void FieldPair::MeetField(const FieldSchedule& schedule, const BodySurface& own,
   const auto push = [&] {
     other.field.Pushes(std::span(places_V).first(count), reach_, pushes);
     for (std::size_t k = 0; k < count; ++k) {
-      AddPushes(points[k], places_V[k], pushes.Of(k), other.field, to_map, shell_in_map);
+      AddPushes(points[k], places_V[k], pushes.PushesAt(k), other.field, to_map, shell_in_map);
     }
     count = 0;
   };
@@ -226,7 +226,7 @@ void FieldPair::AddPushes(const TouchingPoint& point, const Vec3& place_V,
       const std::optional<double> thickness = push.sheet ? 0.0 : Thickness(field, place_V, push);
       if (thickness) {
         push.share *= std::min(1.0, std::abs(facing) / kWallFade);
-        if (facing < 0) push = Turned(push, *thickness);
+        if (facing < 0) push = Reversed(push, *thickness);
       }
     }
     if (point.tangent_V) push.share *= ShareOnEdge(push, *point.tangent_V);
@@ -239,12 +239,12 @@ void FieldPair::AddPushes(const TouchingPoint& point, const Vec3& place_V,
   }
 }
 
-void FieldPair::MeetEdges(const Pose& shell_in_map) noexcept {
+void FieldPair::CollideEdges(const Pose& shell_in_map) noexcept {
   const Mat3 R = shell_in_map.q.toRotationMatrix();
   const BodyFeatures& features = shell_->features;
   const double reach = EdgeReach(reach_);
   const auto arc_of = [](float cosine) {
-    return cosine > 0 ? EdgeArc::OfCosine(cosine) : LooseArc();
+    return cosine > 0 ? EdgeArc::FromCosine(cosine) : LooseArc();
   };
   for (const FieldSchedule::NearBlock& near : of_shell_.near()) {
     for (unsigned rest = near.crossing; rest != 0; rest &= rest - 1) {
@@ -269,10 +269,11 @@ void FieldPair::MeetEdges(const Pose& shell_in_map) noexcept {
         }
         Vec3 nhat = other.outward.cast<double>();
         if (other.cosine == 0 && nhat.dot(own.nhat) < 0) nhat = -nhat;
-        const EdgeMeeting meeting = Meet(own,
-                                         {other.middle, other.tangent.cast<double>(), nhat,
-                                          other.half_length, arc_of(other.cosine), other.ends != 0},
-                                         reach);
+        const EdgeEdgeContact meeting =
+            FindEdgeContact(own,
+                            {other.middle, other.tangent.cast<double>(), nhat, other.half_length,
+                             arc_of(other.cosine), other.ends != 0},
+                            reach);
         if (!(meeting.depth > 0 && meeting.share > 0)) return;
         // edges are met as lines with wedges about them, which continue where their faces end
         const FieldReading surface = map_->field.At(meeting.on_shell);
@@ -312,7 +313,8 @@ void FieldPair::FitReach() noexcept {
   reach_ = std::clamp(reach_ - kReachCut * overlap + wider, least_reach, full_reach_);
 }
 
-void FieldPair::AddForces(const Places& places, Load& on_shell, Load& on_map) noexcept {
+void FieldPair::AddForces(const Places& places, LinearizedForce& on_shell,
+                          LinearizedForce& on_map) noexcept {
   if (contact_count_ == 0) return;
   double area = 0;  // number of contacts, weighted up to full ones
   for (const Contact& contact : contacts()) {
@@ -322,17 +324,17 @@ void FieldPair::AddForces(const Places& places, Load& on_shell, Load& on_map) no
   const double share = std::min(1.0, kStiffest / area);
   rule.gains.stiffness *= share;
   rule.gains.damping *= share;
-  const CrossLoad cross = AddContactForces(std::span(contacts_).first(contact_count_), places.pair,
-                                           rule, on_shell, on_map);
+  const CrossJacobian cross = AddContactForces(std::span(contacts_).first(contact_count_),
+                                               places.pair, rule, on_shell, on_map);
   if (both_move_) cross_ = cross;
 }
 
-void FieldPair::CountLoad() noexcept {
-  load_.mandatory = of_shell_.owed() + of_map_.owed();
-  load_.per_metre = (of_shell_.owed_per_voxel() + of_map_.owed_per_voxel()) / s_;
-  load_.looks = static_cast<double>(contact_count_);
-  load_.bound =
-      s_ * std::max(FieldSchedule::kMostTravel, std::min(of_shell_.free_way(), of_map_.free_way()));
+void FieldPair::CountDemand() noexcept {
+  load_.mandatory = of_shell_.due_tests() + of_map_.due_tests();
+  load_.per_metre = (of_shell_.due_tests_per_voxel() + of_map_.due_tests_per_voxel()) / s_;
+  load_.exact_queries = static_cast<double>(contact_count_);
+  load_.bound = s_ * std::max(FieldSchedule::kMostTravel,
+                              std::min(of_shell_.free_travel(), of_map_.free_travel()));
 }
 
 void FieldPair::SetClearance(const Clearance& clearance) noexcept {
@@ -349,7 +351,7 @@ void FieldPair::SetClearance(const Clearance& clearance) noexcept {
 
 ClearanceBounds FieldPair::clearance_bounds() const noexcept {
   const double range = std::min(shell_->field.range(), map_->field.range());
-  return ClearanceBounds::OfFields(range - kRefinedClearance, s_);
+  return ClearanceBounds::ForFields(range - kRefinedClearance, s_);
 }
 
 std::size_t FieldPair::CountUnfound(const BodyMotion& shell_body,
@@ -372,7 +374,7 @@ PoseReading FieldPair::Read(const BodyMotion& shell_body, const BodyMotion& map_
     }
   }
   reading.nearest_voxels = static_cast<int>(std::max(0.0, std::floor(nearest)));
-  Load on_map;
+  LinearizedForce on_map;
   AddForces(places, reading.on_shell, on_map);
   return reading;
 }

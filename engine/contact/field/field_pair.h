@@ -40,9 +40,9 @@ class FieldPair final : public BodyPair {
   FieldPair(const BodySurface& shell, const BodySurface& map, const Options& options,
             const ContactGains& gains);
 
-  PairReport Collide(const BodyMotion& shell_body, const BodyMotion& map_body, Load& on_shell,
-                     Load& on_map) noexcept override;
-  TestLoad load() const noexcept override { return load_; }
+  PairReport Collide(const BodyMotion& shell_body, const BodyMotion& map_body,
+                     LinearizedForce& on_shell, LinearizedForce& on_map) noexcept override;
+  TestDemand test_demand() const noexcept override { return load_; }
   void SetClearance(const Clearance& clearance) noexcept override;
   ClearanceBounds clearance_bounds() const noexcept override;
   double voxel_size() const noexcept override { return s_; }
@@ -73,8 +73,8 @@ class FieldPair final : public BodyPair {
   void FindContacts(const Places& places) noexcept;
   /// Finds the contacts of one body's features with the other's field. `to_map`: the other is the
   /// map.
-  void MeetField(const FieldSchedule& schedule, const BodySurface& own, const BodySurface& other,
-                 const Pose& X_VF, bool to_map, const Pose& shell_in_map) noexcept;
+  void CollideField(const FieldSchedule& schedule, const BodySurface& own, const BodySurface& other,
+                    const Pose& X_VF, bool to_map, const Pose& shell_in_map) noexcept;
   /// A feature point that is near the other's surface, in the frame V of the other's field.
   struct TouchingPoint {
     Vec3 inward_V;
@@ -83,7 +83,7 @@ class FieldPair final : public BodyPair {
   };
   void AddPushes(const TouchingPoint& point, const Vec3& place_V, std::span<const FieldPush> pushes,
                  const DistanceField& field, bool to_map, const Pose& shell_in_map) noexcept;
-  void MeetEdges(const Pose& shell_in_map) noexcept;
+  void CollideEdges(const Pose& shell_in_map) noexcept;
   /// Keeps a contact if it has depth. Lengths are in voxels.
   void Add(const Vec3& p_V, const Vec3& nhat_V, double depth, double share) noexcept;
   /// Lets force begin nearer in the next frame where contacts push from opposite sides, and slowly
@@ -91,8 +91,8 @@ class FieldPair final : public BodyPair {
   void FitReach() noexcept;
   /// Adds the loads of the contacts. Stiffness is in proportion to the contacts' sum, up to a
   /// bound.
-  void AddForces(const Places& places, Load& on_shell, Load& on_map) noexcept;
-  void CountLoad() noexcept;
+  void AddForces(const Places& places, LinearizedForce& on_shell, LinearizedForce& on_map) noexcept;
+  void CountDemand() noexcept;
 
   const BodySurface* shell_;
   const BodySurface* map_;
@@ -108,7 +108,7 @@ class FieldPair final : public BodyPair {
   std::vector<Contact> contacts_;
   std::size_t contact_count_ = 0;
   bool over_capacity_ = false;
-  TestLoad load_;  // as of the last Collide()
+  TestDemand load_;  // as of the last Collide()
 };
 
 }  // namespace tandem

@@ -44,7 +44,7 @@ FieldSchedule::FieldSchedule(const BodyFeatures& features, const DistanceField& 
       due_words_(is_due_.size() / 64 + 1),
       due_(features.blocks().size()),
       due_chunks_(features.chunks().size()),
-      told_(features.blocks().size()),
+      reported_(features.blocks().size()),
       near_(features.blocks().size()) {
   for (const BodyFeatures::Chunk& chunk : features.chunks()) far_in_.push_back(chunk.count);
   // all places are still unknown: the first Test() finds them
@@ -110,7 +110,7 @@ bool FieldSchedule::PutIfFar(std::uint32_t number) noexcept {
   const double error = reading.near ? DistanceField::kMostOver : 0.0;
   const double gap = reading.value - error - chunk.radius - reach_;
   if (gap <= kFar) return false;
-  chunks_.Put(number, OutOf(chunk.middle, place) + chunk.radius, gap, 1);
+  chunks_.Put(number, RadiusOf(chunk.middle, place) + chunk.radius, gap, 1);
   return true;
 }
 
@@ -132,9 +132,9 @@ void FieldSchedule::TestAll() noexcept {
   const auto test = [this](std::size_t begin, std::size_t end, int) {
     TestDue(begin, end);
   };
-  if (options_.helpers != nullptr && due_count_ >= options_.shared_from) {
-    options_.helpers->Summon();
-    options_.helpers->Share(due_count_, kPiece, test);
+  if (options_.workers != nullptr && due_count_ >= options_.shared_from) {
+    options_.workers->WakeWorkers();
+    options_.workers->ParallelFor(due_count_, kPiece, test);
   } else {
     for (std::size_t begin = 0; begin < due_count_; begin += kPiece) {
       test(begin, std::min(begin + kPiece, due_count_), 0);
@@ -157,7 +157,7 @@ void FieldSchedule::TestDue(std::size_t begin, std::size_t end) noexcept {
     x[k - begin] = static_cast<float>(place.x());
     y[k - begin] = static_cast<float>(place.y());
     z[k - begin] = static_cast<float>(place.z());
-    told_[k].out = static_cast<float>(OutOf(Vec3(middle.x, middle.y, middle.z), place));
+    reported_[k].out = static_cast<float>(RadiusOf(Vec3(middle.x, middle.y, middle.z), place));
   }
   const std::size_t padded = (end - begin + 15) / 16 * 16;
   field_->Values({0, 0, 0}, {x.data(), y.data(), z.data()}, padded, values.data(), kinds.data(),
@@ -167,15 +167,15 @@ void FieldSchedule::TestDue(std::size_t begin, std::size_t end) noexcept {
     const BodyFeatures::Block& block = features_->blocks()[due_[k]];
     const double seam = block.sharp != 0 ? kSeam : 0.0;
     const double gap = values[i] - over[i] - block.radius - seam - reach_ - kPlaceError;
-    told_[k] = {.gap = static_cast<float>(gap), .out = told_[k].out};
+    reported_[k] = {.gap = static_cast<float>(gap), .out = reported_[k].out};
     if (gap < middle_enough_) near[count++] = static_cast<std::uint32_t>(k);
   }
   for (std::size_t at = 0; at < count; at += kBlockPlaces) {
-    LookAtPoints(std::span(near).subspan(at, std::min(kBlockPlaces, count - at)));
+    QueryPoints(std::span(near).subspan(at, std::min(kBlockPlaces, count - at)));
   }
 }
 
-void FieldSchedule::LookAtPoints(std::span<const std::uint32_t> which) noexcept {
+void FieldSchedule::QueryPoints(std::span<const std::uint32_t> which) noexcept {
   std::array<PlacedBlock, kBlockPlaces> blocks;
   std::array<float, kBlockPlaces * kBlockPlaces> bounds;
   std::array<FieldReadings, kBlockPlaces> readings;
@@ -196,23 +196,24 @@ void FieldSchedule::LookAtPoints(std::span<const std::uint32_t> which) noexcept 
   field_->ReadBlocks(rows_, static_cast<float>(reach_), std::span(blocks).first(which.size()),
                      bounds.data(), readings.data());
   for (std::size_t i = 0; i < which.size(); ++i) {
-    Told& told = told_[which[i]];
-    told.touching = readings[i].within;
-    told.gap = static_cast<float>(readings[i].least - reach_ - kPlaceError);
-    told.points = true;
+    BlockResults& reported = reported_[which[i]];
+    reported.touching = readings[i].within;
+    reported.gap = static_cast<float>(readings[i].least - reach_ - kPlaceError);
+    reported.points = true;
     const std::uint32_t b = due_[which[i]];
     if (other_ != nullptr && features_->blocks()[b].sharp != 0) {
-      LookAtEdges(b, &bounds[kBlockPlaces * i], told);
+      QueryEdges(b, &bounds[kBlockPlaces * i], reported);
     }
   }
 }
 
-void FieldSchedule::LookAtEdges(std::uint32_t b, const float* bounds, Told& told) noexcept {
+void FieldSchedule::QueryEdges(std::uint32_t b, const float* bounds,
+                               BlockResults& reported) noexcept {
   EdgesDue& due = edges_due_[b];
   const double known = due.at - calendar_.odometer(due.ring);
   if (known > 0) {
-    told.crossing = due.crossing;
-    told.gap = std::min(told.gap, due.crossing != 0 ? 0 : static_cast<float>(known));
+    reported.crossing = due.crossing;
+    reported.gap = std::min(reported.gap, due.crossing != 0 ? 0 : static_cast<float>(known));
     return;
   }
   const BodyFeatures::Block& block = features_->blocks()[b];
@@ -231,7 +232,7 @@ void FieldSchedule::LookAtEdges(std::uint32_t b, const float* bounds, Told& told
       const double reach = edge_reach + edge.half_length + kSeam + kPlaceError;
       // neither the surface nor an edge is nearer to the edge's part
       const Vec3 place = R_VF_ * features_->place(b, lane) + p_VF_;
-      ++told.compared;
+      ++reported.compared;
       const double gap = std::max<double>(
           bounds[lane] - reach, other_->EdgesBeyond(place) - reach - other_->longest_half());
       if (gap > kEdgesEnough) {
@@ -246,29 +247,29 @@ void FieldSchedule::LookAtEdges(std::uint32_t b, const float* bounds, Told& told
       }
     }
     const std::span<EdgePart> near = std::span(parts).first(count);
-    told.compared +=
-        static_cast<std::uint32_t>(LookAlong(*field_, edge_reach, near) +
-                                   LookAtOthers(*other_, edge_reach, kCrossingMargin, near));
+    reported.compared +=
+        static_cast<std::uint32_t>(QueryAlong(*field_, edge_reach, near) +
+                                   QueryOtherEdges(*other_, edge_reach, kCrossingMargin, near));
     const bool any = std::ranges::any_of(near, [](const EdgePart& part) {
       return part.gap < 0;
     });
     const double crossing_below = any ? kCrossingMargin : 0.0;
     for (const EdgePart& part : near) {
       if (part.gap < crossing_below) {
-        told.crossing = static_cast<std::uint16_t>(told.crossing | 1U << part.lane);
+        reported.crossing = static_cast<std::uint16_t>(reported.crossing | 1U << part.lane);
       } else {
         least = std::min(least, part.gap);
       }
     }
   }
   // lanes that may cross do not stay so for long; not all blocks are looked at again in one frame
-  if (told.crossing != 0) least = std::min(least, kCrossingMargin * ShareOfMargin(b));
-  due.crossing = told.crossing;
-  due.compared = told.compared;
-  due.ring =
-      static_cast<std::uint32_t>(calendar_.RingOf(told.out + block.radius, std::max(least, 0.0)));
+  if (reported.crossing != 0) least = std::min(least, kCrossingMargin * ShareOfMargin(b));
+  due.crossing = reported.crossing;
+  due.compared = reported.compared;
+  due.ring = static_cast<std::uint32_t>(
+      calendar_.RingOf(reported.out + block.radius, std::max(least, 0.0)));
   due.at = calendar_.odometer(due.ring) + least;
-  told.gap = std::min(told.gap, due.crossing != 0 ? 0 : static_cast<float>(least));
+  reported.gap = std::min(reported.gap, due.crossing != 0 ? 0 : static_cast<float>(least));
 }
 
 void FieldSchedule::PutDue() noexcept {
@@ -276,20 +277,20 @@ void FieldSchedule::PutDue() noexcept {
   edges_ahead_ = 0;
   for (std::size_t k = 0; k < due_count_; ++k) {
     const std::uint32_t b = due_[k];
-    const Told& told = told_[k];
+    const BlockResults& reported = reported_[k];
     const BodyFeatures::Block& block = features_->blocks()[b];
-    const int looked_up = told.points ? 1 + std::popcount(block.lanes) : 1;
+    const int looked_up = reported.points ? 1 + std::popcount(block.lanes) : 1;
     counts_.looked_up += static_cast<std::size_t>(looked_up);
-    counts_.compared += told.compared;
-    if (told.touching != 0 || told.crossing != 0) {
-      near_[near_count_++] = {b, told.touching, told.crossing};
+    counts_.compared += reported.compared;
+    if (reported.touching != 0 || reported.crossing != 0) {
+      near_[near_count_++] = {b, reported.touching, reported.crossing};
     }
-    const bool far = told.gap > kFar;
+    const bool far = reported.gap > kFar;
     std::uint32_t& far_in = far_in_[block.chunk];
     far_in += (far ? 1U : 0U) - is_far_[b];
     is_far_[b] = far ? 1 : 0;
-    calendar_.Put(b, told.out + block.radius, told.gap,
-                  static_cast<std::uint32_t>(looked_up) + EdgeCost(b, told));
+    calendar_.Put(b, reported.out + block.radius, reported.gap,
+                  static_cast<std::uint32_t>(looked_up) + EdgeCost(b, reported));
   }
   // chunks whose blocks are all far stand whole from here on
   for (std::size_t k = 0; k < due_count_; ++k) {
@@ -301,21 +302,21 @@ void FieldSchedule::PutDue() noexcept {
   }
 }
 
-std::uint32_t FieldSchedule::EdgeCost(std::uint32_t block, const Told& told) noexcept {
-  if (other_ == nullptr || !told.points || features_->blocks()[block].sharp == 0) return 0;
+std::uint32_t FieldSchedule::EdgeCost(std::uint32_t block, const BlockResults& reported) noexcept {
+  if (other_ == nullptr || !reported.points || features_->blocks()[block].sharp == 0) return 0;
   const EdgesDue& due = edges_due_[block];
   const double known = due.at - calendar_.odometer(due.ring);
-  if (told.crossing == 0) return told.gap >= known ? due.compared : 0;
+  if (reported.crossing == 0) return reported.gap >= known ? due.compared : 0;
   if (known <= pace_) return due.compared;
   edges_ahead_ += due.compared;
   return 0;
 }
 
-double FieldSchedule::owed() const noexcept {
+double FieldSchedule::due_tests() const noexcept {
   return static_cast<double>(calendar_.CostWithin(0, motion_) + chunks_.CostWithin(0, motion_));
 }
 
-double FieldSchedule::owed_per_voxel() const noexcept {
+double FieldSchedule::due_tests_per_voxel() const noexcept {
   const auto per_voxel = [this](const auto& calendar) {
     const double buckets = std::ceil(kMostTravel * calendar.kPerVoxel);
     const std::uint64_t more = calendar.CostWithin(static_cast<std::size_t>(buckets), motion_) -
@@ -352,7 +353,7 @@ double FieldSchedule::Read(const Pose& X_VF, double reach) noexcept {
   middle_enough_ = kMiddleEnough;
   PutDue();
   double least = std::numeric_limits<double>::infinity();
-  for (std::size_t k = 0; k < due_count_; ++k) least = std::min<double>(least, told_[k].gap);
+  for (std::size_t k = 0; k < due_count_; ++k) least = std::min<double>(least, reported_[k].gap);
   return least + reach_;
 }
 

@@ -32,7 +32,7 @@ inline double EdgeReach(double reach) noexcept {
 /// near.
 ///
 /// F is the frame of the own field of the features' body; V is the frame of the other body's field.
-/// Lengths are in voxels, which are the same in both. Used by one thread, which may have helpers;
+/// Lengths are in voxels, which are the same in both. Used by one thread, which may have workers;
 /// no call allocates.
 class FieldSchedule {
  public:
@@ -69,10 +69,12 @@ class FieldSchedule {
   static constexpr double kMostTravel = 0.5;
   /// Return the point tests that the next frame owes if nothing moves, and how many more with each
   /// voxel of travel, up to kMostTravel. They count by the cost of each block when it was last due.
-  double owed() const noexcept;
-  double owed_per_voxel() const noexcept;
+  double due_tests() const noexcept;
+  double due_tests_per_voxel() const noexcept;
   /// Returns the voxels of travel before anything is due.
-  double free_way() const noexcept { return std::min(calendar_.FreeWay(), chunks_.FreeWay()); }
+  double free_travel() const noexcept {
+    return std::min(calendar_.FreeTravel(), chunks_.FreeTravel());
+  }
 
   /// Looks up every point. Returns a bound of the distance of the nearest point or edge, near the
   /// surface to a tenth of a voxel. near() then comes from all points.
@@ -90,7 +92,7 @@ class FieldSchedule {
   /// Puts a chunk into the calendar if it is far as a whole; returns whether it did.
   bool PutIfFar(std::uint32_t chunk) noexcept;
   /// Returns the distance from the centre, for a place in F and the same place in V.
-  double OutOf(const Vec3& place_F, const Vec3& place_V) const noexcept {
+  double RadiusOf(const Vec3& place_F, const Vec3& place_V) const noexcept {
     return ((centre_.of_features ? place_F : place_V) - centre_.place).norm();
   }
   void AddDue(std::uint32_t block) noexcept {
@@ -100,16 +102,16 @@ class FieldSchedule {
   }
   /// Looks up the blocks due_[begin, end).
   void TestDue(std::size_t begin, std::size_t end) noexcept;
-  struct Told;
-  void LookAtPoints(std::span<const std::uint32_t> which) noexcept;
+  struct BlockResults;
+  void QueryPoints(std::span<const std::uint32_t> which) noexcept;
   /// Finds which sharp edges of a block may cross others. `bounds`: lower bounds of the distances
   /// of its points.
-  void LookAtEdges(std::uint32_t block, const float* bounds, Told& told) noexcept;
+  void QueryEdges(std::uint32_t block, const float* bounds, BlockResults& reported) noexcept;
   void TestAll() noexcept;
   void PutDue() noexcept;
   /// Returns what a block's edges will cost when it is due. Edges whose gaps are known beyond the
   /// last frame's travel are added to edges_ahead_, for travel.
-  std::uint32_t EdgeCost(std::uint32_t block, const Told& told) noexcept;
+  std::uint32_t EdgeCost(std::uint32_t block, const BlockResults& reported) noexcept;
 
   const BodyFeatures* features_;
   const DistanceField* field_;
@@ -143,7 +145,7 @@ class FieldSchedule {
   std::size_t due_count_ = 0;
   std::vector<std::uint32_t> due_chunks_;
   /// The results of the blocks of due_.
-  struct Told {
+  struct BlockResults {
     float gap = 0;
     float out = 0;  // distance from the centre
     std::uint16_t touching = 0;
@@ -151,7 +153,7 @@ class FieldSchedule {
     bool points = false;  // its points were looked up
     std::uint32_t compared = 0;
   };
-  std::vector<Told> told_;
+  std::vector<BlockResults> reported_;
   std::vector<NearBlock> near_;
   std::size_t near_count_ = 0;
   double edges_ahead_ = 0;

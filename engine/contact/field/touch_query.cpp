@@ -31,7 +31,7 @@ struct Places {
     y[i] = static_cast<float>(place_V.y());
     z[i] = static_cast<float>(place_V.z());
   }
-  void LookUp(const DistanceField& field, std::size_t count) noexcept {
+  void LookUpAll(const DistanceField& field, std::size_t count) noexcept {
     field.Values({0, 0, 0}, {x.data(), y.data(), z.data()}, (count + 15) / 16 * 16, values.data(),
                  kinds.data(), over.data());
   }
@@ -88,7 +88,7 @@ void TouchQuery::FindChunks(Side& side) const noexcept {
     for (std::size_t i = 0; i < count; ++i) {
       places.Set(i, side.R_VF * chunks[begin + i].middle + side.p_VF);
     }
-    places.LookUp(*side.field, count);
+    places.LookUpAll(*side.field, count);
     for (std::size_t i = 0; i < count; ++i) {
       const float least = places.values[i] - places.over[i] -
                           static_cast<float>(chunks[begin + i].radius + kTouching);
@@ -111,7 +111,7 @@ std::optional<Vec3> TouchQuery::FindIn(const Side& side) const noexcept {
         const Vec3 middle = MiddleOf(side.features->blocks()[block_at(i)]);
         places.Set(i, side.R_VF * middle + side.p_VF);
       }
-      places.LookUp(*side.field, count);
+      places.LookUpAll(*side.field, count);
       for (std::size_t i = 0; i < count; ++i) {
         const double radius = side.features->blocks()[block_at(i)].radius + kTouching;
         if (places.values[i] - places.over[i] > radius) continue;
@@ -145,7 +145,7 @@ std::optional<Vec3> TouchQuery::FindOnEdge(const Side& side, const Vec3& middle_
   const double half = half_F.norm();
   Places<16> place;
   place.Set(0, middle_V);
-  place.LookUp(*side.field, 1);
+  place.LookUpAll(*side.field, 1);
   if (place.values[0] - place.over[0] > half + kTouching) return std::nullopt;
   const FieldReading reading = side.field->At(middle_V);
   if (reading.value <= kTouching) return middle_F;

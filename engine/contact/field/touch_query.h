@@ -11,7 +11,7 @@
 namespace tandem {
 
 /// Tells whether two bodies touch: yes or no, with a place. After an answer of yes, the next query
-/// first looks at its place, so that bodies that go on touching cost one look. Not for several
+/// first looks at its place, so that bodies that go on touching cost one query. Not for several
 /// threads at once.
 class TouchQuery {
  public:

@@ -17,7 +17,7 @@ Result<BodySurface> BuildSurface(const TriangleMesh& mesh_W, const Pose& X_WB,
                                                     .max_memory_bytes = options.max_memory_bytes,
                                                     .stop = options.stop});
   if (!field) return field.error();
-  const TriangleMesh facing_W = FacingOut(mesh_W, FindFacing(mesh_W, MeshSides(mesh_W)));
+  const TriangleMesh facing_W = OrientOutward(mesh_W, FindFacing(mesh_W, MeshSides(mesh_W)));
   const std::vector<FeaturePoint> points = FindFeaturePoints(
       facing_W, FindFeatures(facing_W, options.flatness_voxels * options.voxel_size),
       options.voxel_size, options.spacing_voxels);

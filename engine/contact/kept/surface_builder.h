@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <stop_token>
 
-#include "engine/base/most_memory.h"
+#include "engine/base/peak_memory.h"
 #include "engine/base/result.h"
 #include "engine/base/spatial.h"
 #include "engine/contact/field/field_pair.h"
@@ -22,7 +22,7 @@ struct SurfaceOptions {
   /// Band and range of the distance field, as in FieldOptions.
   double band_voxels = FieldOptions{}.band;
   double range_voxels = FieldOptions{}.range;
-  std::size_t max_memory_bytes = MostMemory();
+  std::size_t max_memory_bytes = PeakMemory();
   /// When it is asked to stop, the builder soon ends with an error.
   std::stop_token stop = {};
 };

@@ -30,7 +30,7 @@ Result<SurfaceBlocks> ReadBlocks(Result<BlockFile> mapped, const std::filesystem
 
 }  // namespace
 
-MadeOf KeyOf(const TriangleMesh& mesh_W, const SurfaceOptions& options) {
+BlockFileSources KeyOf(const TriangleMesh& mesh_W, const SurfaceOptions& options) {
   Hash64 settings;
   settings.Add(options.voxel_size);
   settings.Add(options.flatness_voxels);

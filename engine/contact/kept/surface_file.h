@@ -14,7 +14,7 @@ namespace tandem {
 /// they come to give other bytes: by another format, or by other rules of how a surface is made.
 inline constexpr BlockFileKind kSurfaceFile{{'t', 'a', 'n', 'd', 'e', 'm', 'S', 'F'}, 2, "surface"};
 
-MadeOf KeyOf(const TriangleMesh& mesh_W, const SurfaceOptions& options);
+BlockFileSources KeyOf(const TriangleMesh& mesh_W, const SurfaceOptions& options);
 
 /// Writes a surface of a mesh to a file, whole or not at all: it writes a file beside it and moves
 /// that there. Returns nothing, or the error.

@@ -55,7 +55,8 @@ Result<Content> Noted(Result<Content> mapped, const fs::path& file) {
 VoxelCache::VoxelCache(fs::path folder, std::uint64_t most_bytes)
     : folder_(std::move(folder)), most_bytes_(most_bytes) {}
 
-fs::path VoxelCache::FileOf(const MadeOf& key, unsigned version, const char* ending) const {
+fs::path VoxelCache::FileOf(const BlockFileSources& key, unsigned version,
+                            const char* ending) const {
   char name[64];
   std::snprintf(name, sizeof name, "%016" PRIx64 "-%016" PRIx64 "-v%u%s", key.mesh, key.settings,
                 version, ending);
@@ -67,7 +68,7 @@ bool VoxelCache::MayRead(const fs::path& file) const {
 }
 
 Result<ImportedMesh> VoxelCache::MeshOf(const fs::path& file, const ImportOptions& options) const {
-  const std::optional<MadeOf> key = KeyOf(file, options);
+  const std::optional<BlockFileSources> key = KeyOf(file, options);
   if (!key) return ImportAndDiagnose(file, options);
   const fs::path kept = FileOf(*key, kKeptMeshFile.version, kMeshEnding);
   if (MayRead(kept)) {
@@ -85,7 +86,7 @@ Result<ImportedMesh> VoxelCache::MeshOf(const fs::path& file, const ImportOption
 
 Result<Pointshell> VoxelCache::PointsOf(const TriangleMesh& mesh_W, const Pose& X_WB,
                                         const PointshellOptions& options) const {
-  const MadeOf key = KeyOf(mesh_W, X_WB, options);
+  const BlockFileSources key = KeyOf(mesh_W, X_WB, options);
   const fs::path file = FileOf(key, kKeptPointsFile.version, kPointsEnding);
   if (MayRead(file)) {
     if (auto loaded = Noted(LoadKeptPoints(file, key), file)) return loaded;
@@ -118,7 +119,7 @@ Result<BodySurface> VoxelCache::SurfaceOf(const TriangleMesh& mesh_W, const Pose
 
 Result<Voxmap> VoxelCache::VoxmapOf(const TriangleMesh& mesh_W,
                                     const VoxelizeOptions& options) const {
-  const MadeOf key = KeyOf(mesh_W, options);
+  const BlockFileSources key = KeyOf(mesh_W, options);
   const fs::path file = FileOf(key, kKeptVoxmapVersion, kVoxmapEnding);
   if (MayRead(file)) {
     if (auto loaded = Noted(LoadKeptVoxmap(file, key), file)) return loaded;
@@ -135,7 +136,7 @@ Result<Voxmap> VoxelCache::VoxmapOf(const TriangleMesh& mesh_W,
 
 Result<std::shared_ptr<const PageSource>> VoxelCache::PagesOf(
     const TriangleMesh& mesh_W, const VoxelizeOptions& options) const {
-  const MadeOf key = KeyOf(mesh_W, options);
+  const BlockFileSources key = KeyOf(mesh_W, options);
   const fs::path file = FileOf(key, kKeptVoxmapVersion, kVoxmapEnding);
   if (MayRead(file)) {
     if (auto open = Noted(OpenKeptVoxmap(file, key), file)) return open;

@@ -72,7 +72,8 @@ class VoxelCache {
   std::size_t Clear() const;
 
  private:
-  std::filesystem::path FileOf(const MadeOf& key, unsigned version, const char* ending) const;
+  std::filesystem::path FileOf(const BlockFileSources& key, unsigned version,
+                               const char* ending) const;
   bool MayRead(const std::filesystem::path& file) const;
   void Keep(const std::filesystem::path& file,
             const std::function<std::optional<Error>()>& save) const;

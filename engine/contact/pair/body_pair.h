@@ -3,7 +3,7 @@
 #include <limits>
 #include <span>
 
-#include "engine/base/load.h"
+#include "engine/base/linearized_force.h"
 #include "engine/contact/pair/clearance.h"
 #include "engine/contact/pair/contact_model.h"
 #include "engine/contact/schedule/max_travel.h"
@@ -20,9 +20,9 @@ struct BodyMotion {
 /// The result of a frame's test of a pair.
 struct PairReport {
   int contact_points = 0;      // points whose mark is <= 2 + layer, by the class rule
-  int looks = 0;               // exact looks at single points (refined model)
-  double look_work = 0;        // cost of these looks and of adding up, in exact looks
-  int loaded_points = 0;       // contact points that are below their tangent plane
+  int exact_queries = 0;       // exact queries at single points (refined model)
+  double query_cost = 0;       // cost of these queries and of adding up, in exact queries
+  int pushing_points = 0;      // contact points that are below their tangent plane
   bool over_capacity = false;  // more contacts than can be held; the rest do not push
   TestCounts tests;
   /// Voxels are not in memory: nothing was tested, and the bodies must stand still.
@@ -36,7 +36,7 @@ struct PoseReading {
   int touching_points = 0;
   int nearest_voxels =
       std::numeric_limits<int>::max();  // least distance read; max when all points are beyond
-  Load on_shell;
+  LinearizedForce on_shell;
 };
 
 /// Two bodies that may touch, and the load that contact puts on both. The first is called the
@@ -49,7 +49,7 @@ class BodyPair {
   /// Tests what has come due since the last call and adds the contact loads on both bodies. Does
   /// not allocate.
   virtual PairReport Collide(const BodyMotion& shell_body, const BodyMotion& map_body,
-                             Load& on_shell, Load& on_map) noexcept = 0;
+                             LinearizedForce& on_shell, LinearizedForce& on_map) noexcept = 0;
   /// Announces the voxels that will be read where the bodies stand, before the first Collide().
   virtual void Announce(const BodyMotion& /*shell_body*/, const BodyMotion& /*map_body*/) noexcept {
   }
@@ -57,10 +57,10 @@ class BodyPair {
   virtual void Rest() noexcept {}
   /// Returns how the last Collide()'s load on the shell changes as the map moves. The transpose
   /// holds for the load on the map as the shell moves. Kept for pairs whose bodies both move.
-  const CrossLoad& cross() const noexcept { return cross_; }
-  /// Returns what the next frames' tests and looks will cost, as of the last Collide() (paper §5,
-  /// Eqn. 2).
-  virtual TestLoad load() const noexcept = 0;
+  const CrossJacobian& cross() const noexcept { return cross_; }
+  /// Returns what the next frames' tests and exact queries will cost, as of the last Collide()
+  /// (paper §5, Eqn. 2).
+  virtual TestDemand test_demand() const noexcept = 0;
   /// Sets how far the two bodies may come towards one another until the next Collide(), m.
   virtual void LimitTravel(double /*metres*/) noexcept {}
   /// Sets the clearance from the next Collide() on.
@@ -82,7 +82,7 @@ class BodyPair {
   BodyPair(const BodyPair&) = default;
   BodyPair& operator=(const BodyPair&) = default;
 
-  CrossLoad cross_;
+  CrossJacobian cross_;
   Clearance clearance_;
 };
 

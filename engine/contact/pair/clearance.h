@@ -29,13 +29,13 @@ struct ClearanceBounds {
 
   /// Gives the bounds of plain contact, whose marks reach `range` voxels. Displacement tunes
   /// between one layer and the next.
-  static constexpr ClearanceBounds OfMarks(int range, double voxel_size) {
+  static constexpr ClearanceBounds ForMarks(int range, double voxel_size) {
     const int most = std::max(0, range - kWarningQueues);
     return {std::min(LeastForceLayer(ContactModel::kPlain), most), most, voxel_size, voxel_size};
   }
   /// Gives the bounds of refined contact, whose distance fields reach `farther` voxels beyond where
   /// force begins.
-  static constexpr ClearanceBounds OfFields(double farther, double voxel_size) {
+  static constexpr ClearanceBounds ForFields(double farther, double voxel_size) {
     const int least = LeastForceLayer(ContactModel::kRefined);
     return {least, least + std::max(0, static_cast<int>(farther)), voxel_size,
             std::max(0.0, farther) * voxel_size};
@@ -44,7 +44,7 @@ struct ClearanceBounds {
     return displacement >= -most_outward && displacement <= most_inward;
   }
   /// Returns the nearest clearance within the bounds; a displacement that is not finite becomes 0.
-  Clearance Within(int layer, double displacement) const noexcept {
+  Clearance Clamp(int layer, double displacement) const noexcept {
     const double metres = std::isfinite(displacement) ? displacement : 0.0;
     return {static_cast<double>(std::clamp(layer, least_layer, most_layer)),
             std::clamp(metres, -most_outward, most_inward)};
@@ -53,8 +53,8 @@ struct ClearanceBounds {
 
 /// Returns the clearance after `seconds` on the way from one to another. Where both parts change
 /// they share the pace.
-inline Clearance Nearer(const Clearance& from, const Clearance& to, double seconds,
-                        double voxel_size) noexcept {
+inline Clearance StepClearance(const Clearance& from, const Clearance& to, double seconds,
+                               double voxel_size) noexcept {
   const auto go = [](double at, double goal, double step) {
     return std::abs(goal - at) <= step ? goal : at + std::copysign(step, goal - at);
   };

@@ -9,7 +9,7 @@ namespace tandem {
 namespace {
 
 /// Turns vectors and matrices about a point from V to W.
-Load Turned(const Load& load_V, const Mat3& R_WV) {
+LinearizedForce Turned(const LinearizedForce& load_V, const Mat3& R_WV) {
   Mat6 R = Mat6::Zero();
   R.topLeftCorner<3, 3>() = R_WV;
   R.bottomRightCorner<3, 3>() = R_WV;
@@ -36,7 +36,7 @@ Mat6 AboutAnotherPoint(const Vec3& r) {
   return T;
 }
 
-CrossLoad Turned(const CrossLoad& cross_V, const Mat3& R_WV) {
+CrossJacobian Turned(const CrossJacobian& cross_V, const Mat3& R_WV) {
   Mat6 R = Mat6::Zero();
   R.topLeftCorner<3, 3>() = R_WV;
   R.bottomRightCorner<3, 3>() = R_WV;
@@ -71,8 +71,9 @@ class PointDampers {
 
 }  // namespace
 
-CrossLoad AddContactForces(std::span<Contact> contacts, const PairPlaces& at, const ForceRule& rule,
-                           Load& on_shell, Load& on_map) noexcept {
+CrossJacobian AddContactForces(std::span<Contact> contacts, const PairPlaces& at,
+                               const ForceRule& rule, LinearizedForce& on_shell,
+                               LinearizedForce& on_map) noexcept {
   if (contacts.empty()) return {};
   const Quat q_VW = at.X_WV.q.conjugate();
   const Vec3 p_VS = at.X_VS.p;                               // shell body's centre of mass
@@ -83,7 +84,7 @@ CrossLoad AddContactForces(std::span<Contact> contacts, const PairPlaces& at, co
   const Vec3 v_map = q_VW * at.map_body.V_WB.v;
   const double friction = rule.gains.friction;
   PointDampers rubbing;
-  Load shell_V;
+  LinearizedForce shell_V;
   for (Contact& contact : contacts) {
     const Vec3& p = contact.p_V;
     const Vec3& n = contact.nhat_V;
@@ -122,12 +123,12 @@ CrossLoad AddContactForces(std::span<Contact> contacts, const PairPlaces& at, co
   MirrorLower(shell_V.damping);
   // the same forces on the map's body, about its own centre of mass
   const Mat6 T = AboutAnotherPoint(p_VS - p_VM);
-  const Load map_V{-T * shell_V.force, T * shell_V.stiffness * T.transpose(),
-                   T * shell_V.damping * T.transpose()};
+  const LinearizedForce map_V{-T * shell_V.force, T * shell_V.stiffness * T.transpose(),
+                              T * shell_V.damping * T.transpose()};
   const Mat3 R_WV = at.X_WV.q.toRotationMatrix();
   on_shell += Turned(shell_V, R_WV);
   on_map += Turned(map_V, R_WV);
-  return Turned(CrossLoad{shell_V.stiffness * T.transpose(), shell_V.damping * T.transpose()},
+  return Turned(CrossJacobian{shell_V.stiffness * T.transpose(), shell_V.damping * T.transpose()},
                 R_WV);
 }
 

@@ -28,7 +28,8 @@ struct PairPlaces {
 
 /// Adds the loads of contacts on both bodies, and sets the force of each contact. Returns how the
 /// load on the shell changes as the map moves.
-CrossLoad AddContactForces(std::span<Contact> contacts, const PairPlaces& at, const ForceRule& rule,
-                           Load& on_shell, Load& on_map) noexcept;
+CrossJacobian AddContactForces(std::span<Contact> contacts, const PairPlaces& at,
+                               const ForceRule& rule, LinearizedForce& on_shell,
+                               LinearizedForce& on_map) noexcept;
 
 }  // namespace tandem

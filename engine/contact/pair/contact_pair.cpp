@@ -16,7 +16,7 @@ constexpr double kEnoughVoxels = 32;
 /// The number of candidates whose data are prefetched while others are placed.
 constexpr std::size_t kAhead = 4;
 /// The costs of placing a candidate and finding its depth, and of adding up a contact. Unit: one
-/// look, by which the frame's capacity is counted.
+/// query, by which the frame's capacity is counted.
 constexpr double kCandidateShare = 0.08;
 constexpr double kPushShare = 0.1;
 
@@ -40,7 +40,7 @@ ContactPair::ContactPair(const Pointshell& shell, const Voxmap& voxmap, const Po
       gains_(gains),
       both_move_(options.both_move),
       reader_(options.reader),
-      helpers_(options.schedule.helpers),
+      workers_(options.schedule.workers),
       shared_from_(options.schedule.shared_from / kBlocks),
       blocks_(std::make_unique<const PointBlocks>(shell)),
       schedule_(
@@ -82,9 +82,9 @@ void ContactPair::FindContacts(const Pose& X_VS, const VoxelTransform& transform
       Place(X_VS, R_VS, transform, candidates[i]);
     }
   };
-  if (helpers_ != nullptr && candidate_count_ >= shared_from_) {
-    helpers_->Summon();
-    helpers_->Share(candidate_count_, kPiece, place);
+  if (workers_ != nullptr && candidate_count_ >= shared_from_) {
+    workers_->WakeWorkers();
+    workers_->ParallelFor(candidate_count_, kPiece, place);
   } else {
     // as many at a time as the first-level cache holds
     for (std::size_t begin = 0; begin < candidate_count_; begin += kPiece) {
@@ -96,24 +96,24 @@ void ContactPair::FindContacts(const Pose& X_VS, const VoxelTransform& transform
 
 void ContactPair::AddForces(const Pose& X_VS, const BodyMotion& shell_body,
                             const BodyMotion& map_body, const Pose& X_WV, PairReport& report,
-                            Load& on_shell, Load& on_map) noexcept {
+                            LinearizedForce& on_shell, LinearizedForce& on_map) noexcept {
   if (contact_count_ == 0) return;
-  report.loaded_points = static_cast<int>(contact_count_);
+  report.pushing_points = static_cast<int>(contact_count_);
   const ForceRule rule{gains_, voxmap_->voxel_size()};
-  const CrossLoad cross =
+  const CrossJacobian cross =
       AddContactForces(std::span(contacts_).first(contact_count_),
                        {X_VS, X_WV, shell_body, map_body}, rule, on_shell, on_map);
   if (both_move_) cross_ = cross;
 }
 
 PairReport ContactPair::Collide(const BodyMotion& shell_body, const BodyMotion& map_body,
-                                Load& on_shell, Load& on_map) noexcept {
+                                LinearizedForce& on_shell, LinearizedForce& on_map) noexcept {
   PairReport report;
   const Pose X_WV = map_body.X_WB * X_BV_;
   const Pose X_VS = X_WV.Inverse() * shell_body.X_WB;
   const double travel =
-      travel_.Since(shell_body.X_WB, shell_->radius + std::abs(schedule_->displacement()),
-                    map_body.X_WB, map_radius_, X_BV_);
+      travel_.BoundApproach(shell_body.X_WB, shell_->radius + std::abs(schedule_->displacement()),
+                            map_body.X_WB, map_radius_, X_BV_);
   waiting_ += travel;
   if (reader_ != nullptr) reader_->MoveTo(X_VS, travel / voxmap_->voxel_size());
   // a gap above `enough` shrinks by at most the travel
@@ -138,9 +138,9 @@ PairReport ContactPair::Collide(const BodyMotion& shell_body, const BodyMotion& 
   }
   FindContacts(X_VS, schedule_->transform());
   AddForces(X_VS, shell_body, map_body, X_WV, report, on_shell, on_map);
-  look_work_ = kPushShare * static_cast<double>(contact_count_) +
-               kCandidateShare * static_cast<double>(candidate_count_);
-  report.look_work = look_work_;
+  query_cost_ = kPushShare * static_cast<double>(contact_count_) +
+                kCandidateShare * static_cast<double>(candidate_count_);
+  report.query_cost = query_cost_;
   return report;
 }
 
@@ -153,14 +153,14 @@ void ContactPair::Rest() noexcept {
 }
 
 ClearanceBounds ContactPair::clearance_bounds() const noexcept {
-  return ClearanceBounds::OfMarks(voxmap_->range(), voxmap_->voxel_size());
+  return ClearanceBounds::ForMarks(voxmap_->range(), voxmap_->voxel_size());
 }
 
-TestLoad ContactPair::load() const noexcept {
-  TestLoad load;
+TestDemand ContactPair::test_demand() const noexcept {
+  TestDemand load;
   if (Gap() <= 0) {
-    load = schedule_->Load();
-    load.looks = look_work_;
+    load = schedule_->Demand();
+    load.exact_queries = query_cost_;
     return load;
   }
   load.bound = std::max(0.5 * voxmap_->voxel_size(), Gap());
@@ -205,7 +205,7 @@ PoseReading ContactPair::Read(const BodyMotion& shell_body, const BodyMotion& ma
     }
   }
   FindContacts(X_VS, transform);
-  Load on_map;
+  LinearizedForce on_map;
   AddForces(X_VS, shell_body, map_body, X_WV, report, reading.on_shell, on_map);
   reading.contact_points = report.contact_points;
   return reading;

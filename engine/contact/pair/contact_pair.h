@@ -5,7 +5,7 @@
 #include <memory>
 #include <vector>
 
-#include "engine/base/load.h"
+#include "engine/base/linearized_force.h"
 #include "engine/contact/pair/body_pair.h"
 #include "engine/contact/pair/broad_phase.h"
 #include "engine/contact/pair/clearance.h"
@@ -35,11 +35,11 @@ class ContactPair final : public BodyPair {
   /// the pair.
   ContactPair(const Pointshell& shell, const Voxmap& voxmap, const Pose& X_BV, double map_radius,
               const PairOptions& options, const ContactGains& gains);
-  PairReport Collide(const BodyMotion& shell_body, const BodyMotion& map_body, Load& on_shell,
-                     Load& on_map) noexcept override;
+  PairReport Collide(const BodyMotion& shell_body, const BodyMotion& map_body,
+                     LinearizedForce& on_shell, LinearizedForce& on_map) noexcept override;
   void Announce(const BodyMotion& shell_body, const BodyMotion& map_body) noexcept override;
   void Rest() noexcept override;
-  TestLoad load() const noexcept override;
+  TestDemand test_demand() const noexcept override;
   void LimitTravel(double metres) noexcept override;
   /// Between whole layers, contact pushes as deep as `layers` says, and the points in the thicker
   /// layer are tested.
@@ -66,11 +66,12 @@ class ContactPair final : public BodyPair {
   /// Finds where a candidate is and which mark it reads.
   void Place(const Pose& X_VS, const Mat3& R_VS, const VoxelTransform& transform,
              Candidate& candidate) const noexcept;
-  /// Finds the candidates' contacts; helpers may share the work.
+  /// Finds the candidates' contacts; workers may share the work.
   void FindContacts(const Pose& X_VS, const VoxelTransform& transform) noexcept;
   /// Adds the loads of the contacts.
   void AddForces(const Pose& X_VS, const BodyMotion& shell_body, const BodyMotion& map_body,
-                 const Pose& X_WV, PairReport& report, Load& on_shell, Load& on_map) noexcept;
+                 const Pose& X_WV, PairReport& report, LinearizedForce& on_shell,
+                 LinearizedForce& on_map) noexcept;
 
   static constexpr std::size_t kMostCandidates = 1 << 14;
   static constexpr std::size_t kPiece = 32;  // candidates of a piece, some microseconds
@@ -85,7 +86,7 @@ class ContactPair final : public BodyPair {
   ContactGains gains_;
   bool both_move_;
   VoxelReader* reader_;
-  FrameHelpers* helpers_;    // null: none
+  WorkerPool* workers_;      // null: none
   std::size_t shared_from_;  // candidates from which on the work is shared
   std::unique_ptr<const PointBlocks> blocks_;
   std::unique_ptr<Schedule> schedule_;
@@ -93,7 +94,7 @@ class ContactPair final : public BodyPair {
   std::size_t candidate_count_ = 0;
   std::vector<Contact> contacts_;
   std::size_t contact_count_ = 0;
-  double look_work_ = 0;  // look work of the last frame
+  double query_cost_ = 0;  // query cost of the last frame
 
   PairTravel travel_;
   double waiting_ = 0;  // travel that the schedule has not been told, m: nothing is near

@@ -13,8 +13,8 @@ class PairTravel {
   /// Returns the bound since the last call, m; infinity at the first call. The shell's points lie
   /// at most `shell_radius` from its frame's origin. What they may meet lies at most `map_radius`
   /// from the frame's origin of the map's body, in which the map's frame V stands at X_BV.
-  double Since(const Pose& shell_WB, double shell_radius, const Pose& map_WB, double map_radius,
-               const Pose& X_BV) noexcept {
+  double BoundApproach(const Pose& shell_WB, double shell_radius, const Pose& map_WB,
+                       double map_radius, const Pose& X_BV) noexcept {
     double travel = std::numeric_limits<double>::infinity();
     if (placed_) {
       const auto of = [](const Pose& from, const Pose& to, double radius) {

@@ -16,7 +16,7 @@ void BlockDrift::Begin(const VoxelTransform& transform) noexcept {
   history_[frame_ % kHistory] = transform;
 }
 
-float BlockDrift::Of(std::uint32_t b, int thread) noexcept {
+float BlockDrift::DriftSinceLookup(std::uint32_t b, int thread) noexcept {
   const Lookup& lookup = lookups_[b];
   if (lookup.frame < oldest_ || frame_ - lookup.frame >= kHistory) {
     return std::numeric_limits<float>::infinity();

@@ -14,11 +14,11 @@ namespace tandem {
 /// The drift is found from the transform of the frame of the look-up, which is kept for a while. So
 /// it costs one small product instead of sixteen look-ups.
 ///
-/// Never allocates after construction. Several threads may call Of() and LookedUp() at once, each
-/// for blocks of its own. One thread calls the rest.
+/// Never allocates after construction. Several threads may call DriftSinceLookup() and LookedUp()
+/// at once, each for blocks of its own. One thread calls the rest.
 class BlockDrift {
  public:
-  /// `threads`: the greatest number of threads that call Of().
+  /// `threads`: the greatest number of threads that call DriftSinceLookup().
   explicit BlockDrift(const PointBlocks& blocks, int threads = 1);
 
   /// Begins another frame, whose look-ups use `transform`.
@@ -27,7 +27,7 @@ class BlockDrift {
   void LookedUp(std::uint32_t block, std::uint8_t nearest) noexcept {
     lookups_[block] = {frame_, nearest};
   }
-  /// Prefetches what Of() reads of a block.
+  /// Prefetches what DriftSinceLookup() reads of a block.
   void Fetch(std::uint32_t block) const noexcept {
     __builtin_prefetch(&lookups_[block]);
     __builtin_prefetch(&blocks_->balls()[block]);
@@ -40,7 +40,7 @@ class BlockDrift {
   /// Returns the farthest that any point of the block can be from where it was looked up, voxels;
   /// infinity when that is not known. The rounding of single precision is not included. `thread`:
   /// the number of the calling thread.
-  float Of(std::uint32_t block, int thread = 0) noexcept;
+  float DriftSinceLookup(std::uint32_t block, int thread = 0) noexcept;
   /// Returns the mark of the nearest point at the last look-up.
   std::uint8_t nearest(std::uint32_t block) const noexcept { return lookups_[block].nearest; }
 

@@ -135,7 +135,7 @@ class DueCalendar {
     return sum;
   }
   /// Returns the voxels that the body's edge may go before anything is due.
-  double FreeWay() const noexcept {
+  double FreeTravel() const noexcept {
     double least = kFarthest;
     for (std::size_t r = 0; r < kRings.size(); ++r) {
       const Ring& ring = rings_[r];

@@ -6,17 +6,17 @@
 namespace tandem {
 
 /// The cost of the next frame's tests of one pair, or of several together (paper §5, Eqn. 2).
-struct TestLoad {
-  double mandatory = 0;  // point tests owed in every frame
-  double per_metre = 0;  // point tests owed for each metre of travel: sum of n_i / a_i
-  double looks = 0;      // exact looks at what may be in contact, whatever the travel
+struct TestDemand {
+  double mandatory = 0;      // point tests owed in every frame
+  double per_metre = 0;      // point tests owed for each metre of travel: sum of n_i / a_i
+  double exact_queries = 0;  // exact queries at what may be in contact, whatever the travel
   /// The farthest that the pair's two bodies may come towards one another in a frame, m.
   double bound = std::numeric_limits<double>::infinity();
 
-  TestLoad& operator+=(const TestLoad& other) {
+  TestDemand& operator+=(const TestDemand& other) {
     mandatory += other.mandatory;
     per_metre += other.per_metre;
-    looks += other.looks;
+    exact_queries += other.exact_queries;
     bound = std::min(bound, other.bound);
     return *this;
   }
@@ -26,20 +26,20 @@ struct TestLoad {
 /// a part in heavy contact could not be pulled out again (decision 0014).
 inline constexpr double kTravelFloor = 0.02;
 /// The share of the point tests that fit into a frame beside the mandatory ones that travel may
-/// always use. Slowing further would not make a frame of many looks shorter, and the hand would
+/// always use. Slowing further would not make a frame of many queries shorter, and the hand would
 /// feel viscosity for nothing.
 inline constexpr double kTravelShare = 0.4;
 
 /// Returns how far all pairs may go in the coming frame, m, so that the tests that it makes due fit
 /// into `capacity` point tests. This is paper §5, Eqn. 2, with allowances (i - 1) s in place of
-/// 0.5 s i. Each exact look at what may be in contact counts as `look_price` tests. Frames have
+/// 0.5 s i. Each exact query at what may be in contact counts as `query_price` tests. Frames have
 /// constant length, so this is a speed limit, which the hand feels as viscosity. Each pair's own
 /// bound applies too; the result is never below the floor.
-inline double MaxTravel(const TestLoad& load, double capacity, double look_price,
+inline double MaxTravel(const TestDemand& load, double capacity, double query_price,
                         double voxel_size) {
   const double room = capacity - load.mandatory;
   if (room <= 0) return kTravelFloor * voxel_size;
-  const double spare = std::max(room - look_price * load.looks, kTravelShare * room);
+  const double spare = std::max(room - query_price * load.exact_queries, kTravelShare * room);
   const double travel =
       load.per_metre > 0 ? spare / load.per_metre : std::numeric_limits<double>::infinity();
   return std::max(std::min(travel, load.bound), kTravelFloor * voxel_size);

@@ -17,8 +17,8 @@ PointSchedule::PointSchedule(const PointBlocks& blocks, const Voxmap& voxmap, in
       open_(blocks.chunks().size(), 0),
       lanes_(blocks.size(), 0),
       due_(std::max(blocks.size(), blocks.chunks().size())),
-      drift_(blocks, options.helpers != nullptr ? options.helpers->threads() : 1),
-      tallies_(options.helpers != nullptr ? static_cast<std::size_t>(options.helpers->threads())
+      drift_(blocks, options.workers != nullptr ? options.workers->threads() : 1),
+      tallies_(options.workers != nullptr ? static_cast<std::size_t>(options.workers->threads())
                                           : 1),
       reader_(reader) {
   if (reader_ != nullptr) {
@@ -125,7 +125,7 @@ void PointSchedule::ForgetVoxels() noexcept {
   std::fill(hinted_.begin(), hinted_.end(), kNowhere);
 }
 
-bool PointSchedule::DueIsThere() noexcept {
+bool PointSchedule::DuePagesAreResident() noexcept {
   bool all = true;
   const double margin = std::abs(displacement_) / s_ + 2.0 * place_error_;
   for (std::size_t k = 0; k < due_count_; ++k) {
@@ -182,7 +182,7 @@ void PointSchedule::CollectDue(double travel_voxels) noexcept {
   };
   // about as much is due as in the last frame
   if (shared_) {
-    options_.helpers->Share(DistanceQueues::kStrips, 1, collect);
+    options_.workers->ParallelFor(DistanceQueues::kStrips, 1, collect);
   } else {
     collect(0, DistanceQueues::kStrips, 0);
   }
@@ -195,7 +195,7 @@ void PointSchedule::CollectDue(double travel_voxels) noexcept {
 }
 
 int PointSchedule::QueueByDrift(std::uint32_t b, int thread) noexcept {
-  const double drift = drift_.Of(b, thread) + 4 * place_error_;
+  const double drift = drift_.DriftSinceLookup(b, thread) + 4 * place_error_;
   const double gap = QueueOf(drift_.nearest(b)) - 1 - drift;
   if (!(gap >= 2.0)) return -1;  // queue 2 or nearer
   return std::min(static_cast<int>(gap) + 1, highest_queue());
@@ -234,14 +234,14 @@ void PointSchedule::TestDue(std::size_t begin, std::size_t end, int thread) noex
   }
 }
 
-void PointSchedule::ShareDue() noexcept {
-  shared_ = options_.helpers != nullptr && due_count_ >= options_.shared_from;
+void PointSchedule::TestDueInParallel() noexcept {
+  shared_ = options_.workers != nullptr && due_count_ >= options_.shared_from;
   if (shared_) {
-    options_.helpers->Summon();
-    options_.helpers->Share(due_count_, kPiece,
-                            [this](std::size_t begin, std::size_t end, int thread) {
-                              TestDue(begin, end, thread);
-                            });
+    options_.workers->WakeWorkers();
+    options_.workers->ParallelFor(due_count_, kPiece,
+                                  [this](std::size_t begin, std::size_t end, int thread) {
+                                    TestDue(begin, end, thread);
+                                  });
   } else {
     TestDue(0, due_count_, 0);
   }
@@ -262,8 +262,8 @@ void PointSchedule::Collect(const Pose& X_VS, double travel_voxels) noexcept {
     for (std::size_t k = 0; k < due_count_; ++k) blocks_in_.Put(due_[k], 0);
   }
   counts_ = {};
-  // as much as in the last frame: helpers come while the list is made
-  if (shared_) options_.helpers->Summon();
+  // as much as in the last frame: workers come while the list is made
+  if (shared_) options_.workers->WakeWorkers();
   transform_ = VoxelTransform(X_VS, s_, displacement_);
   TestChunks(X_VS, travel_voxels);
   CollectDue(travel_voxels);
@@ -276,12 +276,12 @@ void PointSchedule::Test(const Pose& X_VS, double travel) noexcept {
   const double travel_voxels = (travel + owed_) / s_ * (1 + 1e-9);
   owed_ = 0;
   if (!waits_ || travel_voxels > 0) Collect(X_VS, travel_voxels);
-  waits_ = reader_ != nullptr && !DueIsThere();
-  if (!waits_) ShareDue();
+  waits_ = reader_ != nullptr && !DuePagesAreResident();
+  if (!waits_) TestDueInParallel();
 }
 
-TestLoad PointSchedule::Load() const noexcept {
-  TestLoad load;
+TestDemand PointSchedule::Demand() const noexcept {
+  TestDemand load;
   load.bound = 0.5 * s_;
   constexpr double kPerBlock = PointBlocks::kLanes;
   if (!options_.experiments.coherence) {

@@ -21,7 +21,7 @@ namespace tandem {
 /// the near side of its voxel, and the source at the near side of its own.
 ///
 /// Used by one thread. Test() does not allocate. What is due is drifted and looked up in pieces,
-/// which helpers may take. The results are written by place in the list of what is due, and do not
+/// which workers may take. The results are written by place in the list of what is due, and do not
 /// depend on which thread took which piece.
 class PointSchedule final : public Schedule {
  public:
@@ -29,7 +29,7 @@ class PointSchedule final : public Schedule {
                 const ScheduleOptions& options, VoxelReader* reader = nullptr);
 
   void Test(const Pose& X_VS, double travel) noexcept override;
-  TestLoad Load() const noexcept override;
+  TestDemand Demand() const noexcept override;
   void SetForceLayer(int layer) noexcept override;
   /// The change counts as travel.
   void SetDisplacement(double metres) noexcept override;
@@ -48,7 +48,7 @@ class PointSchedule final : public Schedule {
   /// Announces the voxels that a chunk's points may read before it is tested again (paper §5.3).
   void AnnounceChunk(std::size_t c, const Vec3& p_voxels, double radius, double gap) noexcept;
   /// Returns whether all voxels in which due blocks are looked up are in memory.
-  bool DueIsThere() noexcept;
+  bool DuePagesAreResident() noexcept;
   void Collect(const Pose& X_VS, double travel_voxels) noexcept;
   void CollectDue(double travel_voxels) noexcept;
   /// Collects what is due in a strip of the blocks, into the strip's own stretch of due_.
@@ -58,7 +58,7 @@ class PointSchedule final : public Schedule {
   int QueueByDrift(std::uint32_t block, int thread) noexcept;
   /// Drifts the blocks due_[begin, end), looks up what may be near, and puts them into queues.
   void TestDue(std::size_t begin, std::size_t end, int thread) noexcept;
-  void ShareDue() noexcept;
+  void TestDueInParallel() noexcept;
 
   /// The sums of a thread's pieces of a frame.
   struct alignas(64) Tally {
@@ -88,7 +88,7 @@ class PointSchedule final : public Schedule {
   std::array<std::size_t, DistanceQueues::kStrips> due_in_{};  // due blocks in each strip
   BlockDrift drift_;
   std::vector<Tally> tallies_;  // one for each thread
-  bool shared_ = false;         // helpers share this frame's work
+  bool shared_ = false;         // workers share this frame's work
 
   // for a voxmap that is in memory in part
   VoxelReader* reader_;  // null: the voxmap is in memory as a whole

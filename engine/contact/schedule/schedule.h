@@ -9,7 +9,7 @@
 #include "engine/contact/schedule/max_travel.h"
 #include "engine/contact/schedule/point_blocks.h"
 #include "engine/contact/schedule/voxmap_lookup.h"
-#include "engine/realtime/frame_helpers.h"
+#include "engine/realtime/worker_pool.h"
 #include "engine/voxel/map/voxmap.h"
 
 namespace tandem {
@@ -20,8 +20,8 @@ class VoxelReader;
 struct ScheduleOptions {
   /// Threads that share the work of large frames, with the same bits; null: the calling thread does
   /// all. They must outlive the schedule.
-  FrameHelpers* helpers = nullptr;
-  /// Blocks due in a frame from which on helpers are called: about 50 us of one thread.
+  WorkerPool* workers = nullptr;
+  /// Blocks due in a frame from which on workers are called: about 50 us of one thread.
   std::size_t shared_from = 1500;
   ExperimentOptions experiments{};
 };
@@ -46,7 +46,7 @@ struct TestCounts {
 
 /// Chooses which points of a pointshell are tested against a voxmap in a frame (paper §5, §5.1,
 /// §5.2), and finds which of these are in contact. Test() is called once a frame. Used by one
-/// thread, which may have helpers; no call allocates.
+/// thread, which may have workers; no call allocates.
 class Schedule {
  public:
   virtual ~Schedule() = default;
@@ -60,7 +60,7 @@ class Schedule {
   /// printed rule counts by it; PointSchedule counts by the real travel.
   virtual void LimitTravel(double /*metres*/) noexcept {}
   /// Returns what the next frames will owe.
-  virtual TestLoad Load() const noexcept = 0;
+  virtual TestDemand Demand() const noexcept = 0;
   /// Sets the force layer from the next Test() on.
   virtual void SetForceLayer(int layer) noexcept = 0;
   /// Shifts all points along their inward normals by `metres` from the next Test() on.

@@ -116,7 +116,7 @@ PlaceLanes BrickFaces::PlacesOverSlim(std::size_t cell, std::span<const CellFace
 }
 
 bool BrickFaces::NearlyOnePlane(std::size_t cell) const {
-  const std::span<const CellFace> candidates = candidates_.Of(cell);
+  const std::span<const CellFace> candidates = candidates_.FacesOf(cell);
   const FieldFace& first = faces_[candidates[0].face];
   const std::array<float, 3> lowest = LowestOf(cell);
   const Vec3 centre_L =
@@ -169,7 +169,7 @@ BrickFaces::Errors BrickFaces::Measure(std::span<const float, kBrickNodes> value
   for (std::size_t cell = 0; cell < kCellsPerBrick; ++cell) {
     const std::size_t first = left.size();
     errors.left.first[cell] = static_cast<std::uint32_t>(first);
-    const std::span<const CellFace> candidates = candidates_.Of(cell);
+    const std::span<const CellFace> candidates = candidates_.FacesOf(cell);
     const bool measured = (cells >> cell & 1U) != 0;
     if (measured) errors.over[cell] = static_cast<float>(kLeastBound);
     if (!measured || (!open && NearlyOnePlane(cell))) {
@@ -204,7 +204,7 @@ BrickFaces::Errors BrickFaces::Measure(std::span<const float, kBrickNodes> value
 }
 
 std::vector<std::uint32_t> BrickFaces::ListOf(std::size_t cell, double band) const {
-  return ListOfCell(faces_, candidates_.Of(cell), LowestOf(cell), band);
+  return ListOfCell(faces_, candidates_.FacesOf(cell), LowestOf(cell), band);
 }
 
 }  // namespace tandem

@@ -58,26 +58,26 @@ HWY_INLINE Lanes3 PlacesAt(const PlaceLanes& places, std::size_t i) {
 }
 
 /// Adds a face to the nearest lanes.
-HWY_INLINE void AddNearest(const DistanceAndHeight& told, float* distances, float* heights) {
+HWY_INLINE void AddNearest(const DistanceAndHeight& reported, float* distances, float* heights) {
   const F f;
   const Floats tie = hn::Set(f, NearestLanes::kTie);
   const Floats distance = hn::LoadU(f, distances);
   const Floats height = hn::LoadU(f, heights);
-  const auto nearer = hn::Lt(told.distance, hn::Sub(distance, tie));
-  const auto turned = hn::And(hn::Le(told.distance, hn::Add(distance, tie)),
-                              hn::Gt(hn::Abs(told.height), hn::Abs(height)));
+  const auto nearer = hn::Lt(reported.distance, hn::Sub(distance, tie));
+  const auto turned = hn::And(hn::Le(reported.distance, hn::Add(distance, tie)),
+                              hn::Gt(hn::Abs(reported.height), hn::Abs(height)));
   const auto taken = hn::Or(nearer, turned);
-  hn::StoreU(hn::IfThenElse(taken, told.height, height), f, heights);
-  hn::StoreU(hn::Min(distance, told.distance), f, distances);
+  hn::StoreU(hn::IfThenElse(taken, reported.height, height), f, heights);
+  hn::StoreU(hn::Min(distance, reported.distance), f, distances);
 }
 
 void MeasureLanes(const NearFace::View& face, const PlaceLanes& places, unsigned edges,
                   float* distances, float* heights) {
   const F f;
   for (std::size_t i = 0; i < places.count; i += hn::Lanes(f)) {
-    const DistanceAndHeight told = MeasureVector(face, edges, PlacesAt(places, i));
-    hn::StoreU(told.distance, f, distances + i);
-    if (heights != nullptr) hn::StoreU(told.height, f, heights + i);
+    const DistanceAndHeight reported = MeasureVector(face, edges, PlacesAt(places, i));
+    hn::StoreU(reported.distance, f, distances + i);
+    if (heights != nullptr) hn::StoreU(reported.height, f, heights + i);
   }
 }
 
@@ -85,9 +85,9 @@ void MeasureLanesInto(const NearFace::View& face, const PlaceLanes& places, unsi
                       NearestLanes& nearest, float* distances) {
   const F f;
   for (std::size_t i = 0; i < places.count; i += hn::Lanes(f)) {
-    const DistanceAndHeight told = MeasureVector(face, edges, PlacesAt(places, i));
-    AddNearest(told, &nearest.distance[i], &nearest.height[i]);
-    if (distances != nullptr) hn::StoreU(told.distance, f, distances + i);
+    const DistanceAndHeight reported = MeasureVector(face, edges, PlacesAt(places, i));
+    AddNearest(reported, &nearest.distance[i], &nearest.height[i]);
+    if (distances != nullptr) hn::StoreU(reported.distance, f, distances + i);
   }
 }
 
@@ -164,10 +164,11 @@ CellErrors ErrorsOfLanes(const std::array<float, 8>& values, const std::array<fl
     const Floats value = along(z, low, high);
     const Floats distance = hn::Load(f, &exact.distance[i]);
     const Floats height = hn::Load(f, &exact.height[i]);
-    const Floats told = hn::IfThenElse(hn::Lt(height, hn::Zero(f)), hn::Neg(distance), distance);
-    const Floats error = hn::Abs(hn::Sub(value, told));
+    const Floats reported =
+        hn::IfThenElse(hn::Lt(height, hn::Zero(f)), hn::Neg(distance), distance);
+    const Floats error = hn::Abs(hn::Sub(value, reported));
     // a value beyond `most_near` is read as that
-    most_over = hn::Max(most_over, hn::Sub(hn::Min(value, hn::Set(f, most_near)), told));
+    most_over = hn::Max(most_over, hn::Sub(hn::Min(value, hn::Set(f, most_near)), reported));
     const Floats least = hn::Min(hn::Abs(value), distance);
     const auto in_band = hn::Lt(least, hn::Set(f, band));
     within_band = hn::Max(within_band, hn::IfThenElseZero(in_band, error));

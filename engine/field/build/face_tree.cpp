@@ -54,7 +54,7 @@ float FarNodes::DistanceOf(const GridIndex& node) {
   return distance;
 }
 
-std::array<float, kBrickNodes> FarNodes::OfBrick(std::size_t brick) {
+std::array<float, kBrickNodes> FarNodes::InBrick(std::size_t brick) {
   std::array<float, kBrickNodes> values;
   values.fill(std::numeric_limits<float>::max());
   MeasureBeyond(brick, values);

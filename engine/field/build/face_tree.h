@@ -37,7 +37,7 @@ class FarNodes {
   float DistanceOf(const GridIndex& node);
   /// Returns the distances of a brick's nodes, as NodeInBrick. `brick` is its place in the
   /// hyperbrick, as CellInBlock.
-  std::array<float, kBrickNodes> OfBrick(std::size_t brick);
+  std::array<float, kBrickNodes> InBrick(std::size_t brick);
   /// Measures the nodes of a brick whose values are a survey's reach or more; for these the survey
   /// has only the distance of the nearest plane. Returns whether another face is nearer to a node.
   bool MeasureBeyond(std::size_t brick, std::array<float, kBrickNodes>& values);

@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <stop_token>
 
-#include "engine/base/most_memory.h"
+#include "engine/base/peak_memory.h"
 #include "engine/base/result.h"
 #include "engine/field/query/distance_field.h"
 #include "engine/geometry/mesh/triangle_mesh.h"
@@ -20,7 +20,7 @@ struct FieldOptions {
   static constexpr double kMostRange = 32;
   static constexpr double kLeastBand = 0.1;
   static constexpr double kMostBand = 1;
-  std::size_t max_memory_bytes = MostMemory();
+  std::size_t max_memory_bytes = PeakMemory();
   /// When it is asked to stop, the builder soon ends with an error.
   std::stop_token stop = {};
 };

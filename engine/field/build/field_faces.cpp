@@ -22,7 +22,7 @@ void FindFacesBeside(const MeshSides& sides, const std::vector<Facet>& facets,
   for (std::uint32_t i = 0; i < facets.size(); ++i) {
     if (face_of[facets[i].triangle] != i) continue;
     for (std::uint32_t k = 0; k < 3; ++k) {
-      const std::uint32_t other = sides.Across(facets[i].triangle, turned[i] ? 2 - k : k);
+      const std::uint32_t other = sides.NeighborAcross(facets[i].triangle, turned[i] ? 2 - k : k);
       if (other == MeshSides::kNone || face_of[other] == FieldFace::kNone) continue;
       const FieldFace& beside = faces[face_of[other]];
       if (faces[i].nhat.dot(beside.nhat) > FieldFace::kGentle) faces[i].beside[k] = face_of[other];
@@ -34,7 +34,7 @@ void FindFacesBeside(const MeshSides& sides, const std::vector<Facet>& facets,
 
 std::vector<FieldFace> FindFieldFaces(const TriangleMesh& mesh_W, const MeshFacing& facing,
                                       double voxel_size, const GridIndex& origin) {
-  const TriangleMesh turned = FacingOut(mesh_W, facing);
+  const TriangleMesh turned = OrientOutward(mesh_W, facing);
   TriangleMesh closed{mesh_W.vertices, {}};
   TriangleMesh open{mesh_W.vertices, {}};
   for (std::size_t t = 0; t < turned.triangles.size(); ++t) {

@@ -115,7 +115,7 @@ void HyperbrickMaker::MakeFarBricks(const GridIndex& from, int side, FarNodes& n
   brick.place = CellInBlock(from >> 2);
   // no surface comes near such a brick, so it lies on one side
   if (hyperbrick_.entries[brick.place] != kNoBrick || mesh_.Solid(first_ + centre)) return;
-  const std::array<float, kBrickNodes> values = nodes.OfBrick(brick.place);
+  const std::array<float, kBrickNodes> values = nodes.InBrick(brick.place);
   const float nearest = *std::min_element(values.begin(), values.end());
   if (nearest > kept) return;
   brick.packed = PackBrick(values);

@@ -39,7 +39,7 @@ class NearFaces {
   unsigned EdgesBefore(std::uint32_t face, const Box& box) const {
     unsigned edges = 0;
     for (unsigned k = 0; k < 3; ++k) {
-      if (Inward(face, k, box) <= Aside(face, k, box)) edges |= 1U << k;
+      if (InwardDistance(face, k, box) <= SideDistance(face, k, box)) edges |= 1U << k;
     }
     return edges;
   }
@@ -52,21 +52,21 @@ class NearFaces {
     for (unsigned k = 0; k < 3; ++k) {
       if ((edges >> k & 1U) == 0) continue;
       if (beside_[face][k] == FieldFace::kNone || !stays(beside_[face][k])) return false;
-      beyond = beyond || Inward(face, k, box) < -Aside(face, k, box);
+      beyond = beyond || InwardDistance(face, k, box) < -SideDistance(face, k, box);
     }
     return beyond;
   }
 
  private:
-  /// Returns how far inside an edge the middle of a box is. Aside() returns how far from there the
-  /// box reaches.
-  float Inward(std::uint32_t face, unsigned k, const Box& box) const {
+  /// Returns how far inside an edge the middle of a box is. SideDistance() returns how far from
+  /// there the box reaches.
+  float InwardDistance(std::uint32_t face, unsigned k, const Box& box) const {
     const NearFace::View::Edge& edge = seen_[face].view().edges[k];
     float inward = -edge.inward_offset;
     for (std::size_t axis = 0; axis < 3; ++axis) inward += edge.inward[axis] * box.middle[axis];
     return inward;
   }
-  float Aside(std::uint32_t face, unsigned k, const Box& box) const {
+  float SideDistance(std::uint32_t face, unsigned k, const Box& box) const {
     const NearFace::View::Edge& edge = seen_[face].view().edges[k];
     float aside = NearFace::kRounding;
     for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -92,7 +92,7 @@ struct CellCandidates {
   std::array<std::uint32_t, kCellsPerBrick + 1> first{};
   std::vector<CellFace> faces;
 
-  std::span<const CellFace> Of(std::size_t cell) const {
+  std::span<const CellFace> FacesOf(std::size_t cell) const {
     return std::span(faces).subspan(first[cell], first[cell + 1] - first[cell]);
   }
 };

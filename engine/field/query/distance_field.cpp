@@ -19,14 +19,13 @@ std::size_t InBrick(std::int32_t cell) {
   return static_cast<std::size_t>(cell & (kBrickCells - 1));
 }
 
-double Between(double low, double high, double share) {
+double Lerp(double low, double high, double share) {
   return low + share * (high - low);
 }
 
 /// Interpolates between four values on a square, the second axis slower.
 double OnSquare(const std::array<double, 4>& values, double along, double across) {
-  return Between(Between(values[0], values[1], along), Between(values[2], values[3], along),
-                 across);
+  return Lerp(Lerp(values[0], values[1], along), Lerp(values[2], values[3], along), across);
 }
 
 }  // namespace
@@ -63,9 +62,8 @@ DistanceField::DistanceField(ImageBlock block) : block_(std::move(block)) {
 
 /// Interpolates between eight values on a cube, x fastest.
 double DistanceField::InCube(const std::array<double, 8>& values, const Vec3& from) {
-  return Between(OnSquare({values[0], values[1], values[2], values[3]}, from.x(), from.y()),
-                 OnSquare({values[4], values[5], values[6], values[7]}, from.x(), from.y()),
-                 from.z());
+  return Lerp(OnSquare({values[0], values[1], values[2], values[3]}, from.x(), from.y()),
+              OnSquare({values[4], values[5], values[6], values[7]}, from.x(), from.y()), from.z());
 }
 
 double DistanceField::Interpolated(const FieldBrick& brick, const Cell& cell) const {
@@ -102,7 +100,7 @@ std::int32_t DistanceField::BoundEntry(double least, bool inside) {
   return ~(2 * steps + (inside ? 1 : 0));
 }
 
-FieldReading DistanceField::OfBound(std::int32_t entry) {
+FieldReading DistanceField::ReadBound(std::int32_t entry) {
   const double least = kBoundStep * (~entry >> 1);
   return {.value = (~entry & 1) != 0 ? -least : least, .near = false};
 }
@@ -127,12 +125,13 @@ FieldReading DistanceField::At(const Vec3& place_V) const noexcept {
   }
   const Cell cell = CellOf(place_L);
   const std::int32_t entry = EntryOf(cell.cell);
-  if (entry < 0) return OfBound(entry);
+  if (entry < 0) return ReadBound(entry);
   const FieldBrick& brick = bricks_[static_cast<std::size_t>(entry)];
   const double value = Interpolated(brick, cell);
   const std::optional<List> list = ListOf(brick, cell.cell);
   if (list) {
-    return {.value = Between(value, OfFaces(*list, cell), ShareOf(*list, cell.from)), .near = true};
+    return {.value = Lerp(value, DistanceToFaces(*list, cell), ShareOf(*list, cell.from)),
+            .near = true};
   }
   if (value <= most_near_ && value >= -kMostNear) return {.value = value, .near = true};
   return {.value = value > 0 ? most_near_ - brick.Over() : outer_error_bound_ - kMostNear,

@@ -69,7 +69,7 @@ struct FieldPushes {
   std::array<FieldPush, kMostPlaces * kMostEach> all;
   std::array<std::uint16_t, kMostPlaces + 1> first;  // per place
 
-  std::span<const FieldPush> Of(std::size_t place) const noexcept {
+  std::span<const FieldPush> PushesAt(std::size_t place) const noexcept {
     return std::span(all).subspan(first[place], first[place + 1] - std::size_t{first[place]});
   }
 };
@@ -222,7 +222,7 @@ class DistanceField {
   /// Returns a brick's number, or a bound as BoundEntry() makes it.
   std::int32_t EntryOf(const GridIndex& cell) const noexcept;
   static std::int32_t BoundEntry(double least, bool inside);
-  static FieldReading OfBound(std::int32_t entry);
+  static FieldReading ReadBound(std::int32_t entry);
   FieldReading Outside(const Vec3& place_L) const;
   std::optional<List> ListOf(const FieldBrick& brick, const GridIndex& cell) const;
   /// Returns the list of a lane's cell, which has a brick.
@@ -245,7 +245,7 @@ class DistanceField {
                             FieldGradients& gradients) const noexcept;
   class PushLanes;
   /// Returns the distance of a place from the faces of its cell's list.
-  double OfFaces(const List& list, const Cell& cell) const noexcept;
+  double DistanceToFaces(const List& list, const Cell& cell) const noexcept;
   /// Returns a bound of the excess of an interpolated value at a place. Continuous.
   double OverAt(const Cell& cell) const;
   /// Returns the same for anywhere in the brick at a place counted in bricks; 0 if there is none.

@@ -26,8 +26,7 @@ HWY_INLINE auto& Along(auto& axes) {
 }
 
 HWY_INLINE Floats OnSquare(const Square& values, Floats along, Floats across) {
-  return Between(Between(values[0], values[1], along), Between(values[2], values[3], along),
-                 across);
+  return Lerp(Lerp(values[0], values[1], along), Lerp(values[2], values[3], along), across);
 }
 
 /// The node beyond a cell along an axis, on the side that a place is nearer to.
@@ -139,7 +138,7 @@ HWY_INLINE Floats GradientAlong(const Cubes& nodes, const FieldLanes& lanes,
     const Floats to =
         hn::IfThenElse(node.upper, hn::Sub(values[corner], high), hn::Sub(low, values[corner]));
     // one side of the outermost node is enough where the band ends
-    slopes[corner] = Between(own, hn::IfThenElse(has_brick, to, own), share);
+    slopes[corner] = Lerp(own, hn::IfThenElse(has_brick, to, own), share);
   }
   return OnSquare(slopes, Along<kU>(node.from), Along<kV>(node.from));
 }
@@ -178,7 +177,7 @@ void LookUpGradients(const FieldView& field, std::size_t count, FieldLanes& lane
     const Lanes3 from = FromCell(lanes, at);
     const Floats low = OnSquare({corners[0], corners[1], corners[2], corners[3]}, from.x, from.y);
     const Floats high = OnSquare({corners[4], corners[5], corners[6], corners[7]}, from.x, from.y);
-    hn::StoreU(Between(low, high, from.z), f, &lanes.value[at]);
+    hn::StoreU(Lerp(low, high, from.z), f, &lanes.value[at]);
   }
   FieldLanes beyond;
   TellGradients<0>(field, count, nodes, lanes, beyond, gradients[0].data());

@@ -44,7 +44,7 @@ void Put(std::vector<T>& array, std::uint64_t place, ImageBytes& image) {
 }  // namespace
 
 FieldImage::Places FieldImage::PlacesOf(const FieldHeader& header) {
-  ArrayPlaces arrays(sizeof header);
+  ArrayLayout arrays(sizeof header);
   Places places{};
   places.hyperbricks = arrays.Add(HyperbricksOf(header.size), sizeof(std::int32_t));
   places.first_bricks = arrays.Add(header.tables, sizeof(std::uint32_t));

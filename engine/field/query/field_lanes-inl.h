@@ -25,7 +25,7 @@ namespace {
 
 constexpr std::size_t kWidth = hn::MaxLanes(F());  // lanes of a vector
 
-HWY_INLINE Floats Between(Floats low, Floats high, Floats share) {
+HWY_INLINE Floats Lerp(Floats low, Floats high, Floats share) {
   return hn::Add(low, hn::Mul(share, hn::Sub(high, low)));
 }
 

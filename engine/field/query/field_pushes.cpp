@@ -57,12 +57,12 @@ class FacesNear {
   std::span<const NearbyFace> all() const { return std::span(faces_).first(count_); }
   /// Returns the nearest face; among equally near faces the face that turns most to the place.
   const NearbyFace& Told() const {
-    const NearbyFace* told = faces_.data();
+    const NearbyFace* reported = faces_.data();
     for (const NearbyFace& face : all()) {
       if (face.distance >= faces_[0].distance + kTie) break;
-      if (std::abs(face.height) > std::abs(told->height)) told = &face;
+      if (std::abs(face.height) > std::abs(reported->height)) reported = &face;
     }
-    return *told;
+    return *reported;
   }
   /// Tells whether the place is in the solid.
   bool Inside() const { return !Told().sheet && Told().height < 0; }
@@ -114,12 +114,12 @@ double Alike(const NearbyFace& one, const NearbyFace& other) {
 /// Returns the gradient that faces give a place, as DistanceField::At() does.
 FieldGradient GradientOf(const FacesNear& near) {
   const bool inside = near.Inside();
-  const NearbyFace& told = near.Told();
+  const NearbyFace& reported = near.Told();
   const double nearest = near.all()[0].distance;
   // on the face itself its normal gives the direction, which points out already
-  const bool turned = inside && told.distance > kTouching;
+  const bool turned = inside && reported.distance > kTouching;
   return {.reading = {.value = inside ? -nearest : nearest, .near = true},
-          .gradient = turned ? Vec3(-told.away) : told.away};
+          .gradient = turned ? Vec3(-reported.away) : reported.away};
 }
 
 }  // namespace
@@ -211,19 +211,19 @@ void DistanceField::WithGradients(std::span<const Vec3> places_V,
         places_V.subspan(begin, std::min(FieldPushes::kMostPlaces, places_V.size() - begin));
     PushLanes places(*this, some);
     places.ForEach([&](std::size_t k, const PushLanes::ListedPlace& listed) {
-      FieldGradient& told = gradients[begin + k];
+      FieldGradient& reported = gradients[begin + k];
       const double value = places.HasBrick(k) ? places.lanes().value[k] : 0;
       if (!places.HasBrick(k) ||
           (listed.end == listed.begin && (value > most_near_ || value < -kMostNear))) {
-        told = {.reading = At(some[k])};
+        reported = {.reading = At(some[k])};
         return;
       }
-      told = {.reading = {.value = value, .near = true}, .gradient = places.gradient(k)};
+      reported = {.reading = {.value = value, .near = true}, .gradient = places.gradient(k)};
       if (listed.end == listed.begin) return;
       const FieldGradient exact =
           GradientOf(FacesNear(places.pairs(), listed.begin, listed.end, 0));
-      told.reading.value += listed.share * (exact.reading.value - value);
-      told.gradient += listed.share * (exact.gradient - told.gradient);
+      reported.reading.value += listed.share * (exact.reading.value - value);
+      reported.gradient += listed.share * (exact.gradient - reported.gradient);
     });
   }
 }

@@ -16,7 +16,7 @@ namespace tandem::HWY_NAMESPACE {
 namespace {
 
 /// Returns the bounds of a table's entries: DistanceField::BoundEntry().
-HWY_INLINE Floats OfBounds(Ints entries) {
+HWY_INLINE Floats ReadBounds(Ints entries) {
   const F f;
   const I i;
   const Ints code = hn::Not(entries);
@@ -79,27 +79,28 @@ HWY_INLINE void Interpolate(const FieldView& field, std::size_t at, FieldLanes& 
   const Floats from_x = hn::LoadU(f, &lanes.x[at]);
   const auto row = [&](std::size_t number) HWY_ATTR {
     const RowSteps steps = StepsOfRow(bits, bit[number], hn::LoadU(i, &lanes.word[number][at]));
-    return Between(steps.low, steps.high, from_x);
+    return Lerp(steps.low, steps.high, from_x);
   };
   const Floats from_y = hn::LoadU(f, &lanes.y[at]);
-  const Floats low = Between(row(0), row(1), from_y);
-  const Floats high = Between(row(2), row(3), from_y);
-  const Floats steps = Between(low, high, hn::LoadU(f, &lanes.z[at]));
-  const Floats told = hn::Add(hn::LoadU(f, &lanes.plane[at]), hn::Mul(StepOf(bits, flags), steps));
+  const Floats low = Lerp(row(0), row(1), from_y);
+  const Floats high = Lerp(row(2), row(3), from_y);
+  const Floats steps = Lerp(low, high, hn::LoadU(f, &lanes.z[at]));
+  const Floats reported =
+      hn::Add(hn::LoadU(f, &lanes.plane[at]), hn::Mul(StepOf(bits, flags), steps));
   const auto listed = hn::And(near, Listed(lanes, at));
   const Floats of_brick = hn::Mul(hn::Set(f, FieldBrick::kOverStep),
                                   hn::ConvertTo(f, hn::ShiftRight<FieldBrick::kOverShift>(flags)));
-  const auto far_off = hn::Or(hn::Gt(told, hn::Set(f, field.most_near)),
-                              hn::Lt(told, hn::Set(f, -field.most_near_inside)));
+  const auto far_off = hn::Or(hn::Gt(reported, hn::Set(f, field.most_near)),
+                              hn::Lt(reported, hn::Set(f, -field.most_near_inside)));
   const auto beyond = hn::AndNot(listed, hn::RebindMask(i, far_off));
   const Floats bound =
-      hn::IfThenElse(hn::Gt(told, hn::Zero(f)), hn::Sub(hn::Set(f, field.most_near), of_brick),
+      hn::IfThenElse(hn::Gt(reported, hn::Zero(f)), hn::Sub(hn::Set(f, field.most_near), of_brick),
                      hn::Set(f, -field.beyond_near));
   const auto outside = hn::Lt(hn::LoadU(i, &lanes.hyperbrick[at]), hn::Zero(i));
   const Floats far =
-      hn::IfThenElse(hn::RebindMask(f, outside), hn::LoadU(f, &lanes.value[at]), OfBounds(entry));
+      hn::IfThenElse(hn::RebindMask(f, outside), hn::LoadU(f, &lanes.value[at]), ReadBounds(entry));
   hn::StoreU(hn::IfThenElse(hn::RebindMask(f, near),
-                            hn::IfThenElse(hn::RebindMask(f, beyond), bound, told), far),
+                            hn::IfThenElse(hn::RebindMask(f, beyond), bound, reported), far),
              f, &lanes.value[at]);
   near = hn::AndNot(beyond, near);
   const Floats root = hn::ConvertTo(f, hn::LoadU(i, &lanes.over_of_lists[at]));
@@ -118,7 +119,7 @@ HWY_INLINE void TellBounds(std::size_t at, FieldLanes& lanes) {
   const I i;
   const auto outside = hn::Lt(hn::LoadU(i, &lanes.hyperbrick[at]), hn::Zero(i));
   hn::StoreU(hn::IfThenElse(hn::RebindMask(f, outside), hn::LoadU(f, &lanes.value[at]),
-                            OfBounds(hn::LoadU(i, &lanes.entry[at]))),
+                            ReadBounds(hn::LoadU(i, &lanes.entry[at]))),
              f, &lanes.value[at]);
   hn::StoreU(hn::Zero(f), f, &lanes.over[at]);
   hn::StoreU(hn::Zero(i), i, &lanes.kind[at]);
@@ -143,8 +144,8 @@ HWY_INLINE void ReadAll(const FieldView& field, std::size_t count, FieldLanes& l
   }
 }
 
-void LookUp(const FieldView& field, const GridIndex& base, const PlaceSpans& places,
-            std::size_t count, FieldLanes& lanes) {
+void LookUpAll(const FieldView& field, const GridIndex& base, const PlaceSpans& places,
+               std::size_t count, FieldLanes& lanes) {
   const F f;
   for (std::size_t at = 0; at < count; at += kWidth) {
     Find(field, base,
@@ -186,10 +187,10 @@ HWY_INLINE FieldReadings Sum(const FieldView& field, float reach, std::size_t at
     // a list decides only where the bound does not
     const auto open = hn::And(has_list, hn::Lt(hn::Min(bound, at_least), hn::Set(f, reach)));
     // finds every place that DistanceField::Pushes() pushes
-    const Floats told = hn::IfThenElse(near, at_least, bound);
-    const auto is_within = hn::AndNot(open, hn::Lt(told, hn::Set(f, reach)));
-    least =
-        hn::Min(least, hn::IfThenElse(open, least, pushes_early ? hn::Min(bound, told) : bound));
+    const Floats reported = hn::IfThenElse(near, at_least, bound);
+    const auto is_within = hn::AndNot(open, hn::Lt(reported, hn::Set(f, reach)));
+    least = hn::Min(least,
+                    hn::IfThenElse(open, least, pushes_early ? hn::Min(bound, reported) : bound));
     hn::StoreU(bound, f, bounds + k);
     listed |= std::uint64_t{MaskBits(f, open)} << k;
     within |= std::uint64_t{MaskBits(f, is_within)} << k;
@@ -227,7 +228,7 @@ HWY_AFTER_NAMESPACE();
 namespace tandem {
 
 namespace {
-HWY_EXPORT(LookUp);
+HWY_EXPORT(LookUpAll);
 HWY_EXPORT(LookUpBlocks);
 }  // namespace
 
@@ -261,7 +262,7 @@ void DistanceField::Values(const GridIndex& base, const PlaceSpans& places, std:
   FieldLanes lanes;
   for (std::size_t begin = 0; begin < count; begin += FieldLanes::kMost) {
     const std::size_t together = std::min(FieldLanes::kMost, count - begin);
-    HWY_DYNAMIC_DISPATCH(LookUp)
+    HWY_DYNAMIC_DISPATCH(LookUpAll)
     (view, base, {places.x + begin, places.y + begin, places.z + begin}, together, lanes);
     std::copy_n(lanes.value.data(), together, values + begin);
     std::copy_n(lanes.kind.data(), together, kinds + begin);

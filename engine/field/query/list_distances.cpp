@@ -57,7 +57,7 @@ void DistanceField::AddPairs(const List& list, const GridIndex& cell,
   }
 }
 
-double DistanceField::OfFaces(const List& list, const Cell& cell) const noexcept {
+double DistanceField::DistanceToFaces(const List& list, const Cell& cell) const noexcept {
   ListPairs pairs;
   const Vec3f from = cell.from.cast<float>();
   AddPairs(list, cell.cell, {from.x(), from.y(), from.z()}, pairs);

@@ -9,9 +9,9 @@
 namespace tandem {
 
 ExactSurface::ExactSurface(const TriangleMesh& mesh)
-    : ExactSurface(TurnedOut{WithBodiesTurnedOut(mesh)}) {}
+    : ExactSurface(OutwardOriented{OrientBodiesOutward(mesh)}) {}
 
-ExactSurface::ExactSurface(const TurnedOut& turned_out)
+ExactSurface::ExactSurface(const OutwardOriented& turned_out)
     : tolerance_(CoincidenceTolerance(turned_out.mesh)), winding_(turned_out.mesh) {
   const std::vector<Facet> facets = UnionBoundary(turned_out.mesh, winding_);
   std::vector<Bounds> boxes(facets.size());

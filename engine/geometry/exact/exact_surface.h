@@ -66,10 +66,10 @@ class ExactSurface {
   Closest Search(const Vec3& p, double cut_off) const;
   bool SolidAt(const Vec3& p) const;
 
-  struct TurnedOut {
+  struct OutwardOriented {
     TriangleMesh mesh;
   };
-  explicit ExactSurface(const TurnedOut& turned_out);
+  explicit ExactSurface(const OutwardOriented& turned_out);
 
   double tolerance_;
   WindingNumber winding_;

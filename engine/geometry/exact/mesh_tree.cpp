@@ -150,7 +150,7 @@ class Search {
 
   const MeshTree& a_;
   const MeshTree& b_;
-  TurnedFrame X_BA_;
+  RotatedFrame X_BA_;
   const ClosestPointsOptions& options_;
   std::size_t pairs_ = 0;
   ClosestPoints best_;

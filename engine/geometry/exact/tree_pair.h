@@ -38,8 +38,8 @@ void VisitNearLeaves(const BoxTree& tree, const Vec3& p, double squared, const V
 
 /// Bounds the distance between points of two boxes from below. The first box is turned and moved by
 /// X_BA, kept as a matrix, its absolute values and a shift.
-struct TurnedFrame {
-  explicit TurnedFrame(const Pose& X_BA)
+struct RotatedFrame {
+  explicit RotatedFrame(const Pose& X_BA)
       : R(X_BA.q.toRotationMatrix()), R_abs(R.cwiseAbs()), p(X_BA.p) {}
 
   double Least(const Bounds& box_A, const Bounds& box_B) const {

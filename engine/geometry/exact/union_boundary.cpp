@@ -155,7 +155,7 @@ class Pieces {
           largest[patch] = t;
         }
         for (std::uint32_t k = 0; k < 3; ++k) {
-          const std::uint32_t other = sides.Across(t, k);
+          const std::uint32_t other = sides.NeighborAcross(t, k);
           if (other == MeshSides::kNone || alone[other] == 0) continue;
           if (patch_of[other] != MeshSides::kNone) continue;
           if (TriangleAt(other).nhat().dot(here.nhat()) < kFolded) continue;
@@ -164,13 +164,13 @@ class Pieces {
         }
       }
     }
-    std::vector<CutTriangle::Sides> told(largest.size());
+    std::vector<CutTriangle::Sides> reported(largest.size());
     tbb::parallel_for(std::size_t{0}, largest.size(), [&](std::size_t patch) {
-      told[patch] = TriangleAt(largest[patch]).SidesOfWhole(solid_);
+      reported[patch] = TriangleAt(largest[patch]).SidesOfWhole(solid_);
     });
     std::vector<std::optional<CutTriangle::Sides>> known(count);
     for (std::size_t t = 0; t < count; ++t) {
-      if (patch_of[t] != MeshSides::kNone) known[t] = told[patch_of[t]];
+      if (patch_of[t] != MeshSides::kNone) known[t] = reported[patch_of[t]];
     }
     return known;
   }
@@ -189,7 +189,7 @@ double CoincidenceTolerance(const TriangleMesh& mesh) {
   return 1e-6 * BoundsOf(mesh).size().norm();
 }
 
-TriangleMesh WithBodiesTurnedOut(const TriangleMesh& mesh) {
+TriangleMesh OrientBodiesOutward(const TriangleMesh& mesh) {
   struct Body {
     double volume = 0;
     double area = 0;

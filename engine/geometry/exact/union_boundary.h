@@ -26,7 +26,7 @@ double CoincidenceTolerance(const TriangleMesh& mesh);
 /// Returns the mesh in which bodies that are turned inside out, but lie in no other body, are
 /// turned right. A body is a set of triangles connected over shared vertices. Open bodies stay as
 /// they are.
-TriangleMesh WithBodiesTurnedOut(const TriangleMesh& mesh);
+TriangleMesh OrientBodiesOutward(const TriangleMesh& mesh);
 
 /// Returns the pieces of the mesh's triangles that bound the union of its bodies. A piece bounds it
 /// if there is solid (winding number at least one half) behind it and none in front. A face of one

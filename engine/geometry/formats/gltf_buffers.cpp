@@ -11,7 +11,7 @@
 
 #include "engine/base/files/regular_file.h"
 #include "engine/base/text/json_texts.h"
-#include "engine/geometry/formats/own_readers.h"
+#include "engine/geometry/formats/native_readers.h"
 
 namespace tandem {
 

@@ -47,7 +47,7 @@ template <typename T>
 bool IsNumber(const std::optional<std::string>& word, T& number) {
   if (!word) return false;
   const std::size_t begin = std::min(word->find_first_not_of(' '), word->size());
-  return TakesNumber(std::string_view(*word).substr(begin), number);
+  return ParseNumber(std::string_view(*word).substr(begin), number);
 }
 
 /// Reads twelve numbers: three rows that the axes become, and the place of the origin.

@@ -29,7 +29,7 @@ inline bool IsBeyondTheLargest(std::string_view word) {
 /// the type cannot hold is none. A real number beyond the largest becomes infinite, for which
 /// meshes are refused later; a number below the smallest becomes 0.
 template <typename T>
-bool TakesNumber(std::string_view word, T& number) {
+bool ParseNumber(std::string_view word, T& number) {
   if (word.starts_with('+')) word.remove_prefix(1);
   const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), number);
   if (word.empty() || end != word.data() + word.size()) return false;

@@ -5,8 +5,8 @@
 #include <string_view>
 #include <vector>
 
+#include "engine/geometry/formats/native_readers.h"
 #include "engine/geometry/formats/number_word.h"
-#include "engine/geometry/formats/own_readers.h"
 #include "engine/geometry/formats/polygon_split.h"
 
 namespace tandem {
@@ -71,11 +71,11 @@ class OffText {
 /// Takes a face's numbers on this line, and skips what may stand behind them.
 std::string TakeFace(OffText& text, std::uint32_t points, std::vector<std::uint32_t>& corners) {
   std::uint32_t count = 0;
-  if (!TakesNumber(text.Word(), count)) return "has fewer faces than it says";
+  if (!ParseNumber(text.Word(), count)) return "has fewer faces than it says";
   if (count > kMostCorners) return "has a face of " + std::to_string(count) + " corners";
   corners.assign(count, 0);
   for (std::uint32_t& corner : corners) {
-    if (!TakesNumber(text.Word(), corner)) return "has a face without all its corners";
+    if (!ParseNumber(text.Word(), corner)) return "has a face without all its corners";
     if (corner >= points) {
       return "uses vertex " + std::to_string(corner) + ", but there are only " +
              std::to_string(points);
@@ -88,7 +88,7 @@ std::string TakeFace(OffText& text, std::uint32_t points, std::vector<std::uint3
 ReadAnswer ReadText(OffText text, std::size_t bytes) {
   std::array<std::uint32_t, 2> counts{};
   for (std::uint32_t& count : counts) {
-    if (!TakesNumber(text.Word(), count))
+    if (!ParseNumber(text.Word(), count))
       return RefusedOff("does not say how many vertices and faces it has");
   }
   text.NextLine();  // edges, which some programs leave out
@@ -100,7 +100,7 @@ ReadAnswer ReadText(OffText text, std::size_t bytes) {
   answer.mesh.points.resize(counts[0]);
   for (FloatPoint& point : answer.mesh.points) {
     for (std::size_t i = 0; i < 3; ++i) {
-      if (!TakesNumber(i == 0 ? text.Word() : text.WordOfLine(), point[i])) {
+      if (!ParseNumber(i == 0 ? text.Word() : text.WordOfLine(), point[i])) {
         return RefusedOff("has fewer vertices than it says, or one that is not three numbers");
       }
     }
@@ -180,7 +180,7 @@ ReadAnswer ReadOff(std::string_view bytes) {
   const std::string_view word = text.Word();
   std::uint32_t number = 0;
   // the word may be left out
-  if (TakesNumber(word, number)) return ReadText(OffText(bytes), bytes.size());
+  if (ParseNumber(word, number)) return ReadText(OffText(bytes), bytes.size());
   const int extras = ExtrasOf(word);
   if (extras < 0)
     return RefusedOff("'" + std::string(word.substr(0, 20)) + "' is not of three dimensions");

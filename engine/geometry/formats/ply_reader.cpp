@@ -11,8 +11,8 @@
 #include <utility>
 #include <vector>
 
+#include "engine/geometry/formats/native_readers.h"
 #include "engine/geometry/formats/number_word.h"
-#include "engine/geometry/formats/own_readers.h"
 #include "engine/geometry/formats/polygon_split.h"
 
 namespace tandem {
@@ -184,7 +184,7 @@ class PlyNumbers {
     const std::string_view word = rest_.substr(0, end);
     rest_.remove_prefix(end);
     double number = 0;
-    sound_ = TakesNumber(word, number) && sound_;
+    sound_ = ParseNumber(word, number) && sound_;
     return number;
   }
 

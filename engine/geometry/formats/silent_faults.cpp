@@ -10,7 +10,7 @@
 
 #include "engine/base/files/regular_file.h"
 #include "engine/base/text/json_reader.h"
-#include "engine/geometry/formats/own_readers.h"
+#include "engine/geometry/formats/native_readers.h"
 #include "engine/geometry/formats/xml_scanner.h"
 
 namespace tandem {
@@ -211,18 +211,18 @@ std::string GltfFault(const std::string& text, std::size_t triangles) {
   }
   if (!root.Has("meshes") || !root.Has("accessors")) return {};
   const std::vector<JsonNode> accessors = root["accessors"].Items();
-  std::size_t said = 0;
+  std::size_t stated = 0;
   bool other = false;
   for (const JsonNode& mesh : root["meshes"].Items()) {
     for (const JsonNode& primitive : mesh["primitives"].Items()) {
-      said += TrianglesOf(primitive, accessors);
+      stated += TrianglesOf(primitive, accessors);
       other = other || HasOtherPlaces(primitive, accessors);
     }
   }
   if (json->fault()) return root.Has(kNeeds) ? unread : "";
   if (other) return "the places of its vertices are not three floats each: export it so";
-  if (triangles >= said) return {};
-  return std::to_string(said - triangles) + " of its " + std::to_string(said) +
+  if (triangles >= stated) return {};
+  return std::to_string(stated - triangles) + " of its " + std::to_string(stated) +
          " triangles cannot be had: they use vertices that there are not, or are packed";
 }
 

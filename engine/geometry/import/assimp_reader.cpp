@@ -12,7 +12,7 @@
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
 
-#include "engine/geometry/formats/own_readers.h"
+#include "engine/geometry/formats/native_readers.h"
 
 namespace tandem {
 namespace {
@@ -165,7 +165,7 @@ void NoteWhenMemoryRunsOut() {
   std::set_new_handler(NoteThatMemoryRanOut);
 }
 
-ReadAnswer ReadByAssimp(const std::string& file, const std::string& part) {
+ReadAnswer ReadWithAssimp(const std::string& file, const std::string& part) {
   Assimp::Importer importer;
   importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
   importer.SetPropertyBool(AI_CONFIG_IMPORT_FBX_PRESERVE_PIVOTS, false);

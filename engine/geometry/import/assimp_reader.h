@@ -8,9 +8,9 @@ namespace tandem {
 
 /// Reads a file by assimp into one list of triangles, in the reading process. `part`: the node or
 /// mesh that is wanted; empty: all.
-ReadAnswer ReadByAssimp(const std::string& file, const std::string& part);
+ReadAnswer ReadWithAssimp(const std::string& file, const std::string& part);
 
-/// Makes ReadByAssimp() tell failed allocations from faults of the file.
+/// Makes ReadWithAssimp() tell failed allocations from faults of the file.
 void NoteWhenMemoryRunsOut();
 
 }  // namespace tandem

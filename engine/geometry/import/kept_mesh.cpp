@@ -60,7 +60,8 @@ Result<ImportedMesh> ImportAndDiagnose(const std::filesystem::path& file,
   return ImportedMesh{std::move(*mesh), diagnosis.closed(), Describe(diagnosis)};
 }
 
-std::optional<MadeOf> KeyOf(const std::filesystem::path& file, const ImportOptions& options) {
+std::optional<BlockFileSources> KeyOf(const std::filesystem::path& file,
+                                      const ImportOptions& options) {
   if (!IsWhole(file)) return std::nullopt;
   const Result<ImageBytes> bytes = ImageBytes::Map(file);
   if (!bytes) return std::nullopt;
@@ -70,10 +71,10 @@ std::optional<MadeOf> KeyOf(const std::filesystem::path& file, const ImportOptio
   settings.Add(options.weld_tolerance);
   const std::string text = file.extension().string() + "|" + options.part;
   settings.AddBytes(text.data(), text.size());
-  return MadeOf{HashOf(*bytes), settings.value()};
+  return BlockFileSources{HashOf(*bytes), settings.value()};
 }
 
-std::optional<Error> KeepMesh(const ImportedMesh& mesh, const MadeOf& made_of,
+std::optional<Error> KeepMesh(const ImportedMesh& mesh, const BlockFileSources& made_of,
                               const std::filesystem::path& file) {
   ByteWriter writer;
   writer.Add(static_cast<std::uint8_t>(mesh.closed ? 1 : 0));
@@ -83,7 +84,8 @@ std::optional<Error> KeepMesh(const ImportedMesh& mesh, const MadeOf& made_of,
   return SaveBlocks(kKeptMeshFile, made_of, 0, {writer.bytes(), {}}, file);
 }
 
-Result<ImportedMesh> LoadKeptMesh(const std::filesystem::path& file, const MadeOf& made_of) {
+Result<ImportedMesh> LoadKeptMesh(const std::filesystem::path& file,
+                                  const BlockFileSources& made_of) {
   return Read(MapBlocks(kKeptMeshFile, file, made_of), file);
 }
 

@@ -29,14 +29,16 @@ inline constexpr BlockFileKind kKeptMeshFile{
 
 /// Returns a key of a mesh by its file's bytes. Returns nothing for kinds of files that name
 /// others, and where the file cannot be read.
-std::optional<MadeOf> KeyOf(const std::filesystem::path& file, const ImportOptions& options);
+std::optional<BlockFileSources> KeyOf(const std::filesystem::path& file,
+                                      const ImportOptions& options);
 
 /// Writes a mesh to a file, whole or not at all. Returns nothing, or the error.
-std::optional<Error> KeepMesh(const ImportedMesh& mesh, const MadeOf& made_of,
+std::optional<Error> KeepMesh(const ImportedMesh& mesh, const BlockFileSources& made_of,
                               const std::filesystem::path& file);
 /// Reads it again. Errors, in one line, are those of MapBlocks(), and a mesh of another file or
 /// with other options.
-Result<ImportedMesh> LoadKeptMesh(const std::filesystem::path& file, const MadeOf& made_of);
+Result<ImportedMesh> LoadKeptMesh(const std::filesystem::path& file,
+                                  const BlockFileSources& made_of);
 /// Returns what is wrong with a file, as far as that can be told without its mesh file.
 std::optional<Error> KeptMeshFault(const std::filesystem::path& file);
 

@@ -18,7 +18,7 @@
 #include <unistd.h>
 
 #include "engine/base/files/regular_file.h"
-#include "engine/geometry/formats/own_readers.h"
+#include "engine/geometry/formats/native_readers.h"
 #include "engine/geometry/formats/raw_mesh.h"
 #include "engine/geometry/import/assimp_reader.h"
 #include "engine/geometry/import/declared_unit.h"
@@ -240,18 +240,18 @@ void RunImportHelperIfAsked(int argc, char** argv) {
   ConfineTo(job->limits);
   ConfineToFile(job->file);
   NoteWhenMemoryRunsOut();
-  bool heard = false;
+  bool received = false;
   try {
-    std::optional<ReadAnswer> answer = ReadOurselves(job->file, job->part);
-    if (!answer) answer = ReadByAssimp(job->file.native(), job->part);
+    std::optional<ReadAnswer> answer = ReadNatively(job->file, job->part);
+    if (!answer) answer = ReadWithAssimp(job->file.native(), job->part);
     if (answer->kind == ReadAnswer::Kind::kMesh && !(answer->metres_per_unit > 0)) {
       answer->metres_per_unit = DeclaredUnit(job->file).value_or(0);
     }
-    heard = WriteAnswer(job->answer_fd, *answer);
+    received = WriteAnswer(job->answer_fd, *answer);
   } catch (const std::bad_alloc&) {
-    heard = WriteAnswer(job->answer_fd, {ReadAnswer::Kind::kOutOfMemory, {}, {}, 0});
+    received = WriteAnswer(job->answer_fd, {ReadAnswer::Kind::kOutOfMemory, {}, {}, 0});
   }
-  _exit(heard ? 0 : 1);  // the program's cleanup has nothing to clean up
+  _exit(received ? 0 : 1);  // the program's cleanup has nothing to clean up
 }
 
 }  // namespace tandem

@@ -31,7 +31,7 @@ Features FindFeatures(const TriangleMesh& mesh, const MeshSides& sides, double t
   for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
     const std::uint32_t one = features.polygon_of[t];
     for (std::uint32_t k = 0; k < 3; ++k) {
-      const std::uint32_t other = sides.Across(t, k);
+      const std::uint32_t other = sides.NeighborAcross(t, k);
       if (other == MeshSides::kNone || other < t) continue;
       const std::uint32_t two = features.polygon_of[other];
       if (one == two) continue;

@@ -35,7 +35,7 @@ void TurnToNeighbours(const MeshSides& sides, std::vector<std::int8_t>& facing) 
       const std::uint32_t t = front.back();
       front.pop_back();
       for (std::uint32_t k = 0; k < 3; ++k) {
-        std::uint32_t other = sides.Across(t, k);
+        std::uint32_t other = sides.NeighborAcross(t, k);
         std::int8_t turn = 1;
         if (other == MeshSides::kNone) {
           const auto found = against.find(3 * t + k);
@@ -112,7 +112,7 @@ MeshFacing FindFacing(const TriangleMesh& mesh, const MeshSides& sides) {
   return facing;
 }
 
-TriangleMesh FacingOut(const TriangleMesh& mesh, const MeshFacing& facing) {
+TriangleMesh OrientOutward(const TriangleMesh& mesh, const MeshFacing& facing) {
   TriangleMesh turned = mesh;
   for (std::size_t t = 0; t < turned.triangles.size(); ++t) {
     if (facing.of_triangle[t] < 0) std::swap(turned.triangles[t][1], turned.triangles[t][2]);

@@ -23,6 +23,6 @@ struct MeshFacing {
 MeshFacing FindFacing(const TriangleMesh& mesh, const MeshSides& sides);
 
 /// Returns the mesh with every triangle facing out of the solid.
-TriangleMesh FacingOut(const TriangleMesh& mesh, const MeshFacing& facing);
+TriangleMesh OrientOutward(const TriangleMesh& mesh, const MeshFacing& facing);
 
 }  // namespace tandem

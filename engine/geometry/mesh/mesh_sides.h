@@ -27,7 +27,7 @@ class MeshSides {
 
   std::size_t triangles() const noexcept { return across_.size() / 3; }
   /// Returns the triangle across side k of a triangle; kNone at a wall.
-  std::uint32_t Across(std::uint32_t triangle, std::uint32_t k) const noexcept {
+  std::uint32_t NeighborAcross(std::uint32_t triangle, std::uint32_t k) const noexcept {
     return across_[3 * triangle + k];
   }
   /// Returns the walls in rising order of their ends.

@@ -243,7 +243,7 @@ class Grower {
         height_ = std::max(height_, std::abs(from_centre.dot(flat_n_)));
         reach_ = std::max(reach_, from_centre.norm());
       }
-      const std::uint32_t across = ground_.sides.Across(in_mesh, k);
+      const std::uint32_t across = ground_.sides.NeighborAcross(in_mesh, k);
       if (across == MeshSides::kNone) continue;
       const std::uint32_t other = InBody(across);
       Facet& theirs = facets_[other];

@@ -116,8 +116,8 @@ void InsideRows::AddOpenBodies(const SurfaceBricks& bricks, const TriangleMesh& 
     rows.assign(kBrickRows, 0);
     if (rows_of_[cell] != nullptr) std::copy_n(rows_of_[cell], kBrickRows, rows.begin());
     const SurfaceBricks::Brick* brick = bricks.At(place);
-    AddWoundVoxels(winding, bounds, voxel_size, place,
-                   brick != nullptr ? &brick->sources[0] : nullptr, rows.data());
+    AddWindingVoxels(winding, bounds, voxel_size, place,
+                     brick != nullptr ? &brick->sources[0] : nullptr, rows.data());
     const auto is = [&](std::uint64_t word) {
       return std::all_of(rows.begin(), rows.end(), [word](std::uint64_t row) {
         return row == word;

@@ -90,9 +90,9 @@ Cells InsideOf(const WindingNumber& winding, const Cells& free, const CentreOf& 
 
 }  // namespace
 
-void AddWoundVoxels(const WindingNumber& winding, const Bounds& box_W, double voxel_size,
-                    const GridIndex& hyperchunk, const SurfaceBricks::Source* surface,
-                    std::uint64_t* rows) {
+void AddWindingVoxels(const WindingNumber& winding, const Bounds& box_W, double voxel_size,
+                      const GridIndex& hyperchunk, const SurfaceBricks::Source* surface,
+                      std::uint64_t* rows) {
   for (std::size_t c = 0; c < kChunksPerHyperchunk; ++c) {
     const GridIndex chunk = BlockCell(c);
     const GridIndex first = hyperchunk * kHyperchunkSide + chunk * kChunkSide;

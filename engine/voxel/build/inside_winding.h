@@ -12,9 +12,9 @@ namespace tandem {
 ///
 /// Connected voxels of a chunk without surface between them share one evaluation if it is clear;
 /// otherwise (in a wide hole) each has its own.
-void AddWoundVoxels(const WindingNumber& winding, const Bounds& box_W, double voxel_size,
-                    const GridIndex& hyperchunk, const SurfaceBricks::Source* surface,
-                    std::uint64_t* rows);
+void AddWindingVoxels(const WindingNumber& winding, const Bounds& box_W, double voxel_size,
+                      const GridIndex& hyperchunk, const SurfaceBricks::Source* surface,
+                      std::uint64_t* rows);
 
 /// The winding number above which a voxel is inside. It exceeds one half, so that rounding decides
 /// nothing next to a flat sheet, where the number is close to that.

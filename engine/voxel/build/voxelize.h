@@ -4,7 +4,7 @@
 #include <optional>
 #include <stop_token>
 
-#include "engine/base/most_memory.h"
+#include "engine/base/peak_memory.h"
 #include "engine/base/result.h"
 #include "engine/geometry/mesh/facets.h"
 #include "engine/geometry/mesh/triangle_mesh.h"
@@ -18,7 +18,7 @@ struct VoxelizeOptions {
   int bits = 4;               // bits of a mark: 2 (range 1), 4 (to 13) or 8 (to 252)
   /// Flatness of feature-free polygons, voxels either side of their plane (paper §4.1).
   double flatness_voxels = 0.5;
-  std::size_t max_memory_bytes = MostMemory();
+  std::size_t max_memory_bytes = PeakMemory();
   /// Gets the share that is done, rising from 0 to 1, from one thread at a time; may be empty.
   std::function<void(double)> progress = {};
   /// When it is asked to stop, voxelization soon ends with an error.

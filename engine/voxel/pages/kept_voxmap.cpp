@@ -58,7 +58,7 @@ bool IsSound(const VoxmapHeader& h) {
       h.quarter_count > kMost || cells > kMost) {
     return false;
   }
-  ArrayPlaces places(sizeof(VoxmapHeader));
+  ArrayLayout places(sizeof(VoxmapHeader));
   return h.index_offset == places.Add(cells, sizeof(std::uint32_t)) &&
          h.records_offset == places.Add(h.record_count, sizeof(VoxmapRecord)) &&
          h.quarters_offset == places.Add(h.quarter_count, quarter_bytes) &&
@@ -149,7 +149,7 @@ Result<OpenFile> Open(const std::filesystem::path& path) {
   return open;
 }
 
-Result<OpenFile> Open(const std::filesystem::path& path, const MadeOf& made_of) {
+Result<OpenFile> Open(const std::filesystem::path& path, const BlockFileSources& made_of) {
   Result<OpenFile> open = Open(path);
   if (open && open->tail.made_of != made_of) {
     return Error{path.string() +
@@ -337,7 +337,7 @@ class KeptPages final : public PageSource {
 
 }  // namespace
 
-MadeOf KeyOf(const TriangleMesh& mesh_W, const VoxelizeOptions& options) {
+BlockFileSources KeyOf(const TriangleMesh& mesh_W, const VoxelizeOptions& options) {
   Hash64 settings;
   settings.Add(options.voxel_size);
   settings.Add(std::int64_t{options.range});
@@ -346,7 +346,7 @@ MadeOf KeyOf(const TriangleMesh& mesh_W, const VoxelizeOptions& options) {
   return {HashOf(mesh_W), settings.value()};
 }
 
-Result<Voxmap> LoadKeptVoxmap(const std::filesystem::path& file, const MadeOf& made_of) {
+Result<Voxmap> LoadKeptVoxmap(const std::filesystem::path& file, const BlockFileSources& made_of) {
   Result<OpenFile> open = Open(file, made_of);
   if (!open) return open.error();
   const VoxmapHeader& h = open->tail.map;
@@ -370,7 +370,7 @@ Result<Voxmap> LoadKeptVoxmap(const std::filesystem::path& file, const MadeOf& m
 }
 
 Result<std::shared_ptr<const PageSource>> OpenKeptVoxmap(const std::filesystem::path& file,
-                                                         const MadeOf& made_of) {
+                                                         const BlockFileSources& made_of) {
   Result<OpenFile> open = Open(file, made_of);
   if (!open) return open.error();
   return std::shared_ptr<const PageSource>(

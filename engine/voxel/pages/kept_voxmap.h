@@ -26,21 +26,21 @@ namespace tandem {
 /// give other voxels or another file.
 inline constexpr std::uint32_t kKeptVoxmapVersion = 2;
 
-MadeOf KeyOf(const TriangleMesh& mesh_W, const VoxelizeOptions& options);
+BlockFileSources KeyOf(const TriangleMesh& mesh_W, const VoxelizeOptions& options);
 
 /// Voxelizes a mesh into a file, whole or not at all, and part by part where the options' memory
 /// does not hold all of it. Returns nothing, or the error, which may be one of Voxelize().
 std::optional<Error> KeepVoxmap(const TriangleMesh& mesh_W, const VoxelizeOptions& options,
                                 const std::filesystem::path& file);
 /// Writes a map to a file, likewise.
-std::optional<Error> KeepVoxmap(const Voxmap& voxmap, const MadeOf& made_of,
+std::optional<Error> KeepVoxmap(const Voxmap& voxmap, const BlockFileSources& made_of,
                                 const std::filesystem::path& file);
 /// Reads a map from a file. Errors, in one line: a file that does not exist, has another kind or
 /// version, is cut short or damaged, or is made of another mesh or with other options.
-Result<Voxmap> LoadKeptVoxmap(const std::filesystem::path& file, const MadeOf& made_of);
+Result<Voxmap> LoadKeptVoxmap(const std::filesystem::path& file, const BlockFileSources& made_of);
 /// Opens a map to be read page by page. Errors are the same but for those of its pages.
 Result<std::shared_ptr<const PageSource>> OpenKeptVoxmap(const std::filesystem::path& file,
-                                                         const MadeOf& made_of);
+                                                         const BlockFileSources& made_of);
 /// Returns what is wrong with a file, as far as that can be told without its mesh.
 std::optional<Error> KeptVoxmapFault(const std::filesystem::path& file);
 

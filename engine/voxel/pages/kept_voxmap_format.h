@@ -42,7 +42,7 @@ struct Tail {
   std::array<char, 8> magic{};
   std::uint32_t version = 0;
   std::uint32_t unused = 0;
-  MadeOf made_of;
+  BlockFileSources made_of;
   std::uint64_t pages = 0;  // number of pages
   std::uint64_t outline_offset = 0;
   std::uint64_t index_bytes = 0;     // compressed; the entries follow it, then the records

@@ -185,7 +185,7 @@ class KeptVoxmapWriter {
     return std::nullopt;
   }
 
-  std::optional<Error> Finish(const MadeOf& made_of) {
+  std::optional<Error> Finish(const BlockFileSources& made_of) {
     const Voxmap outline = only_.empty() ? OutlineOfParts() : only_;
     for (std::size_t e = 0; e < entries_.size(); ++e) {
       entries_[e].record = outline.index()[cells_[e]];
@@ -288,7 +288,7 @@ std::optional<Error> KeepVoxmap(const TriangleMesh& mesh_W, const VoxelizeOption
   return writer->Finish(KeyOf(mesh_W, options));
 }
 
-std::optional<Error> KeepVoxmap(const Voxmap& voxmap, const MadeOf& made_of,
+std::optional<Error> KeepVoxmap(const Voxmap& voxmap, const BlockFileSources& made_of,
                                 const std::filesystem::path& file) {
   if (voxmap.empty()) return Error{file.string() + ": there is no map to save"};
   Result<KeptVoxmapWriter> writer = KeptVoxmapWriter::Create(file);

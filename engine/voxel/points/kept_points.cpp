@@ -127,7 +127,8 @@ Result<Pointshell> Read(const Result<BlockFile>& mapped, const std::filesystem::
 
 }  // namespace
 
-MadeOf KeyOf(const TriangleMesh& mesh_W, const Pose& X_WB, const PointshellOptions& options) {
+BlockFileSources KeyOf(const TriangleMesh& mesh_W, const Pose& X_WB,
+                       const PointshellOptions& options) {
   Hash64 settings;
   for (const double x : X_WB.q.coeffs()) settings.Add(x);
   for (const double x : X_WB.p) settings.Add(x);
@@ -140,7 +141,7 @@ MadeOf KeyOf(const TriangleMesh& mesh_W, const Pose& X_WB, const PointshellOptio
   return {HashOf(mesh_W), settings.value()};
 }
 
-std::optional<Error> KeepPoints(const Pointshell& points, const MadeOf& made_of,
+std::optional<Error> KeepPoints(const Pointshell& points, const BlockFileSources& made_of,
                                 const std::filesystem::path& file) {
   ByteWriter writer;
   const KeptParts parts = PartsOf(points);
@@ -155,7 +156,8 @@ std::optional<Error> KeepPoints(const Pointshell& points, const MadeOf& made_of,
   return SaveBlocks(kKeptPointsFile, made_of, points.spacing, {writer.bytes(), {}}, file);
 }
 
-Result<Pointshell> LoadKeptPoints(const std::filesystem::path& file, const MadeOf& made_of) {
+Result<Pointshell> LoadKeptPoints(const std::filesystem::path& file,
+                                  const BlockFileSources& made_of) {
   return Read(MapBlocks(kKeptPointsFile, file, made_of), file);
 }
 

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "engine/base/most_memory.h"
+#include "engine/base/peak_memory.h"
 #include "engine/base/result.h"
 #include "engine/geometry/mesh/facets.h"
 #include "engine/geometry/mesh/triangle_mesh.h"
@@ -77,7 +77,7 @@ struct PointshellOptions {
   /// that the force layer cannot give (paper §3.2); labels and normals are those of the nearest
   /// surface voxel.
   int free_layer = 0;
-  std::size_t max_memory_bytes = MostMemory();
+  std::size_t max_memory_bytes = PeakMemory();
 };
 
 /// Makes the points of a mesh that stands in W, in the frame B that stands at X_WB at that time.

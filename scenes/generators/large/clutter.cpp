@@ -9,8 +9,8 @@
 #include "engine/base/check.h"
 #include "engine/geometry/exact/winding_number.h"
 #include "scenes/generators/large/clutter_parts.h"
-#include "scenes/generators/large/dice.h"
 #include "scenes/generators/large/machine_parts.h"
+#include "scenes/generators/large/random_source.h"
 
 // The lattice stands about the origin, where the actuator does:
 //
@@ -33,13 +33,13 @@ constexpr int kNestCells = 4;  // along x
 
 using Place = std::array<int, 3>;
 
-Quat TurnByChance(Dice& dice) {
+Quat TurnByChance(RandomSource& rng) {
   // evenly over all rotations, by rejection
   while (true) {
-    const double x = dice.Between(-1, 1);
-    const double y = dice.Between(-1, 1);
-    const double z = dice.Between(-1, 1);
-    const double w = dice.Between(-1, 1);
+    const double x = rng.Uniform(-1, 1);
+    const double y = rng.Uniform(-1, 1);
+    const double z = rng.Uniform(-1, 1);
+    const double w = rng.Uniform(-1, 1);
     const double square = x * x + y * y + z * z + w * w;
     if (square > 0.01 && square <= 1) return Quat(w, x, y, z).normalized();
   }
@@ -47,7 +47,7 @@ Quat TurnByChance(Dice& dice) {
 
 class Bay {
  public:
-  explicit Bay(const ClutterShape& shape) : shape_(shape), dice_(shape.seed) {
+  explicit Bay(const ClutterShape& shape) : shape_(shape), rng_(shape.seed) {
     const auto& n = shape_.cells;
     TANDEM_CHECK(n[0] >= kNestCells + 2 && n[1] >= 3 && n[2] >= 3);
     taken_.resize(static_cast<std::size_t>(n[0] * n[1] * n[2]), false);
@@ -68,7 +68,7 @@ class Bay {
     for (int z = 0; z < n[2]; ++z) {
       for (int y = 0; y < n[1]; ++y) {
         for (int x = 0; x < n[0]; ++x) {
-          if (!Taken({x, y, z}) && dice_.Between(0, 1) < shape_.filled) AddPart({x, y, z});
+          if (!Taken({x, y, z}) && rng_.Uniform(0, 1) < shape_.filled) AddPart({x, y, z});
         }
       }
     }
@@ -97,7 +97,7 @@ class Bay {
 
   Place AnyPlace() {
     Place at{};
-    for (std::size_t k = 0; k < 3; ++k) at[k] = dice_.Whole(0, shape_.cells[k] - 1);
+    for (std::size_t k = 0; k < 3; ++k) at[k] = rng_.Whole(0, shape_.cells[k] - 1);
     return at;
   }
 
@@ -112,28 +112,28 @@ class Bay {
   }
 
   void AddPart(const Place& at) {
-    const TriangleMesh made = PartByChance(dice_);
-    const TriangleMesh part = Turned(made, TurnByChance(dice_));
+    const TriangleMesh made = PartByChance(rng_);
+    const TriangleMesh part = Rotated(made, TurnByChance(rng_));
     const Bounds box = BoundsOf(part);
     const Vec3 room = kCell - Vec3::Constant(2 * kMargin);
     const double fit = room.cwiseQuotient(box.size()).minCoeff();
-    const double scale = std::min(1.4, fit) * dice_.Between(0.6, 1.0);
+    const double scale = std::min(1.4, fit) * rng_.Uniform(0.6, 1.0);
     const Vec3 slack = room - scale * box.size();
     Vec3 to = Corner(at) + Vec3::Constant(kMargin) - scale * box.min;
-    for (int k = 0; k < 3; ++k) to[k] += dice_.Between(0, slack[k]);
+    for (int k = 0; k < 3; ++k) to[k] += rng_.Uniform(0, slack[k]);
     parts_.push_back(Moved(Scaled(part, scale), to));
   }
 
   void AddBeam() {
-    const auto axis = static_cast<std::size_t>(dice_.Whole(0, 2));
-    const std::vector<Place> row = FreeRow(AnyPlace(), axis, 1, dice_.Whole(3, 8));
+    const auto axis = static_cast<std::size_t>(rng_.Whole(0, 2));
+    const std::vector<Place> row = FreeRow(AnyPlace(), axis, 1, rng_.Whole(3, 8));
     if (row.size() < 3) return;
     for (const Place& at : row) Take(at);
     const double length =
         kCell[static_cast<int>(axis)] * static_cast<double>(row.size()) - 2 * kMargin;
-    const double height = dice_.Between(60, 120);
-    const double width = dice_.Between(50, 90);
-    TriangleMesh beam = Moved(Beam(length, height, width, dice_), {-0.5 * length, 0, 0});
+    const double height = rng_.Uniform(60, 120);
+    const double width = rng_.Uniform(50, 90);
+    TriangleMesh beam = Moved(Beam(length, height, width, rng_), {-0.5 * length, 0, 0});
     if (axis == 1) beam = AlongX(beam);  // x to y, y to z
     if (axis == 2) beam = AlongY(beam);  // x to z, y to x
     parts_.push_back(Moved(beam, 0.5 * (Middle(row.front()) + Middle(row.back()))));
@@ -146,28 +146,28 @@ class Bay {
     Take(way.front());
     int last_axis = -1;
     for (int leg = 0; leg < 4; ++leg) {
-      const int axis = dice_.Whole(0, 2);
+      const int axis = rng_.Whole(0, 2);
       if (axis == last_axis) continue;
-      const int step = dice_.Whole(0, 1) == 0 ? -1 : 1;
+      const int step = rng_.Whole(0, 1) == 0 ? -1 : 1;
       Place next = way.back();
       next[static_cast<std::size_t>(axis)] += step;
       for (const Place& at :
-           FreeRow(next, static_cast<std::size_t>(axis), step, dice_.Whole(3, 5))) {
+           FreeRow(next, static_cast<std::size_t>(axis), step, rng_.Whole(3, 5))) {
         way.push_back(at);
         Take(at);
       }
       last_axis = axis;
     }
     if (way.size() < 3) return;
-    const double radius = dice_.Between(14, 32);
-    const Vec3 aside{dice_.Between(-25, 25), dice_.Between(-25, 25), dice_.Between(-25, 25)};
+    const double radius = rng_.Uniform(14, 32);
+    const Vec3 aside{rng_.Uniform(-25, 25), rng_.Uniform(-25, 25), rng_.Uniform(-25, 25)};
     std::vector<Vec3> points;
     for (const Place& at : way) points.emplace_back(Middle(at) + aside);
-    parts_.push_back(PipeRun(points, radius, dice_));
+    parts_.push_back(PipeRun(points, radius, rng_));
   }
 
   ClutterShape shape_;
-  Dice dice_;
+  RandomSource rng_;
   Place nest_{};
   std::vector<bool> taken_;
   std::vector<TriangleMesh> parts_;

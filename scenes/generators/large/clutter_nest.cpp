@@ -48,7 +48,7 @@ constexpr double kValvesTop = 100;
 constexpr double kPortEnd = 96;  // along y
 
 TriangleMesh AboutX(const TriangleMesh& mesh, double angle) {
-  return Turned(mesh, RotationBy(Vec3(angle, 0, 0)));
+  return Rotated(mesh, RotationBy(Vec3(angle, 0, 0)));
 }
 
 /// Returns the number of sides of a round part at that fineness: a multiple of 8.
@@ -87,7 +87,7 @@ TriangleMesh Flange(double fineness) {
     const double angle = 0.5 * std::numbers::pi * k;
     const Vec3 at(kTieCircle * std::cos(angle), kTieCircle * std::sin(angle), 0);
     TriangleMesh end =
-        Moved(Turned(HexHead(10, 7), RotationBy(Vec3(std::numbers::pi, 0, 0))), {0, 0, -kSeam});
+        Moved(Rotated(HexHead(10, 7), RotationBy(Vec3(std::numbers::pi, 0, 0))), {0, 0, -kSeam});
     Append(end, Moved(ThreadedEnd(0.9 * kTieRadius, 1.5, 8, 16), {0, 0, -7 - 2 * kSeam}));
     Append(flange, Moved(end, at));
   }
@@ -101,8 +101,8 @@ TriangleMesh RodEnd(double fineness) {
                                       {kRodRadius, 270},
                                       {kRodRadius - 2, 272}},
                                      SidesAt(fineness, 72)));
-  Append(end, Moved(Turned(ThreadedEnd(kRodRadius, 4, 60, 32),
-                           RotationBy(Vec3(0, -0.5 * std::numbers::pi, 0))),
+  Append(end, Moved(Rotated(ThreadedEnd(kRodRadius, 4, 60, 32),
+                            RotationBy(Vec3(0, -0.5 * std::numbers::pi, 0))),
                     {272 + kSeam, 0, 0}));
   const double shank = 332 + 2 * kSeam;
   Append(end, AlongX(Revolved({{20, shank},
@@ -132,7 +132,7 @@ TriangleMesh Clevis(double fineness) {
   for (const double start : {-32.0, 14.0}) {
     // the plate's x stays, its z becomes y
     const TriangleMesh plate = Plate(cheek, {{{0, 0}, 12 + kSeam}}, start, start + 18, edges);
-    Append(clevis, Turned(plate, RotationBy(Vec3(0.5 * std::numbers::pi, 0, 0))));
+    Append(clevis, Rotated(plate, RotationBy(Vec3(0.5 * std::numbers::pi, 0, 0))));
   }
   Append(clevis,
          AlongY(Revolved({{10, -38}, {12, -36}, {12, 36}, {10, 38}}, SidesAt(fineness, 56))));
@@ -154,7 +154,7 @@ TriangleMesh Valves(double fineness) {
       Revolved({{10, kValvesHalf + kSeam}, {10, kPortEnd}}, SidesAt(fineness, 96));
   for (const double side : {-1.0, 1.0}) {
     const Quat aside = RotationBy(Vec3(-side * 0.5 * std::numbers::pi, 0, 0));
-    Append(valves, Moved(Turned(port, aside), {middle + side * 22, 0, 84}));
+    Append(valves, Moved(Rotated(port, aside), {middle + side * 22, 0, 84}));
   }
   return valves;
 }
@@ -191,7 +191,7 @@ TriangleMesh ClutterActuator(const ActuatorShape& shape) {
   const double fineness = shape.fineness;
   TriangleMesh actuator = Barrel(fineness);
   Append(actuator, Moved(Flange(fineness), {kBarrelLeft + 6, 0, 0}));
-  Append(actuator, Moved(Turned(Flange(fineness), RotationBy(Vec3(0, 0, std::numbers::pi))),
+  Append(actuator, Moved(Rotated(Flange(fineness), RotationBy(Vec3(0, 0, std::numbers::pi))),
                          {kBarrelRight - 6, 0, 0}));
   const double left = kBarrelLeft + 6 + kFlangeThickness + kSeam;
   const double right = kBarrelRight - 6 - kFlangeThickness - kSeam;

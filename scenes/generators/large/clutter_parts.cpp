@@ -19,17 +19,17 @@ Outline Rectangle(double half_x, double half_y) {
 }
 
 TriangleMesh UpsideDown(const TriangleMesh& mesh) {
-  return Turned(mesh, RotationBy(Vec3(std::numbers::pi, 0, 0)));
+  return Rotated(mesh, RotationBy(Vec3(std::numbers::pi, 0, 0)));
 }
 
-TriangleMesh FlangedPipe(Dice& dice) {
-  const double bore = dice.Between(22, 45);
-  const double wall = dice.Between(4, 8);
-  const double half = dice.Between(90, 130);
+TriangleMesh FlangedPipe(RandomSource& rng) {
+  const double bore = rng.Uniform(22, 45);
+  const double wall = rng.Uniform(4, 8);
+  const double half = rng.Uniform(90, 130);
   const double rim = bore + wall + 26;
   constexpr double kFlange = 14;
   TriangleMesh part = Tube(bore, bore + wall, -half, half, 64);
-  const int bolts = dice.Whole(6, 10);
+  const int bolts = rng.Whole(6, 10);
   for (const double side : {-1.0, 1.0}) {
     TriangleMesh flange = Tube(bore + wall + kSeam, rim, 0, kFlange, 72);
     Append(flange, Moved(BoltCircle(bolts, bore + wall + 14, 11), {0, 0, kFlange + kSeam}));
@@ -39,18 +39,18 @@ TriangleMesh FlangedPipe(Dice& dice) {
   return part;
 }
 
-TriangleMesh GearTrain(Dice& dice) {
+TriangleMesh GearTrain(RandomSource& rng) {
   TriangleMesh part;
   double z = -70;
-  const double shaft = dice.Between(9, 14);
+  const double shaft = rng.Uniform(9, 14);
   while (z < 60) {
     GearShape gear;
-    gear.teeth = dice.Whole(18, 40);
-    gear.module = dice.Between(60, 150) / gear.teeth;
+    gear.teeth = rng.Whole(18, 40);
+    gear.module = rng.Uniform(60, 150) / gear.teeth;
     gear.bore = shaft + kSeam;
-    gear.width = dice.Between(14, 30);
+    gear.width = rng.Uniform(14, 30);
     Append(part, Moved(Gear(gear), {0, 0, z}));
-    z += gear.width + dice.Between(16, 40);
+    z += gear.width + rng.Uniform(16, 40);
   }
   Append(
       part,
@@ -58,10 +58,10 @@ TriangleMesh GearTrain(Dice& dice) {
   return part;
 }
 
-TriangleMesh RibbedHousing(Dice& dice) {
-  const double x = dice.Between(50, 80);
-  const double y = dice.Between(40, 60);
-  const double z = dice.Between(25, 45);
+TriangleMesh RibbedHousing(RandomSource& rng) {
+  const double x = rng.Uniform(50, 80);
+  const double y = rng.Uniform(40, 60);
+  const double z = rng.Uniform(25, 45);
   PlateEdges edges;
   edges.outer_round = 4;
   edges.hole_round = 2;
@@ -82,9 +82,9 @@ TriangleMesh RibbedHousing(Dice& dice) {
   return part;
 }
 
-TriangleMesh CornerBracket(Dice& dice) {
-  const double half = dice.Between(45, 58);
-  const double reach = dice.Between(110, 130);
+TriangleMesh CornerBracket(RandomSource& rng) {
+  const double half = rng.Uniform(45, 58);
+  const double reach = rng.Uniform(110, 130);
   constexpr double kThick = 9;
   PlateEdges edges;
   edges.outer_round = 2;
@@ -95,27 +95,27 @@ TriangleMesh CornerBracket(Dice& dice) {
             {0.5 * reach, 0, 0});
   TriangleMesh part = leaf;
   // the other leaf stands on the first one's end
-  Append(part, Moved(Turned(leaf, RotationBy(Vec3(0, -0.5 * std::numbers::pi, 0))),
+  Append(part, Moved(Rotated(leaf, RotationBy(Vec3(0, -0.5 * std::numbers::pi, 0))),
                      {kThick, 0, kThick + kSeam}));
   for (const double side : {-0.85, 0.85}) {
     TriangleMesh gusset = Prism(
         {{0, 0}, {0.6 * reach, 0}, {0.6 * reach, 6}, {6, 0.6 * reach}, {0, 0.6 * reach}}, -3, 3);
-    Append(part, Moved(Turned(gusset, RotationBy(Vec3(0.5 * std::numbers::pi, 0, 0))),
+    Append(part, Moved(Rotated(gusset, RotationBy(Vec3(0.5 * std::numbers::pi, 0, 0))),
                        {kThick + kSeam, side * half, kThick + kSeam}));
   }
   Append(part, Moved(BoltCircle(6, 0.5 * half + 9, 10), {0.5 * reach, 0, kThick + kSeam}));
   return Moved(part, {-0.4 * reach, 0, -0.4 * reach});
 }
 
-TriangleMesh PlateStack(Dice& dice) {
+TriangleMesh PlateStack(RandomSource& rng) {
   HoleGrid grid;
-  grid.columns = dice.Whole(3, 5);
-  grid.rows = dice.Whole(3, 4);
-  grid.pitch = dice.Between(36, 46);
-  grid.hole_radius = dice.Between(0.25, 0.38) * grid.pitch;
-  grid.thickness = dice.Between(4, 7);
+  grid.columns = rng.Whole(3, 5);
+  grid.rows = rng.Whole(3, 4);
+  grid.pitch = rng.Uniform(36, 46);
+  grid.hole_radius = rng.Uniform(0.25, 0.38) * grid.pitch;
+  grid.thickness = rng.Uniform(4, 7);
   grid.steps_per_side = 5;
-  const double gap = dice.Between(26, 40);
+  const double gap = rng.Uniform(26, 40);
   TriangleMesh part;
   for (int level = 0; level < 2; ++level) {
     Append(part, Moved(PerforatedPlate(grid), {0, 0, level * (grid.thickness + gap)}));
@@ -132,11 +132,11 @@ TriangleMesh PlateStack(Dice& dice) {
   return part;
 }
 
-TriangleMesh SpringStrut(Dice& dice) {
-  const double radius = dice.Between(26, 40);
-  const double wire = dice.Between(4, 6);
-  const int turns = dice.Whole(6, 9);
-  const double pitch = dice.Between(18, 24);
+TriangleMesh SpringStrut(RandomSource& rng) {
+  const double radius = rng.Uniform(26, 40);
+  const double wire = rng.Uniform(4, 6);
+  const int turns = rng.Whole(6, 9);
+  const double pitch = rng.Uniform(18, 24);
   const double half = 0.5 * pitch * turns;
   TriangleMesh part = Moved(Spring(radius, wire, pitch, turns, 12), {0, 0, -half});
   const double rod = radius - wire - 8;
@@ -156,10 +156,10 @@ TriangleMesh SpringStrut(Dice& dice) {
   return part;
 }
 
-TriangleMesh Cylinder(Dice& dice) {
-  const double r = dice.Between(24, 38);
+TriangleMesh Cylinder(RandomSource& rng) {
+  const double r = rng.Uniform(24, 38);
   std::vector<Vec2> profile = {{r - 3, -110}, {r, -107}};
-  for (double z = -95; z < 20; z += dice.Between(10, 16)) {
+  for (double z = -95; z < 20; z += rng.Uniform(10, 16)) {
     for (const Vec2& p : {Vec2(r, z), Vec2(r - 3, z + 1), Vec2(r - 3, z + 4), Vec2(r, z + 5)}) {
       profile.push_back(p);
     }
@@ -174,14 +174,14 @@ TriangleMesh Cylinder(Dice& dice) {
   return part;
 }
 
-TriangleMesh BoltAndNut(Dice& dice) {
-  const double radius = dice.Between(10, 16);
-  const double length = dice.Between(120, 180);
+TriangleMesh BoltAndNut(RandomSource& rng) {
+  const double radius = rng.Uniform(10, 16);
+  const double length = rng.Uniform(120, 180);
   TriangleMesh part = ThreadedEnd(radius, 0.3 * radius + 3, length, 20);
   const double flats = 3.1 * radius;
   Append(part, Moved(HexHead(flats, 1.3 * radius), {0, 0, kSeam}));
   for (int k = 0; k < 3; ++k) {
-    const double z = -dice.Between(0.2, 0.28) * length * (k + 1);
+    const double z = -rng.Uniform(0.2, 0.28) * length * (k + 1);
     PlateEdges edges;
     edges.sides = 48;
     Append(part,
@@ -190,9 +190,9 @@ TriangleMesh BoltAndNut(Dice& dice) {
   return Moved(part, {0, 0, 0.5 * length});
 }
 
-TriangleMesh BallBearing(Dice& dice) {
-  const int balls = dice.Whole(9, 14);
-  const double pitch = dice.Between(60, 85);
+TriangleMesh BallBearing(RandomSource& rng) {
+  const int balls = rng.Whole(9, 14);
+  const double pitch = rng.Uniform(60, 85);
   const double ball = 0.36 * 2 * std::numbers::pi * pitch / balls;
   const double width = 1.2 * ball;
   TriangleMesh part = Tube(pitch - 2.0 * ball, pitch - ball - kSeam, -width, width, 80);
@@ -205,8 +205,8 @@ TriangleMesh BallBearing(Dice& dice) {
   return part;
 }
 
-TriangleMesh Tank(Dice& dice) {
-  const double radius = dice.Between(45, 65);
+TriangleMesh Tank(RandomSource& rng) {
+  const double radius = rng.Uniform(45, 65);
   TriangleMesh part = OctahedralSphere(radius, 4, false);
   const double neck = 0.3 * radius;
   const double top = std::sqrt(radius * radius - neck * neck) + 2;
@@ -218,14 +218,14 @@ TriangleMesh Tank(Dice& dice) {
   return part;
 }
 
-TriangleMesh RackAndPinion(Dice& dice) {
+TriangleMesh RackAndPinion(RandomSource& rng) {
   RackShape rack;
-  rack.length = dice.Between(180, 230);
-  rack.tooth_pitch = dice.Between(8, 11);
-  rack.width = dice.Between(16, 26);
+  rack.length = rng.Uniform(180, 230);
+  rack.tooth_pitch = rng.Uniform(8, 11);
+  rack.width = rng.Uniform(16, 26);
   TriangleMesh part = Rack(rack);
   GearShape pinion;
-  pinion.teeth = dice.Whole(20, 30);
+  pinion.teeth = rng.Whole(20, 30);
   pinion.module = rack.tooth_pitch / std::numbers::pi;
   pinion.width = rack.width;
   pinion.bore = 10;
@@ -235,31 +235,30 @@ TriangleMesh RackAndPinion(Dice& dice) {
   return part;
 }
 
-TriangleMesh HoseBundle(Dice& dice) {
-  const double radius = dice.Between(7, 11);
+TriangleMesh HoseBundle(RandomSource& rng) {
+  const double radius = rng.Uniform(7, 11);
   TriangleMesh part;
   for (const double side : {-1.5, -0.5, 0.5, 1.5}) {
     std::vector<Vec3> points;
     const double y = side * (2 * radius + 6);
     for (int k = 0; k <= 5; ++k) {
-      points.push_back({45.0 * k - 112, y + dice.Between(-1.5, 1.5), dice.Between(-28, 28)});
+      points.push_back({45.0 * k - 112, y + rng.Uniform(-1.5, 1.5), rng.Uniform(-28, 28)});
     }
-    Append(part, Hose(points, radius, dice.Between(0.3, 0.8), 14, 10));
+    Append(part, Hose(points, radius, rng.Uniform(0.3, 0.8), 14, 10));
   }
   return part;
 }
 
 }  // namespace
 
-TriangleMesh PartByChance(Dice& dice) {
+TriangleMesh PartByChance(RandomSource& rng) {
   constexpr std::array kMakers = {FlangedPipe, GearTrain,   RibbedHousing, CornerBracket,
                                   PlateStack,  SpringStrut, Cylinder,      BoltAndNut,
                                   BallBearing, Tank,        RackAndPinion, HoseBundle};
-  return kMakers[static_cast<std::size_t>(dice.Whole(0, static_cast<int>(kMakers.size()) - 1))](
-      dice);
+  return kMakers[static_cast<std::size_t>(rng.Whole(0, static_cast<int>(kMakers.size()) - 1))](rng);
 }
 
-TriangleMesh Beam(double length, double height, double width, Dice& dice) {
+TriangleMesh Beam(double length, double height, double width, RandomSource& rng) {
   const double h = 0.5 * height;
   const double w = 0.5 * width;
   const double flange = 0.1 * height;
@@ -279,7 +278,7 @@ TriangleMesh Beam(double length, double height, double width, Dice& dice) {
                                     {-w, -h + flange}},
                                    0, length));
   const double bolt = 0.16 * width;
-  const double pitch = dice.Between(60, 90);
+  const double pitch = rng.Uniform(60, 90);
   TriangleMesh pair;
   for (const double side : {-0.5, 0.5}) {
     Append(pair, Moved(BoltCircle(1, 0, bolt), {0, side * w, h + kSeam}));
@@ -296,9 +295,9 @@ TriangleMesh Beam(double length, double height, double width, Dice& dice) {
   return beam;
 }
 
-TriangleMesh PipeRun(const std::vector<Vec3>& points, double radius, Dice& dice) {
+TriangleMesh PipeRun(const std::vector<Vec3>& points, double radius, RandomSource& rng) {
   TriangleMesh run = Hose(points, radius, 0, 36, 12);
-  const int bolts = dice.Whole(6, 8);
+  const int bolts = rng.Whole(6, 8);
   TriangleMesh flange = Tube(radius + 1, radius + 24, kSeam, 12, 48);
   Append(flange, Moved(BoltCircle(bolts, radius + 13, 10), {0, 0, 12 + kSeam}));
   TriangleMesh joint = flange;
@@ -310,7 +309,7 @@ TriangleMesh PipeRun(const std::vector<Vec3>& points, double radius, Dice& dice)
     const bool straight = (before - after).norm() < 1e-6;
     if (!straight) continue;
     const Quat along = Quat::FromTwoVectors(Vec3(0, 0, 1), before.normalized());
-    Append(run, Moved(Turned(joint, along), points[k]));
+    Append(run, Moved(Rotated(joint, along), points[k]));
   }
   return run;
 }

@@ -7,9 +7,9 @@
 
 #include "scenes/generators/large/clutter.h"
 #include "scenes/generators/large/clutter_parts.h"
-#include "scenes/generators/large/dice.h"
 #include "scenes/generators/large/landing_gear_parts.h"
 #include "scenes/generators/large/machine_parts.h"
+#include "scenes/generators/large/random_source.h"
 
 // Seen from the side; heights over the ground in mm:
 //
@@ -56,7 +56,7 @@ constexpr double kEquipmentCell = 310;
 /// Returns the mesh moved to stand on `from` with its z axis towards `to`.
 TriangleMesh Towards(const TriangleMesh& mesh, const Vec3& from, const Vec3& to) {
   const Quat along = Quat::FromTwoVectors(Vec3::UnitZ(), (to - from).normalized());
-  return Moved(Turned(mesh, along), from);
+  return Moved(Rotated(mesh, along), from);
 }
 
 class Builder {
@@ -106,7 +106,7 @@ class Builder {
 
   void AddBogie() {
     const TriangleMesh wheel = AlongY(BrakedWheel(kAxleRadius));
-    const TriangleMesh other = Turned(wheel, RotationBy(Vec3(0, 0, kPi)));
+    const TriangleMesh other = Rotated(wheel, RotationBy(Vec3(0, 0, kPi)));
     for (const double x : {-kWheelBase, 0.0, kWheelBase}) {
       const Vec3 middle(x, 0, kAxleHeight);
       // brakes inwards
@@ -115,7 +115,7 @@ class Builder {
       TriangleMesh axle = AlongY(Tube(48, kAxleRadius, -902, 902, 96));
       for (const double side : {-1.0, 1.0}) {
         Append(axle,
-               Moved(Turned(AlongY(HexHead(120, 44)), RotationBy(Vec3(0, 0, side > 0 ? 0 : kPi))),
+               Moved(Rotated(AlongY(HexHead(120, 44)), RotationBy(Vec3(0, 0, side > 0 ? 0 : kPi))),
                      {0, side * (902 + kSeam), 0}));
       }
       Add(Moved(axle, middle));
@@ -151,9 +151,9 @@ class Builder {
       const double turn = -std::atan2(way.z(), way.x());
       for (const double y : {-90.0, -20.0, 40.0, 110.0}) {
         const bool lower = root.z() < knee.z();
-        const TriangleMesh plate =
-            Turned(Plate(outline, {{{0, 0}, 24}}, 0, 22, edges), RotationBy(Vec3(0.5 * kPi, 0, 0)));
-        Add(Moved(Turned(plate, RotationBy(Vec3(0, turn, 0))),
+        const TriangleMesh plate = Rotated(Plate(outline, {{{0, 0}, 24}}, 0, 22, edges),
+                                           RotationBy(Vec3(0.5 * kPi, 0, 0)));
+        Add(Moved(Rotated(plate, RotationBy(Vec3(0, turn, 0))),
                   root + Vec3(0, y + (lower ? 30 : 0), 0)));
       }
     }
@@ -182,7 +182,7 @@ class Builder {
     grid.thickness = kSkinThickness;
     grid.steps_per_side = 6;
     // standing: the grid's y is the door's height
-    const TriangleMesh skin = Turned(PerforatedPlate(grid), RotationBy(Vec3(0.5 * kPi, 0, 0)));
+    const TriangleMesh skin = Rotated(PerforatedPlate(grid), RotationBy(Vec3(0.5 * kPi, 0, 0)));
     const double middle = 0.5 * (kDoorBottom + kDoorTop);
     TriangleMesh bolt = BoltCircle(1, 0, 10);
     for (const double side : {-1.0, 1.0}) {
@@ -204,8 +204,9 @@ class Builder {
       TriangleMesh bolts;
       for (int k = -15; k <= 14; ++k) {
         for (int i = 1; i < grid.rows; ++i) {
-          Append(bolts, Moved(Turned(bolt, inward), {grid.pitch * (k + 0.5), side * (inner - kSeam),
-                                                     middle + grid.pitch * (i - 0.5 * grid.rows)}));
+          Append(bolts,
+                 Moved(Rotated(bolt, inward), {grid.pitch * (k + 0.5), side * (inner - kSeam),
+                                               middle + grid.pitch * (i - 0.5 * grid.rows)}));
         }
       }
       Add(bolts);
@@ -214,11 +215,11 @@ class Builder {
 
   void AddBay() {
     for (int k = -3; k <= 3; ++k) {
-      const TriangleMesh beam = Beam(2 * kBayHalfLength, 70, 80, dice_);
+      const TriangleMesh beam = Beam(2 * kBayHalfLength, 70, 80, rng_);
       Add(Moved(beam, {-kBayHalfLength, 260.0 * k, 4620}));
     }
     for (int k = -4; k <= 4; ++k) {
-      const TriangleMesh beam = AlongX(Beam(1800, 80, 70, dice_));  // x to y
+      const TriangleMesh beam = AlongX(Beam(1800, 80, 70, rng_));  // x to y
       Add(Moved(beam, {450.0 * k, -900, 4754}));
     }
   }
@@ -230,10 +231,10 @@ class Builder {
         std::vector<Vec3> points;
         const double x = 205.0 * k;
         for (int i = 0; i <= 14; ++i) {
-          const double bend = i % 5 == 3 ? dice_.Between(-30, 30) : 0.0;
+          const double bend = i % 5 == 3 ? rng_.Uniform(-30, 30) : 0.0;
           points.emplace_back(x + bend, side * 846, 1450 + 205.0 * i);
         }
-        Add(Hose(points, dice_.Between(6, 10), 0, 20, 8));
+        Add(Hose(points, rng_.Uniform(6, 10), 0, 20, 8));
       }
     }
     AddLinesAcross();
@@ -257,7 +258,7 @@ class Builder {
         const double x = 360.0 * k;
         std::vector<Vec3> path;
         for (int i = 0; i <= 13; ++i) {
-          path.emplace_back(x + dice_.Between(-14, 14), side * (470 + dice_.Between(-12, 12)),
+          path.emplace_back(x + rng_.Uniform(-14, 14), side * (470 + rng_.Uniform(-12, 12)),
                             1480 + 215.0 * i);
         }
         TriangleMesh bundle;
@@ -286,8 +287,8 @@ class Builder {
                             1620 + kEquipmentCell * row);
           const bool trunnion =
               std::abs(middle.x()) < 300 && std::abs(middle.z() - kTrunnionHeight) < 280;
-          if (trunnion || dice_.Between(0, 1) > kFilled) continue;
-          const TriangleMesh part = PartByChance(dice_);
+          if (trunnion || rng_.Uniform(0, 1) > kFilled) continue;
+          const TriangleMesh part = PartByChance(rng_);
           const Bounds box = BoundsOf(part);
           const Vec3 room = Vec3::Constant(kEquipmentCell - 14);
           const double scale = room.cwiseQuotient(box.size()).minCoeff();
@@ -298,7 +299,7 @@ class Builder {
   }
 
   static constexpr double kFilled = 0.47;
-  Dice dice_{20050318};
+  RandomSource rng_{20050318};
   std::vector<TriangleMesh> parts_;
 };
 

@@ -57,7 +57,7 @@ TriangleMesh BrakedWheel(double axle_radius) {
   // rim, web with bolts, hub
   Append(wheel, Tube(262, 285 - kSeam, -168, 168, 160));
   Append(wheel, Tube(92, 262 - kSeam, -60, -36, 120));
-  Append(wheel, Moved(Turned(BoltCircle(18, 215, 24), RotationBy(Vec3(std::numbers::pi, 0, 0))),
+  Append(wheel, Moved(Rotated(BoltCircle(18, 215, 24), RotationBy(Vec3(std::numbers::pi, 0, 0))),
                       {0, 0, -60 - kSeam}));
   Append(wheel, Moved(BoltCircle(18, 130, 19), {0, 0, -36 + kSeam}));
   Append(wheel, Tube(axle_radius + 2, 92 - kSeam, -150, 175, 96));

@@ -12,7 +12,7 @@
 namespace tandem {
 namespace {}  // namespace
 
-TriangleMesh Turned(const TriangleMesh& mesh, const Quat& by) {
+TriangleMesh Rotated(const TriangleMesh& mesh, const Quat& by) {
   const Mat3 turn = by.toRotationMatrix();
   TriangleMesh turned = mesh;
   for (Vec3& v : turned.vertices) v = turn * v;

@@ -14,7 +14,7 @@ namespace tandem {
 /// a voxel.
 inline constexpr double kSeam = 0.3;
 
-TriangleMesh Turned(const TriangleMesh& mesh, const Quat& by);
+TriangleMesh Rotated(const TriangleMesh& mesh, const Quat& by);
 TriangleMesh Scaled(const TriangleMesh& mesh, double by);
 
 /// A straight tube about z, its rims broken by a small chamfer.

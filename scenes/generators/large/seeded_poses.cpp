@@ -7,7 +7,7 @@
 #include <numbers>
 
 #include "scenes/generators/large/clearance.h"
-#include "scenes/generators/large/dice.h"
+#include "scenes/generators/large/random_source.h"
 
 namespace tandem {
 namespace {
@@ -15,9 +15,9 @@ namespace {
 constexpr double kReach = 60;  // the farthest way to contact, mm
 constexpr double kDegree = std::numbers::pi / 180;
 
-Vec3 WayByChance(Dice& dice) {
+Vec3 WayByChance(RandomSource& rng) {
   while (true) {
-    const Vec3 v{dice.Between(-1, 1), dice.Between(-1, 1), dice.Between(-1, 1)};
+    const Vec3 v{rng.Uniform(-1, 1), rng.Uniform(-1, 1), rng.Uniform(-1, 1)};
     if (v.norm() > 0.1 && v.norm() <= 1) return v.normalized();
   }
 }
@@ -46,7 +46,7 @@ struct Kind {
 }  // namespace
 
 std::vector<SeededPose> SeededPoses(const PosedPair& pair, int of_each) {
-  Dice dice(pair.seed);
+  RandomSource rng(pair.seed);
   Bounds where;
   const Bounds box = BoundsOf(*pair.moving);
   for (const double sign : {-1.0, 1.0}) {
@@ -58,16 +58,16 @@ std::vector<SeededPose> SeededPoses(const PosedPair& pair, int of_each) {
 
   std::vector<SeededPose> poses;
   const auto turned = [&](double degrees) {
-    const Vec3 axis = WayByChance(dice);
-    return Pose{RotationBy(dice.Between(0, degrees) * kDegree * axis), Vec3::Zero()};
+    const Vec3 axis = WayByChance(rng);
+    return Pose{RotationBy(rng.Uniform(0, degrees) * kDegree * axis), Vec3::Zero()};
   };
   constexpr std::array kKinds = {Kind{"assembled", -0.5, -0.1, 0.01, 0.03},
                                  Kind{"near_1_2", 1, 2, 0.3, 1}, Kind{"near_3_8", 3, 8, 0.3, 1}};
   for (const Kind& kind : kKinds) {
     for (int made = 0; made < of_each;) {
-      const double target = pair.voxel * dice.Between(kind.least, kind.most);
+      const double target = pair.voxel * rng.Uniform(kind.least, kind.most);
       const Pose start = turned(kind.turn);
-      const Vec3 way = (pair.push + kind.spread * pair.spread * WayByChance(dice)).normalized();
+      const Vec3 way = (pair.push + kind.spread * pair.spread * WayByChance(rng)).normalized();
       std::optional<Pose> X = Approach(clearance, start, way, std::max(target, 0.02));
       if (!X) continue;
       if (target < 0) X->p -= target * way;
@@ -77,7 +77,7 @@ std::vector<SeededPose> SeededPoses(const PosedPair& pair, int of_each) {
   }
   for (int k = 0; k < of_each; ++k) {
     Pose X = turned(3);
-    X.p = dice.Between(1, 1.5) * pair.out;
+    X.p = rng.Uniform(1, 1.5) * pair.out;
     poses.push_back({"far", X, clearance.At(X, kReach)});
   }
   return poses;

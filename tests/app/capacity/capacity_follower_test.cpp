@@ -11,17 +11,17 @@ constexpr double kTests = 200'000;
 constexpr double kLookPrice = 500;
 constexpr double kBudget = 800e-6;
 
-/// Returns a frame that did so many point tests and looks.
-StepReport Frame(std::size_t tests, double looks) {
+/// Returns a frame that did so many point tests and exact queries.
+StepReport Frame(std::size_t tests, double exact_queries) {
   StepReport report;
   report.tests.looked_up = tests;
-  report.look_work = looks;
+  report.query_cost = exact_queries;
   return report;
 }
 
 /// Returns the time that such a frame's work was measured to take, s.
 double Priced(const StepReport& report) {
-  return kBudget * (static_cast<double>(report.tests.looked_up) + kLookPrice * report.look_work) /
+  return kBudget * (static_cast<double>(report.tests.looked_up) + kLookPrice * report.query_cost) /
          kTests;
 }
 

@@ -95,7 +95,7 @@ TEST(Capacity, ReportsTheTimeOfFeatureFrames) {
         const Quat ahead = RotationBy(Vec3(0.6, 0.4, 0)) * world.state(0).X_WB.q;
         inputs.hand = HandTo(*model, 0, {ahead, Vec3(0, 0, 0.0198)});
         const StepReport& report = world.Step(inputs);
-        worth += report.tests.tests() + capacity.look_price * report.looks;
+        worth += report.tests.tests() + capacity.query_price * report.exact_queries;
       }
     });
     ratios.push_back(took_s / (kFrameBudget * worth / capacity.tests));
@@ -105,11 +105,11 @@ TEST(Capacity, ReportsTheTimeOfFeatureFrames) {
   EXPECT_LT(MedianOf(ratios), 3.0);
 }
 
-// There are no exact looks in the plain model: none is measured.
+// There are no exact queries in the plain model: none is measured.
 TEST(Capacity, HasNoMeasuredQueryCostInThePlainModel) {
   const FrameCapacity capacity =
       MeasureCapacity(*BallOverPlate(ContactModel::kPlain), kFrameBudget);
-  EXPECT_EQ(capacity.look_price, kDefaultLookPrice);
+  EXPECT_EQ(capacity.query_price, kDefaultQueryPrice);
   EXPECT_GT(capacity.tests, 1000.0);
 }
 

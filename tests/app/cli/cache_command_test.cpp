@@ -19,12 +19,12 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 using testing::ExpectRefused;
 using ::testing::HasSubstr;
+using testing::ProgramOutput;
 using testing::RunTandem;
-using testing::Said;
 
 class CacheCommand : public ::testing::Test {
  protected:
-  Said Run(const std::string& arguments, const std::string& more = "") const {
+  ProgramOutput Run(const std::string& arguments, const std::string& more = "") const {
     return RunTandem(arguments,
                      "TANDEM_CACHE=" + (scratch_.path() / "cache").string() + " " + more);
   }
@@ -32,8 +32,8 @@ class CacheCommand : public ::testing::Test {
     return json::parse(Run("cache " + what + " --json").out, nullptr, false);
   }
   void LoadAScene() const {
-    const Said said = Run("bench memory --scene ball_and_socket");
-    ASSERT_EQ(said.exit_code, kExitOk) << said.err;
+    const ProgramOutput output = Run("bench memory --scene ball_and_socket");
+    ASSERT_EQ(output.exit_code, kExitOk) << output.err;
   }
 
   ScratchFolder scratch_;
@@ -59,10 +59,10 @@ TEST_F(CacheCommand, VerifyNamesDamagedFiles) {
   LoadAScene();
   const std::string file = Asked("list")["files"][0]["file"];
   fs::resize_file(file, fs::file_size(file) - 100);
-  const Said said = Run("cache verify");
-  EXPECT_EQ(said.exit_code, kExitFailed);
-  EXPECT_THAT(said.err, HasSubstr(file));
-  EXPECT_THAT(said.err, HasSubstr("cut short"));
+  const ProgramOutput output = Run("cache verify");
+  EXPECT_EQ(output.exit_code, kExitFailed);
+  EXPECT_THAT(output.err, HasSubstr(file));
+  EXPECT_THAT(output.err, HasSubstr("cut short"));
   EXPECT_EQ(Asked("verify")["faults"][0]["file"], file);
   LoadAScene();
   EXPECT_EQ(Run("cache verify").exit_code, kExitOk);
@@ -85,8 +85,8 @@ TEST_F(CacheCommand, UsesTheUsersCacheFolder) {
 
 TEST_F(CacheCommand, TakesItsLimitFromTheEnvironment) {
   const auto most = [&](const std::string& limit) {
-    const Said said = Run("cache list --json", "TANDEM_CACHE_LIMIT=" + limit + " ");
-    return json::parse(said.out, nullptr, false)["most_bytes"].get<std::uint64_t>();
+    const ProgramOutput output = Run("cache list --json", "TANDEM_CACHE_LIMIT=" + limit + " ");
+    return json::parse(output.out, nullptr, false)["most_bytes"].get<std::uint64_t>();
   };
   EXPECT_EQ(most("512M"), 512U << 20U);
   EXPECT_EQ(most("much"), VoxelCache::kMostBytes);

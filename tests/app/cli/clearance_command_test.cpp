@@ -32,8 +32,8 @@ using testing::BoxOfHalf;
 using testing::ExpectRefused;
 using ::testing::HasSubstr;
 using testing::ObjText;
+using testing::ProgramOutput;
 using testing::RunTandem;
-using testing::Said;
 
 constexpr double kMillimetre = 1e-3;
 constexpr double kSceneVoxel = 1e-3;  // m; voxel of the scenes with a block
@@ -67,7 +67,7 @@ RecordingHeader HeaderFor(const Scene& scene, const std::string& scene_file, Pee
 
 std::unique_ptr<PeerNode> NodeFor(const std::shared_ptr<const WorldModel>& model,
                                   const RecordingHeader& header, const HandOfRecording& hand,
-                                  FrameTap* tap) {
+                                  FrameObserver* observer) {
   HandScript script;
   script.waypoints = {{0, Vec3::Zero(), Quat::Identity()},
                       {hand.seconds, hand.to_W, Quat::Identity()}};
@@ -76,7 +76,7 @@ std::unique_ptr<PeerNode> NodeFor(const std::shared_ptr<const WorldModel>& model
   options.peer = header.peer;
   options.peer.law = *MakeLaw(header.law, header.limits, true);
   options.peer.experiments.contact = hand.contact;
-  options.peer.tap = tap;
+  options.peer.observer = observer;
   options.name = header.name;
   auto node = std::make_unique<PeerNode>(
       model, std::make_unique<ScriptedDevice>(script, model->bodies[body].X_WB0), header.scene_hash,
@@ -128,10 +128,10 @@ class ClearanceCommand : public ::testing::Test {
   json Measured(const std::string& scene_file, const std::vector<HandOfRecording>& hands,
                 const SeesWorld& sees = {}) {
     RecordHands(scene_file, hands, File("run"), sees);
-    const Said said = RunTandem("clearance --json " + File("run"), "timeout 200 ");
-    EXPECT_EQ(said.exit_code, kExitOk) << said.err;
-    json result = json::parse(said.out, nullptr, false);
-    EXPECT_TRUE(result.is_object()) << said.out;
+    const ProgramOutput output = RunTandem("clearance --json " + File("run"), "timeout 200 ");
+    EXPECT_EQ(output.exit_code, kExitOk) << output.err;
+    json result = json::parse(output.out, nullptr, false);
+    EXPECT_TRUE(result.is_object()) << output.out;
     return result;
   }
 
@@ -306,10 +306,10 @@ TEST_F(ClearanceCommand, PrintsBothFiguresAsText) {
                                        {20 * kMillimetre, 30 * kMillimetre, 0});
   RecordHands(CubeBeside(wall),
               {{.body = "cube", .to_W = Vec3(0, 0, 40 * kMillimetre), .seconds = 1}}, File("run"));
-  const Said said = RunTandem("clearance " + File("run"), "timeout 60 ");
-  EXPECT_EQ(said.exit_code, kExitOk) << said.err;
-  EXPECT_THAT(said.out, HasSubstr("cube-other: 3 mm is the least distance, "));
-  EXPECT_THAT(said.out, HasSubstr("the same hand passes with a clearance of at least 1 mm, "));
+  const ProgramOutput output = RunTandem("clearance " + File("run"), "timeout 60 ");
+  EXPECT_EQ(output.exit_code, kExitOk) << output.err;
+  EXPECT_THAT(output.out, HasSubstr("cube-other: 3 mm is the least distance, "));
+  EXPECT_THAT(output.out, HasSubstr("the same hand passes with a clearance of at least 1 mm, "));
 }
 
 TEST_F(ClearanceCommand, IncompleteRecordingIsRefusedInOneLine) {

@@ -31,8 +31,8 @@ namespace fs = std::filesystem;
 
 using testing::BoxObjText;
 using ::testing::HasSubstr;
+using testing::ProgramOutput;
 using testing::RunTandem;
-using testing::Said;
 
 std::vector<std::string> Cells(const std::string& line) {
   std::vector<std::string> cells;
@@ -51,14 +51,14 @@ class ContactCommand : public ::testing::Test {
                   "fixed,moving,tx,ty,tz,ax,ay,az,angle_deg\n"
                   "plate.obj,cube.obj,0.0001,0.0002,0.0153,0,0,1,0\n");
   }
-  Said Run(const std::string& options) const {
+  ProgramOutput Run(const std::string& options) const {
     const std::string folder = folder_.path().string();
     return RunTandem("contact --csv --static " + folder + "/plate.obj --dynamic " + folder +
                      "/cube.obj --voxel 0.001 --poses " + folder + "/poses.csv " + options);
   }
   /// Returns the force along z of the only pose, N.
-  static double ForceOf(const Said& said) {
-    return std::stod(Cells(said.out.substr(said.out.find('\n') + 1)).at(5));
+  static double ForceOf(const ProgramOutput& output) {
+    return std::stod(Cells(output.out.substr(output.out.find('\n') + 1)).at(5));
   }
 
   ScratchFolder folder_;
@@ -66,7 +66,7 @@ class ContactCommand : public ::testing::Test {
 
 // A pair that presses with 45.6 N must not be answered with no force.
 TEST_F(ContactCommand, RefusesAnUnsafeLayerAndSuggestsASafeOne) {
-  const Said refused = Run("--force-layer 0");
+  const ProgramOutput refused = Run("--force-layer 0");
   EXPECT_EQ(refused.exit_code, kExitUsage);
   EXPECT_TRUE(refused.out.empty()) << refused.out;
   EXPECT_THAT(refused.err, HasSubstr("--force-layer: refined contact misses contacts at force "
@@ -76,15 +76,15 @@ TEST_F(ContactCommand, RefusesAnUnsafeLayerAndSuggestsASafeOne) {
 }
 
 TEST_F(ContactCommand, UsesTheModelsDefaultLayer) {
-  const Said said = Run("");
-  ASSERT_EQ(said.exit_code, kExitOk) << said.err;
+  const ProgramOutput output = Run("");
+  ASSERT_EQ(output.exit_code, kExitOk) << output.err;
   // four corners and the twenty voxels of each of four edges are 0.15 voxels within the clearance,
   // on springs of 0.25 m / h^2, which are as stiff as they can be from a tenth of a voxel on
   const double spring = 0.25 * 0.3 / 1e-6;
   const double each = spring * 1e-3 * (0.15 - 0.05 + 0.15 * 8 * std::pow(0.15, 3));
-  EXPECT_NEAR(ForceOf(said), (4 + 4 * 20) * each, 0.5);
-  EXPECT_EQ(said.out, Run("--force-layer 1").out);
-  const Said plain = Run("--contact plain");
+  EXPECT_NEAR(ForceOf(output), (4 + 4 * 20) * each, 0.5);
+  EXPECT_EQ(output.out, Run("--force-layer 1").out);
+  const ProgramOutput plain = Run("--contact plain");
   EXPECT_EQ(plain.out, Run("--contact plain --force-layer 2").out);
   EXPECT_GT(ForceOf(plain), 0);
 }
@@ -98,22 +98,22 @@ TEST_F(ContactCommand, TakesA3mfFileInTheUnitThatItDeclares) {
                                        "fixed,moving,tx,ty,tz,ax,ay,az,angle_deg\n"
                                        "two.3mf,two.3mf,0.1,0,0,0,0,1,0\n")
                                 .string();
-  const Said said = RunTandem("contact --voxel 0.0001 --static " + file + " --dynamic " + file +
-                              " --poses " + poses + " --csv");
-  EXPECT_EQ(said.exit_code, kExitOk) << said.err;
-  EXPECT_THAT(said.err, HasSubstr("0 of 1 pose touch"));
+  const ProgramOutput output = RunTandem("contact --voxel 0.0001 --static " + file + " --dynamic " +
+                                         file + " --poses " + poses + " --csv");
+  EXPECT_EQ(output.exit_code, kExitOk) << output.err;
+  EXPECT_THAT(output.err, HasSubstr("0 of 1 pose touch"));
 }
 
 TEST_F(ContactCommand, TakesPointsFinerThanVoxelsAndNoneCoarser) {
-  const Said one = Run("");
-  const Said finer = Run("--spacing 0.0004");
+  const ProgramOutput one = Run("");
+  const ProgramOutput finer = Run("--spacing 0.0004");
   ASSERT_EQ(finer.exit_code, kExitOk) << finer.err;
   EXPECT_NEAR(ForceOf(finer), ForceOf(one), 0.5);  // finer parts of edges weigh less each
-  const auto points = [](const Said& said) {
-    return std::stoi(said.err.substr(said.err.find("; ") + 2));
+  const auto points = [](const ProgramOutput& output) {
+    return std::stoi(output.err.substr(output.err.find("; ") + 2));
   };
   EXPECT_GT(points(finer), 2 * points(one));
-  const Said coarser = Run("--spacing 0.002");
+  const ProgramOutput coarser = Run("--spacing 0.002");
   EXPECT_EQ(coarser.exit_code, kExitUsage);
   EXPECT_THAT(coarser.err, HasSubstr("--spacing: expected at most the size of --voxel"));
 }

@@ -11,8 +11,8 @@ namespace tandem {
 namespace {
 
 using nlohmann::json;
+using testing::ProgramOutput;
 using testing::RunTandem;
-using testing::Said;
 
 /// Runs a peer alone that turns the ball in its socket for two seconds, and reads its recording.
 class DefaultPeer : public testing::PeerCommand {
@@ -20,7 +20,7 @@ class DefaultPeer : public testing::PeerCommand {
   static constexpr const char* kScene = TANDEM_SCENES "/ball_and_socket.json";
   static constexpr const char* kHand = TANDEM_SCENES "/ball_and_socket_ball.json";
 
-  Said RunBall(const std::string& more) const {
+  ProgramOutput RunBall(const std::string& more) const {
     return RunTandem("peer --interface lo --session " + session_ + " --scene " + kScene +
                          " --hold ball --seconds 2 --hand " + kHand + " --report " + In("report") +
                          " --record " + In("recording") + " " + more,
@@ -38,8 +38,8 @@ class DefaultPeer : public testing::PeerCommand {
 };
 
 TEST_F(DefaultPeer, MeasuresAndAdaptsItsCapacity) {
-  const Said said = RunBall("");
-  ASSERT_EQ(said.exit_code, kExitOk) << said.err;
+  const ProgramOutput output = RunBall("");
+  ASSERT_EQ(output.exit_code, kExitOk) << output.err;
   const json report = Report();
   ASSERT_TRUE(report.is_object());
   const auto measured = report.at("capacity").get<double>();
@@ -54,8 +54,8 @@ TEST_F(DefaultPeer, MeasuresAndAdaptsItsCapacity) {
   EXPECT_LT(measured, 4 * here.tests);
   EXPECT_NE(measured, kDefaultCapacity);
   const auto price = report.at("look_price").get<double>();
-  EXPECT_GT(price, here.look_price / 4);
-  EXPECT_LT(price, 4 * here.look_price);
+  EXPECT_GT(price, here.query_price / 4);
+  EXPECT_LT(price, 4 * here.query_price);
 
   const std::vector<double> capacities = Capacities();
   ASSERT_GT(capacities.size(), 2000U);
@@ -73,27 +73,29 @@ TEST_F(DefaultPeer, MeasuresAndAdaptsItsCapacity) {
 // for bit.
 TEST_F(DefaultPeer, ReplaysWithEachFramesCapacity) {
   ASSERT_EQ(RunBall("").exit_code, kExitOk);
-  const Said said = RunTandem("replay --json " + In("recording"), "timeout 60 ");
-  EXPECT_EQ(said.exit_code, kExitOk) << said.err;
-  EXPECT_EQ(json::parse(said.out, nullptr, false).at("identical"), true);
+  const ProgramOutput output = RunTandem("replay --json " + In("recording"), "timeout 60 ");
+  EXPECT_EQ(output.exit_code, kExitOk) << output.err;
+  EXPECT_EQ(json::parse(output.out, nullptr, false).at("identical"), true);
 }
 
 // The peer names the full disk at once and with the right number, and still writes its report.
 TEST_F(DefaultPeer, ReportsAFullRecordingDisk) {
   // a limit of 100 KiB a file, which the recording reaches within a second
-  const Said said = RunTandem("peer --interface lo --session " + session_ + " --scene " + kScene +
-                                  " --hold ball --seconds 2 --capacity 100000 --hand " + kHand +
-                                  " --report " + In("report") + " --record " + In("recording"),
-                              "trap '' XFSZ; ulimit -f 200; timeout 60 ");
-  EXPECT_EQ(said.exit_code, kExitFile) << said.err;
+  const ProgramOutput output =
+      RunTandem("peer --interface lo --session " + session_ + " --scene " + kScene +
+                    " --hold ball --seconds 2 --capacity 100000 --hand " + kHand + " --report " +
+                    In("report") + " --record " + In("recording"),
+                "trap '' XFSZ; ulimit -f 200; timeout 60 ");
+  EXPECT_EQ(output.exit_code, kExitFile) << output.err;
   auto reader = *RecordingReader::Open(In("recording"));
   int there = 0;
   while (reader.Next()) ++there;
   EXPECT_FALSE(reader.torn() || reader.damaged());
   EXPECT_GT(there, 100);
-  EXPECT_THAT(said.err, ::testing::HasSubstr(In("recording") +
-                                             ": cannot be written: File too large; it ends after " +
-                                             std::to_string(there) + " frames"));
+  EXPECT_THAT(
+      output.err,
+      ::testing::HasSubstr(In("recording") + ": cannot be written: File too large; it ends after " +
+                           std::to_string(there) + " frames"));
   EXPECT_TRUE(Report().is_object());
 }
 
@@ -106,13 +108,13 @@ TEST_F(DefaultPeer, KeepsACapacityThatIsGiven) {
 // The time is the processor time of the peer's own thread, so that a loaded machine bears on it
 // only by its caches. A small part's frames take a small share of the 800 us that a frame may.
 TEST_F(DefaultPeer, FramesOfASmallPartFitTheirBudget) {
-  const Said said =
+  const ProgramOutput output =
       RunTandem("peer --interface lo --session " + session_ +
                     " --scene peg_in_slot --hold peg --seconds 4 --hand " TANDEM_SCENES
                     "/peg_in_slot_left.json --report " +
                     In("report"),
                 "timeout 60 ");
-  ASSERT_EQ(said.exit_code, kExitOk) << said.err;
+  ASSERT_EQ(output.exit_code, kExitOk) << output.err;
   const json report = Report();
   EXPECT_GT(report.at("contact_share").get<double>(), 0.1);
   EXPECT_EQ(report.at("judged_frames"), 4000);

@@ -21,8 +21,8 @@ using nlohmann::json;
 using testing::ExpectRefused;
 using ::testing::HasSubstr;
 using testing::PeerCommand;
+using testing::ProgramOutput;
 using testing::Running;
-using testing::Said;
 
 class DeviceCommand : public PeerCommand {
  protected:
@@ -74,9 +74,9 @@ class DeviceCommand : public PeerCommand {
 };
 
 TEST_F(DeviceCommand, DeviceProcessGivesForceAndIsReported) {
-  const Said said = Run("one", Swinging("--seconds 3 --report " + In("report")));
-  ASSERT_EQ(said.exit_code, kExitOk) << said.err;
-  EXPECT_THAT(said.err, HasSubstr("at most 3 N and 0.15 N m"));
+  const ProgramOutput output = Run("one", Swinging("--seconds 3 --report " + In("report")));
+  ASSERT_EQ(output.exit_code, kExitOk) << output.err;
+  EXPECT_THAT(output.err, HasSubstr("at most 3 N and 0.15 N m"));
   const json report = Report();
   EXPECT_THAT(report.at("device").get<std::string>(), HasSubstr("fake:record="));
   const json& safety = report.at("safety");
@@ -99,16 +99,17 @@ TEST_F(DeviceCommand, DeviceProcessGivesForceAndIsReported) {
 }
 
 TEST_F(DeviceCommand, ReportsImpossibleDeviceClaims) {
-  const Said said = Run("one",
-                        "--name anna --hold right --passivity --device-core 1023 --device "
-                        "fake:continuous_N=-1,stiffness=nan,rate_hz=30 --seconds 1 --report " +
-                            In("report"));
-  ASSERT_EQ(said.exit_code, kExitOk) << said.err;
-  EXPECT_THAT(said.err, HasSubstr("for ever: a force of -1 N is no limit: it counts as zero"));
-  EXPECT_THAT(said.err, HasSubstr("a stiffness of nan N/m is none: it counts as zero"));
-  EXPECT_THAT(said.err, HasSubstr("its 30 Hz are too slow for the limits on old forces"));
-  EXPECT_THAT(said.err, HasSubstr("device process: "));
-  EXPECT_THAT(said.err, HasSubstr("core 1023 cannot be had"));
+  const ProgramOutput output =
+      Run("one",
+          "--name anna --hold right --passivity --device-core 1023 --device "
+          "fake:continuous_N=-1,stiffness=nan,rate_hz=30 --seconds 1 --report " +
+              In("report"));
+  ASSERT_EQ(output.exit_code, kExitOk) << output.err;
+  EXPECT_THAT(output.err, HasSubstr("for ever: a force of -1 N is no limit: it counts as zero"));
+  EXPECT_THAT(output.err, HasSubstr("a stiffness of nan N/m is none: it counts as zero"));
+  EXPECT_THAT(output.err, HasSubstr("its 30 Hz are too slow for the limits on old forces"));
+  EXPECT_THAT(output.err, HasSubstr("device process: "));
+  EXPECT_THAT(output.err, HasSubstr("core 1023 cannot be had"));
   EXPECT_EQ(Report().at("safety").at("passivity").at("control"), true);
 }
 

@@ -14,21 +14,21 @@ namespace {
 using nlohmann::json;
 using ::testing::HasSubstr;
 using ::testing::Not;
+using testing::ProgramOutput;
 using testing::RunTandem;
-using testing::Said;
 
-json DeviceNamed(const json& said, const std::string& name) {
-  for (const json& device : said.at("devices")) {
+json DeviceNamed(const json& output, const std::string& name) {
+  for (const json& device : output.at("devices")) {
     if (device.at("name") == name) return device;
   }
   return {};
 }
 
 TEST(DevicesCommand, ListsEachDriverWithItsRemedy) {
-  const Said said = RunTandem("devices --json");
-  ASSERT_EQ(said.exit_code, kExitOk) << said.err;
-  const json out = json::parse(said.out, nullptr, false);
-  ASSERT_TRUE(out.is_object()) << said.out;
+  const ProgramOutput output = RunTandem("devices --json");
+  ASSERT_EQ(output.exit_code, kExitOk) << output.err;
+  const json out = json::parse(output.out, nullptr, false);
+  ASSERT_TRUE(out.is_object()) << output.out;
   for (const std::string name : {"scripted", "none", "recorded"}) {
     const json device = DeviceNamed(out, name);
     ASSERT_TRUE(device.is_object()) << name;
@@ -47,11 +47,11 @@ TEST(DevicesCommand, ListsEachDriverWithItsRemedy) {
 
 TEST(DevicesCommand, SurvivesACrashingDriverAndReportsInvalidClaims) {
   setenv("TANDEM_DEVICES", TANDEM_UNSOUND_DRIVERS, 1);
-  const Said said = RunTandem("devices --json");
+  const ProgramOutput output = RunTandem("devices --json");
   unsetenv("TANDEM_DEVICES");
-  ASSERT_EQ(said.exit_code, kExitOk) << said.err;
-  const json out = json::parse(said.out, nullptr, false);
-  ASSERT_TRUE(out.is_object()) << said.out;
+  ASSERT_EQ(output.exit_code, kExitOk) << output.err;
+  const json out = json::parse(output.out, nullptr, false);
+  ASSERT_TRUE(out.is_object()) << output.out;
   EXPECT_THAT(DeviceNamed(out, "crashing").at("missing").get<std::string>(),
               HasSubstr("ended with exit code 134"));
   EXPECT_THAT(DeviceNamed(out, "newer").at("missing").get<std::string>(),
@@ -60,10 +60,11 @@ TEST(DevicesCommand, SurvivesACrashingDriverAndReportsInvalidClaims) {
 }
 
 TEST(DevicesCommand, TriesADeviceWithoutForce) {
-  const Said said = RunTandem("devices --try fake:z_mm=5,fail_at=600 --seconds 0.8 --json");
-  ASSERT_EQ(said.exit_code, kExitOk) << said.err;
-  const json out = json::parse(said.out, nullptr, false);
-  ASSERT_TRUE(out.is_object()) << said.out;
+  const ProgramOutput output =
+      RunTandem("devices --try fake:z_mm=5,fail_at=600 --seconds 0.8 --json");
+  ASSERT_EQ(output.exit_code, kExitOk) << output.err;
+  const json out = json::parse(output.out, nullptr, false);
+  ASSERT_TRUE(out.is_object()) << output.out;
   EXPECT_EQ(out.at("device"), "fake:z_mm=5,fail_at=600");
   EXPECT_EQ(out.at("ticks"), 800);
   EXPECT_NEAR(out.at("moved_mm").get<double>(), 5, 1e-6);
@@ -73,7 +74,7 @@ TEST(DevicesCommand, TriesADeviceWithoutForce) {
   EXPECT_EQ(out.at("allocations"), 0);
   EXPECT_GT(out.at("read_us").at("p99").get<double>(), 0);
 
-  const Said none = RunTandem("devices --try omega --seconds 0.1");
+  const ProgramOutput none = RunTandem("devices --try omega --seconds 0.1");
   EXPECT_EQ(none.exit_code, kExitDevice);
   EXPECT_THAT(none.err, HasSubstr("there is no driver 'omega'"));
 }

@@ -18,7 +18,7 @@
 #include "app/process/child_processes.h"
 #include "collab/dds/security/keys.h"
 #include "tests/app/cli/program_run.h"
-#include "tests/network/said_program.h"
+#include "tests/network/running_program.h"
 #include "tests/support/scratch_folder.h"
 
 // Tests `tandem invite`, `tandem join LINE` and the way by files, as far as one machine shows them.
@@ -32,8 +32,8 @@ using testing::ExpectRefused;
 using ::testing::HasSubstr;
 using ::testing::Not;
 using testing::Program;
+using testing::ProgramOutput;
 using testing::RunTandem;
-using testing::Said;
 
 std::string RandomSession() {
   return "invite-" + std::to_string(std::random_device{}());
@@ -66,15 +66,16 @@ class InviteCommand : public ::testing::Test {
                                      In("keys"),     "--name", "ben",          "--interface",
                                      "lo",           "--json", "--enrol-port", FreeTcpPort()};
     command.insert(command.end(), further.begin(), further.end());
-    const std::string said = In("said-" + std::to_string(++inviters_));
-    auto inviter = std::make_unique<Program>(command, said);
-    EXPECT_TRUE(inviter->Says("Ctrl-C withdraws it")) << inviter->said();
-    for (const std::string& line : testing::LinesOf(inviter->said())) {
+    const std::string output = In("said-" + std::to_string(++inviters_));
+    auto inviter = std::make_unique<Program>(command, output);
+    EXPECT_TRUE(inviter->Says("Ctrl-C withdraws it")) << inviter->output();
+    for (const std::string& line : testing::LinesOf(inviter->output())) {
       if (line.rfind('{', 0) == 0) printed = json::parse(line, nullptr, false);
     }
     return inviter;
   }
-  Said Join(const std::string& line, const std::string& home, const std::string& further) const {
+  ProgramOutput Join(const std::string& line, const std::string& home,
+                     const std::string& further) const {
     return RunTandem("join '" + line + "' " + further,
                      "XDG_DATA_HOME=" + In(home) + " timeout 20 ");
   }
@@ -85,11 +86,11 @@ class InviteCommand : public ::testing::Test {
 
 TEST_F(InviteCommand, PrintsTheInvitationAsOneJsonObject) {
   const std::string session = RandomSession();
-  Said said = RunTandem("invite '" + session +
-                        " a' --json --scene peg_in_slot --external-address 192.0.2.7 "
-                        "--port 17000 --peers 192.0.2.8,site-b:4000");
-  ASSERT_EQ(said.exit_code, 0) << said.err;
-  const json printed = json::parse(said.out);
+  ProgramOutput output = RunTandem("invite '" + session +
+                                   " a' --json --scene peg_in_slot --external-address 192.0.2.7 "
+                                   "--port 17000 --peers 192.0.2.8,site-b:4000");
+  ASSERT_EQ(output.exit_code, 0) << output.err;
+  const json printed = json::parse(output.out);
   EXPECT_EQ(printed.at("session"), session + " a");
   EXPECT_EQ(printed.at("secured"), false);
   EXPECT_EQ(printed.at("hosts"), json({"192.0.2.7:17000"}));
@@ -102,28 +103,28 @@ TEST_F(InviteCommand, PrintsTheInvitationAsOneJsonObject) {
   EXPECT_EQ(line->scene.bodies, 2U);
   EXPECT_FALSE(line->secured);
   // without --json it prints the line alone, for a script that takes it
-  said = RunTandem("invite " + session + " --scene peg_in_slot --interface lo");
-  EXPECT_EQ(std::count(said.out.begin(), said.out.end(), '\n'), 1);
-  EXPECT_TRUE(ReadInvitation(said.out));
+  output = RunTandem("invite " + session + " --scene peg_in_slot --interface lo");
+  EXPECT_EQ(std::count(output.out.begin(), output.out.end(), '\n'), 1);
+  EXPECT_TRUE(ReadInvitation(output.out));
 }
 
 TEST_F(InviteCommand, InvitedPeerGetsItsOwnKeysAndCanReturn) {
   json printed;
   const auto inviter = Inviter(RandomSession(), printed, {"--role", "viewer"});
   const std::string line = printed.at("line");
-  const Said said = Join(line, "home", "--only-keys --json");
-  ASSERT_EQ(said.exit_code, 0) << said.err;
-  const json way = json::parse(said.out);
+  const ProgramOutput output = Join(line, "home", "--only-keys --json");
+  ASSERT_EQ(output.exit_code, 0) << output.err;
+  const json way = json::parse(output.out);
   EXPECT_EQ(way.at("role"), "viewer");
   EXPECT_EQ(way.at("secured"), true);
   const Result<MemberKeys> keys = LoadMemberKeys(way.at("keys").get<std::string>());
   ASSERT_TRUE(keys) << keys.error().what;
   EXPECT_EQ(keys->name, "ben");
   EXPECT_EQ(keys->role, Role::kViewer);
-  EXPECT_EQ(inviter->Wait(), 0) << inviter->said();
-  EXPECT_THAT(inviter->said(), HasSubstr("ben is a member now"));
+  EXPECT_EQ(inviter->Wait(), 0) << inviter->output();
+  EXPECT_THAT(inviter->output(), HasSubstr("ben is a member now"));
 
-  const Said again = Join(line, "home", "--only-keys");
+  const ProgramOutput again = Join(line, "home", "--only-keys");
   EXPECT_EQ(again.exit_code, 0) << again.err;
   ExpectRefused(Join(line, "other_home", "--only-keys"), kExitNetwork, "was used or withdrawn");
 }
@@ -150,7 +151,7 @@ TEST_F(InviteCommand, AlteredInvitationIsRefusedWithoutKeys) {
                !std::filesystem::is_empty(In("home") + "/tandem/keys"));
   inviter->process().Signal(SIGTERM);
   EXPECT_EQ(inviter->Wait(), 0);
-  EXPECT_THAT(inviter->said(), HasSubstr("withdrawn"));
+  EXPECT_THAT(inviter->output(), HasSubstr("withdrawn"));
 }
 
 TEST_F(InviteCommand, InvitationOfAnotherSessionIsRefused) {
@@ -172,10 +173,11 @@ TEST_F(InviteCommand, ReportsThatNoInviterListens) {
   Invitation plain;
   plain.session = RandomSession();
   plain.hosts = {"127.0.0.1"};
-  const Said said = Join(LineOf(plain), "home", "--scene peg_in_slot --json -- --seconds 6");
-  EXPECT_EQ(said.exit_code, 0) << said.err;
-  EXPECT_THAT(said.err, HasSubstr("no peer answers in session " + plain.session));
-  EXPECT_EQ(json::parse(said.out).at("holding"), nullptr);
+  const ProgramOutput output =
+      Join(LineOf(plain), "home", "--scene peg_in_slot --json -- --seconds 6");
+  EXPECT_EQ(output.exit_code, 0) << output.err;
+  EXPECT_THAT(output.err, HasSubstr("no peer answers in session " + plain.session));
+  EXPECT_EQ(json::parse(output.out).at("holding"), nullptr);
 }
 
 // The line's time is over, and nobody is there.
@@ -213,19 +215,19 @@ TEST_F(InviteCommand, ReportsErrorsInOneLine) {
 
 TEST_F(InviteCommand, MemberIsMadeByTwoFilesWithoutAConnection) {
   ASSERT_TRUE(MakeSessionKeys(In("keys")));
-  Said said = RunTandem("keys request " + In("ben"));
-  ASSERT_EQ(said.exit_code, 0) << said.err;
+  ProgramOutput output = RunTandem("keys request " + In("ben"));
+  ASSERT_EQ(output.exit_code, 0) << output.err;
   const std::string request = In("ben.request/request.pem");
   EXPECT_THAT(testing::TextOf(request), Not(HasSubstr("PRIVATE")));
   ExpectRefused(RunTandem("keys take " + In("ben") + " " + request), kExitFile,
                 "is not an answer file");
-  said = RunTandem("keys answer " + In("keys") + " ben " + request + " --out " + In("answer"));
-  ASSERT_EQ(said.exit_code, 0) << said.err;
+  output = RunTandem("keys answer " + In("keys") + " ben " + request + " --out " + In("answer"));
+  ASSERT_EQ(output.exit_code, 0) << output.err;
   EXPECT_THAT(testing::TextOf(In("answer")), Not(HasSubstr("PRIVATE")));
   ExpectRefused(RunTandem("keys take " + In("eve") + " " + In("answer")), kExitFile,
                 "holds no waiting request");
-  said = RunTandem("keys take " + In("ben") + " " + In("answer"));
-  ASSERT_EQ(said.exit_code, 0) << said.err;
+  output = RunTandem("keys take " + In("ben") + " " + In("answer"));
+  ASSERT_EQ(output.exit_code, 0) << output.err;
   const Result<MemberKeys> keys = LoadMemberKeys(In("ben"));
   ASSERT_TRUE(keys) << keys.error().what;
   EXPECT_EQ(keys->name, "ben");

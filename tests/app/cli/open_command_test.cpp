@@ -10,15 +10,15 @@
 namespace tandem {
 namespace {
 
+using testing::ProgramOutput;
 using testing::RunTandem;
-using testing::Said;
 
 TEST(OpenCommand, DryRunDescribesTheWindowAndEndsItsController) {
-  const Said said = RunTandem(
+  const ProgramOutput output = RunTandem(
       "open peg_in_slot --headless --json --name anna --peer-options "
       "'--capacity 20000'");
-  ASSERT_EQ(said.exit_code, 0) << said.err;
-  const nlohmann::json shown = nlohmann::json::parse(said.out);
+  ASSERT_EQ(output.exit_code, 0) << output.err;
+  const nlohmann::json shown = nlohmann::json::parse(output.out);
   EXPECT_GT(shown.at("frame").get<int>(), 0);
   EXPECT_EQ(shown.at("bodies").size(), 2U);
   EXPECT_EQ(shown.at("hand").at("state"), "empty");
@@ -31,24 +31,24 @@ TEST(OpenCommand, DryRunDescribesTheWindowAndEndsItsController) {
 }
 
 TEST(OpenCommand, DeviceReplacesTheMouse) {
-  const Said said = RunTandem("open peg_in_slot --headless --json --device fake:x_mm=5");
-  ASSERT_EQ(said.exit_code, 0) << said.err;
-  EXPECT_EQ(nlohmann::json::parse(said.out).at("hand").at("input"), "device");
+  const ProgramOutput output = RunTandem("open peg_in_slot --headless --json --device fake:x_mm=5");
+  ASSERT_EQ(output.exit_code, 0) << output.err;
+  EXPECT_EQ(nlohmann::json::parse(output.out).at("hand").at("input"), "device");
   EXPECT_EQ(RunTandem("open peg_in_slot --headless --device no-such:").exit_code, 6);
 }
 
 TEST(OpenCommand, ReportsErrorsInOneLineWithExitCodes) {
-  Said said = RunTandem("open no_such_scene --headless");
-  EXPECT_EQ(said.exit_code, 3);
-  EXPECT_NE(said.err.find("no_such_scene"), std::string::npos);
-  said = RunTandem("open peg_in_slot --json");
-  EXPECT_EQ(said.exit_code, 2);
-  said = RunTandem("join");
-  EXPECT_EQ(said.exit_code, 2);
-  said = RunTandem("join S --role boss");
-  EXPECT_EQ(said.exit_code, 2);
-  said = RunTandem("join S --scene no_such_scene");
-  EXPECT_EQ(said.exit_code, 3);
+  ProgramOutput output = RunTandem("open no_such_scene --headless");
+  EXPECT_EQ(output.exit_code, 3);
+  EXPECT_NE(output.err.find("no_such_scene"), std::string::npos);
+  output = RunTandem("open peg_in_slot --json");
+  EXPECT_EQ(output.exit_code, 2);
+  output = RunTandem("join");
+  EXPECT_EQ(output.exit_code, 2);
+  output = RunTandem("join S --role boss");
+  EXPECT_EQ(output.exit_code, 2);
+  output = RunTandem("join S --scene no_such_scene");
+  EXPECT_EQ(output.exit_code, 3);
 }
 
 }  // namespace

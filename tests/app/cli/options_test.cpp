@@ -17,8 +17,8 @@ namespace {
 
 using ::testing::HasSubstr;
 using ::testing::Not;
+using testing::ProgramOutput;
 using testing::RunTandem;
-using testing::Said;
 using ::testing::StartsWith;
 
 /// The program's commands, which do nothing.
@@ -120,12 +120,13 @@ std::vector<Asked> AllOptions() {
 }
 
 /// Expects one line that names the option and can be acted on.
-void ExpectGoodRefusal(const Asked& asked, const std::string& value) {
+void ExpectGoodRefusal(const Asked& requested, const std::string& value) {
   Commands commands;
-  const std::string line = commands.Refusal(asked.With(value));
-  ASSERT_NE(line, "") << asked.name() << " takes '" << value << "'";
-  if (asked.values == 1) {
-    EXPECT_THAT(line, StartsWith(asked.option + ": ")) << asked.name() << " '" << value << "'";
+  const std::string line = commands.Refusal(requested.With(value));
+  ASSERT_NE(line, "") << requested.name() << " takes '" << value << "'";
+  if (requested.values == 1) {
+    EXPECT_THAT(line, StartsWith(requested.option + ": "))
+        << requested.name() << " '" << value << "'";
   }
   EXPECT_THAT(line, Not(HasSubstr("\n")));
   EXPECT_THAT(line, HasSubstr(" --help)"));
@@ -135,12 +136,12 @@ void ExpectGoodRefusal(const Asked& asked, const std::string& value) {
 
 TEST(Options, NumbersRejectInvalidAndExtremeValues) {
   std::size_t numbers = 0;
-  for (const Asked& asked : AllOptions()) {
-    if (!asked.number) continue;
+  for (const Asked& requested : AllOptions()) {
+    if (!requested.number) continue;
     ++numbers;
     for (const char* value : {"", "-1", "nan", "-nan", "inf", "1e300", "1e-300x", "many", " 1",
                               "99999999999999999999"}) {
-      ExpectGoodRefusal(asked, value);
+      ExpectGoodRefusal(requested, value);
     }
   }
   EXPECT_GT(numbers, 60U);
@@ -178,24 +179,24 @@ TEST(Options, ZeroIsAcceptedWhereMeaningful) {
       "replay --threads",        "bench frame --threads",    "bench voxelize --threads",
       "bench table1 --threads",  "bench figure10 --threads", "simulate --threads",
       "doctor --seconds",        "stability trace --seconds"};
-  for (const Asked& asked : AllOptions()) {
-    if (!asked.number) continue;
-    const bool named = means.count(asked.option) + means.count(asked.name()) != 0;
-    const bool taken = named && not_here.count(asked.name()) == 0;
+  for (const Asked& requested : AllOptions()) {
+    if (!requested.number) continue;
+    const bool named = means.count(requested.option) + means.count(requested.name()) != 0;
+    const bool taken = named && not_here.count(requested.name()) == 0;
     if (taken) {
-      EXPECT_EQ(Commands().Refusal(asked.With("0")), "") << asked.name();
+      EXPECT_EQ(Commands().Refusal(requested.With("0")), "") << requested.name();
     } else {
-      ExpectGoodRefusal(asked, "0");
+      ExpectGoodRefusal(requested, "0");
     }
   }
 }
 
 TEST(Options, TextsRejectEmptyValues) {
   std::size_t texts = 0;
-  for (const Asked& asked : AllOptions()) {
-    if (asked.number) continue;
+  for (const Asked& requested : AllOptions()) {
+    if (requested.number) continue;
     ++texts;
-    ExpectGoodRefusal(asked, "");
+    ExpectGoodRefusal(requested, "");
   }
   EXPECT_GT(texts, 40U);
 }
@@ -244,10 +245,10 @@ TEST(Options, ProgramsReportErrorsInOneLine) {
            {"", "tandem: A subcommand is required"},
            {"view --seconds nan", "tandem-view: --seconds: expected a number from 0 to 604800"},
            {"view --report ''", "tandem-view: --report: the value is empty"}}) {
-    const Said said = RunTandem(words);
-    EXPECT_EQ(said.exit_code, kExitUsage) << words;
-    EXPECT_THAT(said.err, StartsWith(line)) << words;
-    EXPECT_EQ(std::count(said.err.begin(), said.err.end(), '\n'), 1) << said.err;
+    const ProgramOutput output = RunTandem(words);
+    EXPECT_EQ(output.exit_code, kExitUsage) << words;
+    EXPECT_THAT(output.err, StartsWith(line)) << words;
+    EXPECT_EQ(std::count(output.err.begin(), output.err.end(), '\n'), 1) << output.err;
   }
 }
 

@@ -21,8 +21,8 @@ namespace tandem {
 namespace {
 
 using testing::ObjText;
+using testing::ProgramOutput;
 using testing::RunTandem;
-using testing::Said;
 
 constexpr double kOwnVoxel = 0.1;        // mm, as all lengths here
 constexpr double kSampleSpacing = 0.25;  // spacing of samples on a surface
@@ -138,12 +138,12 @@ struct OwnAnswer {
 };
 
 std::vector<OwnAnswer> OwnAnswers(const std::filesystem::path& folder, const std::string& more) {
-  const Said said =
+  const ProgramOutput output =
       RunTandem("contact --static " + (folder / "fixed.obj").string() + " --dynamic " +
                 (folder / "moving.obj").string() + " --voxel " + std::to_string(1e-3 * kOwnVoxel) +
                 " --scale 0.001 --poses " + (folder / "poses.csv").string() + " --csv " + more);
-  EXPECT_EQ(said.exit_code, 0) << said.err;
-  std::istringstream lines(said.out);
+  EXPECT_EQ(output.exit_code, 0) << output.err;
+  std::istringstream lines(output.out);
   std::string line;
   std::getline(lines, line);  // the names of the columns
   std::vector<OwnAnswer> answers;

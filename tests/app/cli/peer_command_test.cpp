@@ -28,17 +28,17 @@ using testing::ExpectRefused;
 using ::testing::HasSubstr;
 using ::testing::Not;
 using testing::PeerCommand;
+using testing::ProgramOutput;
 using testing::Running;
 using testing::RunTandem;
-using testing::Said;
 
 TEST_F(PeerCommand, ReportsItsBodyAtTheEnd) {
-  const Said said = Run("one", "--name anna --hold right --hand " + In("shift.json") +
-                                   " --seconds 2 --report " + In("report"));
-  ASSERT_EQ(said.exit_code, kExitOk) << said.err;
-  EXPECT_THAT(said.err, HasSubstr("tandem: right stands 30"));
+  const ProgramOutput output = Run("one", "--name anna --hold right --hand " + In("shift.json") +
+                                              " --seconds 2 --report " + In("report"));
+  ASSERT_EQ(output.exit_code, kExitOk) << output.err;
+  EXPECT_THAT(output.err, HasSubstr("tandem: right stands 30"));
   EXPECT_THAT(
-      said.err,
+      output.err,
       HasSubstr(" mm from its first place; the scene has no fixed body that it could come out of"));
   std::ifstream stream(In("report"));
   const json report = json::parse(stream, nullptr, false);
@@ -53,8 +53,8 @@ TEST_F(PeerCommand, ReportsStartGapsAndObeysQuit) {
   WriteScene("near", 0.001, "right.obj", -0.00997);
   Running anna = Start("near", "--name anna --hold right --report " + In("report"));
   ASSERT_TRUE(anna.WaitFor("anna is in session"));
-  EXPECT_THAT(anna.said(), HasSubstr("left-right: 0.03 mm apart, contact needs a gap of 0.05 mm: "
-                                     "a voxel_m of 0.0006 or less fits"));
+  EXPECT_THAT(anna.output(), HasSubstr("left-right: 0.03 mm apart, contact needs a gap of 0.05 mm: "
+                                       "a voxel_m of 0.0006 or less fits"));
   anna.Order("help");
   EXPECT_TRUE(anna.WaitFor("give BODY PEER  hand your body"));
   anna.Order("quit");
@@ -96,20 +96,20 @@ TEST_F(PeerCommand, ReportsInOneLineWhyItCannotJoin) {
 
 // The newcomer, which has the lowest id, offers its own parameters before it has heard of anybody.
 TEST_F(PeerCommand, WaitingPeerKeepsItsParametersBesideAnOffer) {
-  EarlyInbox ears;
+  EarlyInbox active_peers;
   DdsOptions options;
   options.session = session_;
   options.peer = 1;
   options.interface = "lo";
-  const auto joined = JoinOverDds(options, ears);
+  const auto joined = JoinOverDds(options, active_peers);
   ASSERT_TRUE(joined);
   const Result<Scene> scene = LoadScene(In("two.json"));
   ASSERT_TRUE(scene);
   const Result<SceneHash> hash = HashScene(*scene);
   ASSERT_TRUE(hash);
   Running anna = Start("one", "--name anna --wait-for 1");
-  const auto under_way = [&ears] {
-    const auto offer = ears.SessionScene();
+  const auto under_way = [&active_peers] {
+    const auto offer = active_peers.SessionScene();
     return offer && offer->revision == SceneManifest::kUnderWay;
   };
   for (int i = 0; i < 1000 && !under_way(); ++i) {
@@ -124,18 +124,18 @@ TEST_F(PeerCommand, WaitingPeerKeepsItsParametersBesideAnOffer) {
   (*joined)->Publish(info);
   ASSERT_TRUE(anna.WaitFor("newcomer is not accepted"));
   EXPECT_EQ(anna.End(), kExitOk);
-  EXPECT_THAT(anna.said(), Not(HasSubstr("this peer joins again")));
+  EXPECT_THAT(anna.output(), Not(HasSubstr("this peer joins again")));
   (*joined)->Leave();
 }
 
 // The layer is offered as an earlier version of the program would.
 TEST_F(PeerCommand, JoinerRefusesALayerThatMissesContacts) {
-  EarlyInbox ears;
+  EarlyInbox active_peers;
   DdsOptions options;
   options.session = session_;
   options.peer = 1;
   options.interface = "lo";
-  const auto joined = JoinOverDds(options, ears);
+  const auto joined = JoinOverDds(options, active_peers);
   ASSERT_TRUE(joined);
   const Result<Scene> scene = LoadScene(In("one.json"));
   ASSERT_TRUE(scene);
@@ -153,11 +153,11 @@ TEST_F(PeerCommand, JoinerRefusesALayerThatMissesContacts) {
 TEST_F(PeerCommand, JoinerWithOtherContentLearnsWhichBodyAndFile) {
   Running anna = Start("one", "--name anna");
   ASSERT_TRUE(anna.WaitFor("is in session"));
-  const Said said = Run("other", "--seconds 1");
-  ExpectRefused(said, kExitIncompatiblePeer, "other.json: body \"right\": its file ");
-  EXPECT_THAT(said.err, HasSubstr("wrong.obj is not the one of the session's scene \"boxes\""));
+  const ProgramOutput output = Run("other", "--seconds 1");
+  ExpectRefused(output, kExitIncompatiblePeer, "other.json: body \"right\": its file ");
+  EXPECT_THAT(output.err, HasSubstr("wrong.obj is not the one of the session's scene \"boxes\""));
   EXPECT_EQ(anna.End(), kExitOk);
-  EXPECT_THAT(anna.said(), Not(HasSubstr("joined")));
+  EXPECT_THAT(anna.output(), Not(HasSubstr("joined")));
 }
 
 TEST_F(PeerCommand, JoinerAdoptsTheSessionsVoxelsBeyondTheirAuthor) {
@@ -165,14 +165,15 @@ TEST_F(PeerCommand, JoinerAdoptsTheSessionsVoxelsBeyondTheirAuthor) {
   ASSERT_TRUE(anna.WaitFor("is in session"));
   Running ben = Start("two", "--name ben --hold right");
   ASSERT_TRUE(ben.WaitFor("you hold right"));
-  EXPECT_THAT(ben.said(), HasSubstr("the session uses voxels of 1 mm, refined contact, force layer "
-                                    "1, friction 0; this peer adopts them"));
+  EXPECT_THAT(ben.output(),
+              HasSubstr("the session uses voxels of 1 mm, refined contact, force layer "
+                        "1, friction 0; this peer adopts them"));
   EXPECT_EQ(anna.End(), kExitOk);
-  EXPECT_THAT(anna.said(), AllOf(HasSubstr("ben joined"), Not(HasSubstr("other force"))));
+  EXPECT_THAT(anna.output(), AllOf(HasSubstr("ben joined"), Not(HasSubstr("other force"))));
 
   Running carl = Start("two", "--name carl --hold left");
   ASSERT_TRUE(carl.WaitFor("you hold left"));
-  EXPECT_THAT(carl.said(), HasSubstr("voxels of 1 mm"));
+  EXPECT_THAT(carl.output(), HasSubstr("voxels of 1 mm"));
   EXPECT_EQ(carl.End(), kExitOk);
   EXPECT_EQ(ben.End(), kExitOk);
 }
@@ -186,11 +187,11 @@ TEST_F(PeerCommand, InsistingPeerIsWarnedAndGetsNoSharedBody) {
   ASSERT_TRUE(ben.WaitFor("you hold left"));
   ben.Order("grab right");
   // 0.45 of a voxel; 10 N as of ForceParameters.SmallerVoxelsPushHarder
-  EXPECT_THAT(ben.said(), HasSubstr("the session pushes harder; where parts press one another, "
-                                    "yours is pushed back from a gap of 0.90 mm on, theirs from "
-                                    "0.45 mm, and up to 10 N a point of contact you feel all"));
+  EXPECT_THAT(ben.output(), HasSubstr("the session pushes harder; where parts press one another, "
+                                      "yours is pushed back from a gap of 0.90 mm on, theirs from "
+                                      "0.45 mm, and up to 10 N a point of contact you feel all"));
   EXPECT_TRUE(anna.WaitFor("ben uses other force parameters (voxels of 2 mm"));
-  EXPECT_THAT(anna.said(), HasSubstr("you push harder"));
+  EXPECT_THAT(anna.output(), HasSubstr("you push harder"));
   EXPECT_TRUE(ben.WaitFor(
       "'right' is shared: a peer with other force parameters (--insist) cannot hold it"));
   EXPECT_EQ(anna.End(), kExitOk);
@@ -201,30 +202,30 @@ TEST_F(PeerCommand, SimultaneousStartWithOtherVoxelsConverges) {
   Running anna = Start("one", "--name anna --wait-for 1");
   Running ben = Start("two", "--name ben --wait-for 1");
   const auto adopted = [](const Running& peer) {
-    return peer.said().find("this peer adopts them") != std::string::npos;
+    return peer.output().find("this peer adopts them") != std::string::npos;
   };
   for (int i = 0; i < 500 && !adopted(anna) && !adopted(ben); ++i) {
     std::this_thread::sleep_for(std::chrono::milliseconds(20));
   }
   EXPECT_TRUE(anna.WaitFor("ben joined"));
   EXPECT_TRUE(ben.WaitFor("anna joined"));
-  EXPECT_NE(adopted(anna), adopted(ben)) << anna.said() << ben.said();
+  EXPECT_NE(adopted(anna), adopted(ben)) << anna.output() << ben.output();
   EXPECT_EQ(anna.End(), kExitOk);
   EXPECT_EQ(ben.End(), kExitOk);
 }
 
 TEST_F(PeerCommand, LateJoinerFindsParkedBodiesInPlace) {
-  Viewer ears;
+  Viewer active_peers;
   DdsOptions options;
   options.session = session_;
   options.peer = 1;
   options.role = Role::kViewer;
   options.interface = "lo";
-  const auto joined = JoinOverDds(options, ears);
+  const auto joined = JoinOverDds(options, active_peers);
   ASSERT_TRUE(joined);
   Running anna = Start("one", "--name anna --hold left --hand " + In("shift.json"));
-  const auto seen = [&ears]() -> std::optional<ViewBody> {
-    const ViewerPicture picture = ears.Picture();
+  const auto seen = [&active_peers]() -> std::optional<ViewBody> {
+    const ViewerPicture picture = active_peers.Picture();
     if (picture.peers.empty() || picture.peers[0].bodies.empty()) return std::nullopt;
     return picture.peers[0].bodies[0];
   };
@@ -236,15 +237,15 @@ TEST_F(PeerCommand, LateJoinerFindsParkedBodiesInPlace) {
   };
   ASSERT_TRUE(wait_for([&] {
     return seen() && seen()->X_W.p.z() > 0.02;
-  })) << anna.said();
+  })) << anna.output();
   anna.Order("release");
   ASSERT_TRUE(wait_for([&] {
     return (seen()->flags & ViewBody::kHeld) == 0;
-  })) << anna.said();
+  })) << anna.output();
   const double parked_z = seen()->X_W.p.z();
   (*joined)->Leave();
   // his file has other voxels, so he adopts those of the session
-  const Said ben = Run("two", "--name ben --hold left --seconds 1 --report " + In("ben"));
+  const ProgramOutput ben = Run("two", "--name ben --hold left --seconds 1 --report " + In("ben"));
   ASSERT_EQ(ben.exit_code, kExitOk) << ben.err;
   EXPECT_THAT(ben.err, AllOf(HasSubstr("this peer adopts them"), HasSubstr("you hold left")));
   const auto trace = ReadTrace(In("ben.trace"));
@@ -255,24 +256,24 @@ TEST_F(PeerCommand, LateJoinerFindsParkedBodiesInPlace) {
 }
 
 TEST_F(PeerCommand, OtherProtocolGivesOneLineAndAnExitCode) {
-  Viewer ears;
+  Viewer active_peers;
   DdsOptions options;
   options.session = session_;
   options.peer = 77;
   options.interface = "lo";
-  const auto joined = JoinOverDds(options, ears);
+  const auto joined = JoinOverDds(options, active_peers);
   ASSERT_TRUE(joined);
   PeerInfo info;
   info.peer = 77;
   info.protocol = kProtocol + 1;
   info.name = "newer";
   (*joined)->Publish(info);
-  const Said said = Run("one", "--wait-for 1 --wait-seconds 3");
-  EXPECT_EQ(said.exit_code, kExitIncompatiblePeer);
-  EXPECT_THAT(said.err,
+  const ProgramOutput output = Run("one", "--wait-for 1 --wait-seconds 3");
+  EXPECT_EQ(output.exit_code, kExitIncompatiblePeer);
+  EXPECT_THAT(output.err,
               HasSubstr("newer is not accepted: it uses protocol " + std::to_string(kProtocol + 1) +
                         " and this program " + std::to_string(kProtocol)));
-  EXPECT_THAT(said.err, HasSubstr("your hand waits until others hold a body"));
+  EXPECT_THAT(output.err, HasSubstr("your hand waits until others hold a body"));
   (*joined)->Leave();
 }
 
@@ -302,11 +303,12 @@ TEST_F(PeerCommand, ViewerOnlyWatchesAndForcelessUserIsAFullPeer) {
   Running anna = Start("one", "--name anna --device none --hold left --seconds 4 --hand " +
                                   In("shift.json") + " --report " + In("anna"));
   ASSERT_TRUE(anna.WaitFor("you hold left"));
-  const Said vera = Run("one", "--role viewer --name vera --seconds 2 --report " + In("vera"));
+  const ProgramOutput vera =
+      Run("one", "--role viewer --name vera --seconds 2 --report " + In("vera"));
   EXPECT_EQ(vera.exit_code, kExitOk);
   EXPECT_THAT(vera.err, AllOf(HasSubstr("anna joined"), HasSubstr("it is the scene given")));
   EXPECT_EQ(anna.Wait(), kExitOk);
-  EXPECT_THAT(anna.said(), HasSubstr("vera (viewer) joined"));
+  EXPECT_THAT(anna.output(), HasSubstr("vera (viewer) joined"));
   const json report = json::parse(std::ifstream(In("vera")), nullptr, false);
   EXPECT_GT(report.at("samples").get<int>(), 60);
   // her handle is exactly where she means it to be, and nothing is in the way of the body
@@ -324,9 +326,10 @@ TEST_F(PeerCommand, UnwritableReportIsReportedBeforeTheSession) {
 }
 
 TEST_F(PeerCommand, BuiltInSceneIsGivenByName) {
-  const Said said = RunTandem("peer --interface lo --capacity 20000 --session " + session_ +
-                              " --scene peg_in_slot --hold peg --seconds 0.1");
-  EXPECT_EQ(said.exit_code, kExitOk) << said.err;
+  const ProgramOutput output =
+      RunTandem("peer --interface lo --capacity 20000 --session " + session_ +
+                " --scene peg_in_slot --hold peg --seconds 0.1");
+  EXPECT_EQ(output.exit_code, kExitOk) << output.err;
   for (const char* words :
        {"peer --session s --scene nosuch", "watch --session s --scene nosuch", "proximity nosuch",
         "demo --scene nosuch", "bench points --scene nosuch", "simulate --scene nosuch"}) {

@@ -9,7 +9,7 @@
 #include <gmock/gmock.h>
 #include <nlohmann/json.hpp>
 
-#include "collab/ownership/holdings.h"
+#include "collab/ownership/ownership.h"
 #include "tests/app/cli/peer_program.h"
 
 namespace tandem {
@@ -19,9 +19,9 @@ using nlohmann::json;
 using testing::ExpectRefused;
 using ::testing::HasSubstr;
 using testing::PeerCommand;
+using testing::ProgramOutput;
 using testing::Running;
 using testing::RunTandem;
-using testing::Said;
 
 // The peer beats on, so that others do not see a ghost. It keeps to its time and ends when it is
 // told to.
@@ -43,7 +43,7 @@ TEST_F(PeerCommand, EndlessOrdersDoNotBlockIt) {
 TEST_F(PeerCommand, MemoryDoesNotGrowOverADay) {
   const auto megabytes = [this](const std::string& more, const std::string& report) {
     Running peer = Start("one", "--name anna --hold left " + more);
-    EXPECT_TRUE(peer.WaitFor("you hold left")) << peer.said();
+    EXPECT_TRUE(peer.WaitFor("you hold left")) << peer.output();
     const double kB = std::atof(peer.Memory("VmData").c_str());
     EXPECT_EQ(peer.End(), kExitOk);
     if (!report.empty()) {
@@ -90,13 +90,13 @@ TEST_F(PeerCommand, ItsHapticThreadHasNoPageFaults) {
   ASSERT_TRUE(ben.WaitFor("you hold right"));
   ASSERT_TRUE(anna.WaitFor("ben joined"));
   anna.Order("give left ben");
-  ASSERT_TRUE(anna.WaitFor("you gave left to ben")) << anna.said();
+  ASSERT_TRUE(anna.WaitFor("you gave left to ben")) << anna.output();
   anna.Order("grab right");
-  ASSERT_TRUE(anna.WaitFor("you hold right")) << anna.said();
+  ASSERT_TRUE(anna.WaitFor("you hold right")) << anna.output();
   anna.Order("release");
-  ASSERT_TRUE(anna.WaitFor("you let go of right")) << anna.said();
+  ASSERT_TRUE(anna.WaitFor("you let go of right")) << anna.output();
   EXPECT_EQ(ben.End(), kExitOk);
-  ASSERT_TRUE(anna.WaitFor("ben left")) << anna.said();
+  ASSERT_TRUE(anna.WaitFor("ben left")) << anna.output();
   EXPECT_EQ(anna.PageFaults("haptic"), before);
   EXPECT_EQ(anna.End(), kExitOk);
 }
@@ -107,15 +107,15 @@ TEST_F(PeerCommand, ShowsFrameLimitsToUserAndViewers) {
                    " --scene " TANDEM_SCENES "/ball_and_socket.json --hold ball --name anna",
                In("anna"));
   ASSERT_TRUE(anna.WaitFor("you hold ball"));
-  const Said watched = RunTandem("watch --interface lo --seconds 5 --session " + session_);
+  const ProgramOutput watched = RunTandem("watch --interface lo --seconds 5 --session " + session_);
   EXPECT_EQ(watched.exit_code, kExitOk);
   EXPECT_THAT(watched.err, HasSubstr("over capacity 100 % of its frames"));
   anna.Order("peers");
   EXPECT_TRUE(
       anna.WaitFor("in the last second, in 100 % of the frames point tests took so much time"))
-      << anna.said();
+      << anna.output();
   EXPECT_EQ(anna.End(), kExitOk);
-  EXPECT_THAT(anna.said(),
+  EXPECT_THAT(anna.output(),
               HasSubstr("tandem: in 100 % of the frames point tests took so much time"));
 }
 
@@ -132,18 +132,19 @@ TEST_F(PeerCommand, ReportsContactOverflowOnce) {
   }
   dense.erase("hands");
   folder_.Write("dense.json", dense.dump());
-  const Said said = Run("dense", "--hold ball --seconds 1 --report " + In("report.json") +
-                                     " --hand " + (scenes / "ball_and_socket_ball.json").string());
-  ASSERT_EQ(said.exit_code, kExitOk) << said.err;
+  const ProgramOutput output =
+      Run("dense", "--hold ball --seconds 1 --report " + In("report.json") + " --hand " +
+                       (scenes / "ball_and_socket_ball.json").string());
+  ASSERT_EQ(output.exit_code, kExitOk) << output.err;
   const std::string words = "a pair of bodies has more contacts";
-  const std::size_t first = said.err.find(words);
-  ASSERT_NE(first, std::string::npos) << said.err;
-  EXPECT_EQ(said.err.find(words, first + 1), std::string::npos) << said.err;
+  const std::size_t first = output.err.find(words);
+  ASSERT_NE(first, std::string::npos) << output.err;
+  EXPECT_EQ(output.err.find(words, first + 1), std::string::npos) << output.err;
   const json report = json::parse(std::ifstream(In("report.json")));
   EXPECT_GT(report.at("crowded_frames").get<int>(), 0);
   EXPECT_GT(report.at("limits").at("contacts_full_share").get<double>(), 0);
   EXPECT_LE(report.at("limits").at("contacts_full_share").get<double>(), 1);
-  EXPECT_THAT(said.err,
+  EXPECT_THAT(output.err,
               HasSubstr("of the frames a pair of bodies had more contacts than there is room for"));
   EXPECT_GT(report.at("contact_points").at("max").get<int>(), 1 << 14);
 }

@@ -31,24 +31,24 @@ namespace tandem::testing {
 /// A peer, or another command, that runs beside the test and takes orders from it.
 class Running {
  public:
-  Running(const std::string& arguments, const std::filesystem::path& said,
+  Running(const std::string& arguments, const std::filesystem::path& output,
           const std::string& command = "peer")
-      : said_(said) {
+      : output_(output) {
     // a pipe with a name, so that the started process is the program itself and ends when it is
     // told to
-    const std::string orders = said.string() + ".orders";
+    const std::string orders = output.string() + ".orders";
     EXPECT_EQ(mkfifo(orders.c_str(), 0600), 0);
     orders_ = open(orders.c_str(), O_RDWR | O_CLOEXEC);
     EXPECT_GE(orders_, 0);
     Result<ChildProcess> started =
         ChildProcess::Start({"/bin/sh", "-c",
-                             std::string("exec ") + TANDEM_PROGRAM + " " + command + " " + arguments +
-                                 " <" + orders + " >" + said.string() + " 2>&1"});
+                             std::string("exec ") + TANDEM_PROGRAM + " " + command + " " +
+                                 arguments + " <" + orders + " >" + output.string() + " 2>&1"});
     EXPECT_TRUE(started);
     process_.emplace(*std::move(started));
   }
   Running(Running&& other) noexcept
-      : said_(std::move(other.said_)),
+      : output_(std::move(other.output_)),
         orders_(std::exchange(other.orders_, -1)),
         process_(std::move(other.process_)) {}
   Running& operator=(Running&&) = delete;
@@ -61,16 +61,16 @@ class Running {
     EXPECT_EQ(write(orders_, (line + "\n").data(), line.size() + 1),
               static_cast<ssize_t>(line.size() + 1));
   }
-  std::string said() const {
+  std::string output() const {
     std::ostringstream text;
-    text << std::ifstream(said_).rdbuf();
+    text << std::ifstream(output_).rdbuf();
     return text.str();
   }
   /// Returns whether it says this within some seconds.
   bool WaitFor(const std::string& words, double seconds = 15) const {
     const auto until = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);
     while (std::chrono::steady_clock::now() < until) {
-      if (said().find(words) != std::string::npos) return true;
+      if (output().find(words) != std::string::npos) return true;
       std::this_thread::sleep_for(std::chrono::milliseconds(20));
     }
     return false;
@@ -110,7 +110,7 @@ class Running {
   }
 
  private:
-  std::filesystem::path said_;
+  std::filesystem::path output_;
   int orders_ = -1;
   std::optional<ChildProcess> process_;
 };
@@ -154,7 +154,7 @@ class PeerCommand : public ::testing::Test {
   Running Start(const std::string& scene, const std::string& more) {
     return {By(scene, more), In("said" + std::to_string(started_++))};
   }
-  Said Run(const std::string& scene, const std::string& more) const {
+  ProgramOutput Run(const std::string& scene, const std::string& more) const {
     return RunTandem("peer " + By(scene, more), "timeout 40 ");
   }
 

@@ -16,8 +16,8 @@ using nlohmann::json;
 using testing::BoxObjText;
 using testing::ExpectRefused;
 using ::testing::HasSubstr;
+using testing::ProgramOutput;
 using testing::RunTandem;
-using testing::Said;
 
 /// A plate whose top is at z = 5 mm, and a cube of 2 cm whose centre is at first 4 cm above z = 0.
 class ProximityCommand : public ::testing::Test {
@@ -32,25 +32,27 @@ class ProximityCommand : public ::testing::Test {
   std::string Poses(const std::string& rows) {
     return folder_.Write("poses.csv", "moving,tx,ty,tz,ax,ay,az,angle_deg\n" + rows).string();
   }
-  static Said Run(const std::string& arguments) { return RunTandem("proximity " + arguments); }
+  static ProgramOutput Run(const std::string& arguments) {
+    return RunTandem("proximity " + arguments);
+  }
 
   ScratchFolder folder_;
   std::filesystem::path scene_;
 };
 
 TEST_F(ProximityCommand, WithoutPosesReportsInitialDistances) {
-  const Said said = Run(scene_.string());
-  ASSERT_EQ(said.exit_code, kExitOk) << said.err;
-  EXPECT_THAT(said.out, HasSubstr("cube to plate: 25.0000 mm"));
+  const ProgramOutput output = Run(scene_.string());
+  ASSERT_EQ(output.exit_code, kExitOk) << output.err;
+  EXPECT_THAT(output.out, HasSubstr("cube to plate: 25.0000 mm"));
 }
 
 TEST_F(ProximityCommand, AnswersEachPoseWithDistanceTwoPointsErrorAndGradient) {
   // 3 mm above the plate; beside its edge at x = 0.1 by 4 mm, turned by a quarter; across its top
   const std::string poses =
       Poses("cube,0,0,0.018,0,0,1,0\ncube,0.114,0,0,0,0,1,90\ncube,0,0,0.01,0,0,1,0\n");
-  const Said said = Run(scene_.string() + " --json --poses " + poses);
-  ASSERT_EQ(said.exit_code, kExitOk) << said.err;
-  const json out = json::parse(said.out);
+  const ProgramOutput output = Run(scene_.string() + " --json --poses " + poses);
+  ASSERT_EQ(output.exit_code, kExitOk) << output.err;
+  const json out = json::parse(output.out);
   EXPECT_EQ(out.at("voxel_m"), 0.001);
   ASSERT_EQ(out.at("rows").size(), 3U);
   const json& above = out.at("rows")[0];
@@ -71,33 +73,33 @@ TEST_F(ProximityCommand, AnswersEachPoseWithDistanceTwoPointsErrorAndGradient) {
 
 TEST_F(ProximityCommand, TakesMeshFilesNamesAndOtherUnits) {
   const std::string poses = Poses("cube.obj,0,0,18,0,0,1,0\n");
-  const Said said = Run(scene_.string() + " --scale 0.001 --poses " + poses);
-  ASSERT_EQ(said.exit_code, kExitOk) << said.err;
-  EXPECT_THAT(said.out, HasSubstr("cube to plate: 3.0000 mm"));
+  const ProgramOutput output = Run(scene_.string() + " --scale 0.001 --poses " + poses);
+  ASSERT_EQ(output.exit_code, kExitOk) << output.err;
+  EXPECT_THAT(output.out, HasSubstr("cube to plate: 3.0000 mm"));
 }
 
 TEST_F(ProximityCommand, VoxelDistanceIsWithinItsStatedError) {
   const std::string poses = Poses("cube,0,0,0.0184,1,1,0,0\n");
-  const Said said = Run(scene_.string() + " --coarse --csv --poses " + poses);
-  ASSERT_EQ(said.exit_code, kExitOk) << said.err;
-  EXPECT_EQ(said.out.substr(0, said.out.find('\n')),
+  const ProgramOutput output = Run(scene_.string() + " --coarse --csv --poses " + poses);
+  ASSERT_EQ(output.exit_code, kExitOk) << output.err;
+  EXPECT_EQ(output.out.substr(0, output.out.find('\n')),
             "row,body,other,distance_m,error_bound_m,overlap,refined,px,py,pz,qx,qy,qz,gx,gy,gz");
   double distance = 0;
   double error = 0;
-  ASSERT_EQ(std::sscanf(said.out.c_str() + said.out.find('\n'), " 0,cube,plate,%lf,%lf,0,0,",
+  ASSERT_EQ(std::sscanf(output.out.c_str() + output.out.find('\n'), " 0,cube,plate,%lf,%lf,0,0,",
                         &distance, &error),
             2)
-      << said.out;
+      << output.out;
   EXPECT_NEAR(distance, 0.0034, error);
   EXPECT_LE(error, 1.7331e-3);  // sqrt(3) voxels and the rounding of single precision
 }
 
 TEST_F(ProximityCommand, ReportsErrorsInOneLine) {
   const auto line = [&](const std::string& arguments, int code) {
-    const Said said = Run(arguments);
-    ExpectRefused(said, code, "");
-    EXPECT_EQ(said.out, "") << arguments;
-    return said.err;
+    const ProgramOutput output = Run(arguments);
+    ExpectRefused(output, code, "");
+    EXPECT_EQ(output.out, "") << arguments;
+    return output.err;
   };
   EXPECT_THAT(line("/nowhere/scene.json", kExitFile), HasSubstr("/nowhere/scene.json"));
   EXPECT_THAT(line(scene_.string() + " --poses " + Poses("ball,0,0,0,0,0,1,0\n"), kExitFile),

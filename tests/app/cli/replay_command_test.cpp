@@ -19,8 +19,8 @@ namespace {
 
 using nlohmann::json;
 using ::testing::HasSubstr;
+using testing::ProgramOutput;
 using testing::RunTandem;
-using testing::Said;
 
 namespace fs = std::filesystem;
 
@@ -52,26 +52,26 @@ class ReplayCommand : public ::testing::Test {
       fs::copy_file(made, File("run"));
       return;
     }
-    const Said said = RunTandem(kPegScene + " --name anna --seconds 1 --session " + NewSession() +
-                                " --record " + File("run"));
-    ASSERT_EQ(said.exit_code, 0) << said.err;
+    const ProgramOutput output = RunTandem(kPegScene + " --name anna --seconds 1 --session " +
+                                           NewSession() + " --record " + File("run"));
+    ASSERT_EQ(output.exit_code, 0) << output.err;
   }
   static void TearDownTestSuite() { folder_.reset(); }
   static std::string File(const char* name) { return (folder_->path() / name).string(); }
 
   /// Returns the result of a replay that must succeed.
   static json Replayed(const std::string& arguments) {
-    const Said said = RunTandem("replay --json " + arguments, "timeout 60 ");
-    EXPECT_EQ(said.exit_code, 0) << said.err;
-    json result = json::parse(said.out, nullptr, false);
-    EXPECT_TRUE(result.is_object()) << said.out;
+    const ProgramOutput output = RunTandem("replay --json " + arguments, "timeout 60 ");
+    EXPECT_EQ(output.exit_code, 0) << output.err;
+    json result = json::parse(output.out, nullptr, false);
+    EXPECT_TRUE(result.is_object()) << output.out;
     return result;
   }
   static void ExpectRefused(const std::string& arguments, int exit_code, const std::string& words) {
-    const Said said = RunTandem("replay " + arguments, "timeout 60 ");
-    EXPECT_EQ(said.exit_code, exit_code) << said.err;
-    EXPECT_THAT(said.err, HasSubstr(words));
-    EXPECT_EQ(std::count(said.err.begin(), said.err.end(), '\n'), 1) << said.err;
+    const ProgramOutput output = RunTandem("replay " + arguments, "timeout 60 ");
+    EXPECT_EQ(output.exit_code, exit_code) << output.err;
+    EXPECT_THAT(output.err, HasSubstr(words));
+    EXPECT_EQ(std::count(output.err.begin(), output.err.end(), '\n'), 1) << output.err;
   }
 
   static std::unique_ptr<ScratchFolder> folder_;
@@ -91,11 +91,11 @@ TEST_F(ReplayCommand, HashesAreIndependentOfTheThreadCount) {
 }
 
 TEST_F(ReplayCommand, ReportsTheFateOfTheHeldBody) {
-  const Said said = RunTandem("replay " + File("run"), "timeout 60 ");
-  EXPECT_EQ(said.exit_code, 0) << said.err;
-  EXPECT_THAT(said.err, HasSubstr("tandem: peg stands "));
-  EXPECT_THAT(said.err, HasSubstr(" and is NOT out; it "));
-  EXPECT_THAT(said.out, ::testing::Not(HasSubstr("state "))) << "hashes are for --json";
+  const ProgramOutput output = RunTandem("replay " + File("run"), "timeout 60 ");
+  EXPECT_EQ(output.exit_code, 0) << output.err;
+  EXPECT_THAT(output.err, HasSubstr("tandem: peg stands "));
+  EXPECT_THAT(output.err, HasSubstr(" and is NOT out; it "));
+  EXPECT_THAT(output.out, ::testing::Not(HasSubstr("state "))) << "hashes are for --json";
   const json verdicts = Replayed(File("run")).at("verdicts");
   ASSERT_EQ(verdicts.size(), 1U);
   EXPECT_EQ(verdicts[0].at("body"), "peg");
@@ -154,7 +154,7 @@ TEST_F(ReplayCommand, IsDistinguishedFromALivePeer) {
   const std::string session = NewSession();
   ChildProcess replay =
       Start("replay --speed 0.2 " + File("run") + " --interface lo --session " + session);
-  const Said watched = RunTandem("watch --interface lo --seconds 4 --session " + session);
+  const ProgramOutput watched = RunTandem("watch --interface lo --seconds 4 --session " + session);
   EXPECT_THAT(watched.err, HasSubstr("anna (replay) joined"));
   replay.Signal(SIGTERM);
   EXPECT_TRUE(replay.Wait(std::chrono::seconds(20)));
@@ -173,12 +173,12 @@ TEST_F(ReplayCommand, FindsItsMovedScene) {
     fs::copy_file(entry.path(), to);
     if (name == "peg_in_slot.json") scene = to;
   }
-  const Said said =
+  const ProgramOutput output =
       RunTandem("peer --interface lo --capacity 20000 --hold peg --scene " + scene.string() +
                 " --seconds 0.5 --session " + NewSession() + " --record " + File("elsewhere"));
-  ASSERT_EQ(said.exit_code, 0) << said.err;
+  ASSERT_EQ(output.exit_code, 0) << output.err;
   fs::remove_all(before.path());
-  const Said replayed = RunTandem("replay " + File("elsewhere"), "timeout 60 ");
+  const ProgramOutput replayed = RunTandem("replay " + File("elsewhere"), "timeout 60 ");
   EXPECT_EQ(replayed.exit_code, 0) << replayed.err;
   EXPECT_THAT(replayed.err, HasSubstr(std::string("scene found in ") + kScenes));
 }
@@ -186,12 +186,12 @@ TEST_F(ReplayCommand, FindsItsMovedScene) {
 TEST_F(ReplayCommand, ReportsWhereItSearchedForAMissingScene) {
   const ScratchFolder before;
   const std::string scene = testing::WriteKeyScene(before, 0.0004, 0.0005);
-  const Said said =
+  const ProgramOutput output =
       RunTandem("peer --interface lo --capacity 20000 --hold key --scene " + scene +
                 " --seconds 0.2 --session " + NewSession() + " --record " + File("gone"));
-  ASSERT_EQ(said.exit_code, 0) << said.err;
+  ASSERT_EQ(output.exit_code, 0) << output.err;
   fs::remove_all(before.path());
-  const Said replayed = RunTandem("replay " + File("gone"), "timeout 60 ");
+  const ProgramOutput replayed = RunTandem("replay " + File("gone"), "timeout 60 ");
   EXPECT_EQ(replayed.exit_code, kExitFile);
   EXPECT_THAT(replayed.err, HasSubstr(scene + ": "));
   EXPECT_THAT(replayed.err, HasSubstr("no file with its content is in "));
@@ -227,7 +227,7 @@ TEST_F(ReplayCommand, UnusualVoxelSizesNeedTheUsersConsent) {
   ExpectRefused(changed(1e-6), kExitFile, "--adopt-any takes the recorded voxel size");
   const std::string coarse = changed(5);
   ExpectRefused(coarse, kExitFile, "they differ by more than a factor of 4");
-  const Said taken = RunTandem("replay --adopt-any " + coarse, "timeout 60 ");
+  const ProgramOutput taken = RunTandem("replay --adopt-any " + coarse, "timeout 60 ");
   EXPECT_THAT(taken.err, HasSubstr("as recorded by version"));
 }
 
@@ -278,17 +278,17 @@ TEST_F(ReplayCommand, DamagedFileIsReported) {
   stream.seekp(static_cast<std::streamoff>(size / 2));
   stream.put(static_cast<char>(before ^ 1));
   stream.close();
-  const Said said = RunTandem("replay --json " + File("damaged"), "timeout 60 ");
-  EXPECT_EQ(said.exit_code, kExitFailed);
-  const json result = json::parse(said.out, nullptr, false);
-  ASSERT_TRUE(result.is_object()) << said.out;
+  const ProgramOutput output = RunTandem("replay --json " + File("damaged"), "timeout 60 ");
+  EXPECT_EQ(output.exit_code, kExitFailed);
+  const json result = json::parse(output.out, nullptr, false);
+  ASSERT_TRUE(result.is_object()) << output.out;
   EXPECT_EQ(result.at("damaged"), true);
   EXPECT_EQ(result.at("torn"), false);
   const auto unread = result.at("unread_bytes").get<std::uintmax_t>();
   EXPECT_GE(unread, size - size / 2);
   EXPECT_LT(unread, size - size / 2 + 20000) << "one frame's worth beside what is behind";
-  EXPECT_THAT(said.err, HasSubstr("damaged at frame " + result.at("frames").dump() + ", " +
-                                  std::to_string(unread) + " bytes were not replayed"));
+  EXPECT_THAT(output.err, HasSubstr("damaged at frame " + result.at("frames").dump() + ", " +
+                                    std::to_string(unread) + " bytes were not replayed"));
 }
 
 TEST_F(ReplayCommand, RecordingOfAKilledPeerReplays) {
@@ -349,16 +349,16 @@ TEST_F(ReplayCommand, ChangedInputIsNamedByItsFrame) {
   crc = ~crc;
   std::memcpy(&bytes[at + 4], &crc, sizeof crc);
   std::ofstream(File("changed"), std::ios::binary) << bytes;
-  const Said said = RunTandem("replay --json " + File("changed"), "timeout 60 ");
-  EXPECT_EQ(said.exit_code, kExitFailed);
-  EXPECT_THAT(said.err, HasSubstr("frame 1765 is the first that differs"));
-  EXPECT_EQ(json::parse(said.out).at("first_different"), 1765);
+  const ProgramOutput output = RunTandem("replay --json " + File("changed"), "timeout 60 ");
+  EXPECT_EQ(output.exit_code, kExitFailed);
+  EXPECT_THAT(output.err, HasSubstr("frame 1765 is the first that differs"));
+  EXPECT_EQ(json::parse(output.out).at("first_different"), 1765);
 }
 
 TEST_F(ReplayCommand, ExportsAnMcapFile) {
-  const Said said = RunTandem("replay " + File("run") + " --export " + File("out.mcap"));
-  ASSERT_EQ(said.exit_code, 0) << said.err;
-  EXPECT_THAT(said.err, HasSubstr("out.mcap: "));
+  const ProgramOutput output = RunTandem("replay " + File("run") + " --export " + File("out.mcap"));
+  ASSERT_EQ(output.exit_code, 0) << output.err;
+  EXPECT_THAT(output.err, HasSubstr("out.mcap: "));
   std::ifstream stream(File("out.mcap"), std::ios::binary);
   const std::string bytes{std::istreambuf_iterator<char>(stream), {}};
   EXPECT_EQ(bytes.substr(0, 8), std::string("\x89MCAP0\r\n", 8));
@@ -367,10 +367,10 @@ TEST_F(ReplayCommand, ExportsAnMcapFile) {
 
 TEST_F(ReplayCommand, RecordingIsNeverOverwritten) {
   const auto size = fs::file_size(File("run"));
-  const Said said =
+  const ProgramOutput output =
       RunTandem(kPegScene + " --seconds 1 --session " + NewSession() + " --record " + File("run"));
-  EXPECT_EQ(said.exit_code, kExitFile);
-  EXPECT_EQ(said.err,
+  EXPECT_EQ(output.exit_code, kExitFile);
+  EXPECT_EQ(output.err,
             "tandem: " + File("run") + " exists already: recordings are never overwritten\n");
   EXPECT_EQ(fs::file_size(File("run")), size);
 }

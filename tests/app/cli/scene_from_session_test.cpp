@@ -24,9 +24,9 @@ namespace {
 
 using testing::ExpectRefused;
 using ::testing::HasSubstr;
+using testing::ProgramOutput;
 using testing::Running;
 using testing::RunTandem;
-using testing::Said;
 
 /// Programs of two people on one machine, each with folders of its own.
 class SceneFromSession : public testing::PeerCommand {
@@ -36,7 +36,7 @@ class SceneFromSession : public testing::PeerCommand {
     setenv("XDG_STATE_HOME", In(person + ".state").c_str(), 1);
     setenv("TANDEM_CACHE", In(person + ".cache").c_str(), 1);
   }
-  std::string Joining(const std::string& more) const {
+  std::string SessionSetup(const std::string& more) const {
     return "--interface lo --capacity 20000 --session " + session_ + " --scene-from-session " +
            more;
   }
@@ -48,12 +48,13 @@ TEST_F(SceneFromSession, FindsALocalSceneByContent) {
   ASSERT_TRUE(anna.WaitFor("you hold left"));
   As("ben");
   // ben opened a scene in that folder before
-  const Said once = RunTandem("peer --interface lo --capacity 20000 --session " + session_ +
-                                  "-before --seconds 0.1 --hold left --scene " + In("one.json"),
-                              "timeout 40 ");
+  const ProgramOutput once =
+      RunTandem("peer --interface lo --capacity 20000 --session " + session_ +
+                    "-before --seconds 0.1 --hold left --scene " + In("one.json"),
+                "timeout 40 ");
   ASSERT_EQ(once.exit_code, kExitOk) << once.err;
-  const Said ben =
-      RunTandem("peer " + Joining("--name ben --hold right --seconds 0.2"), "timeout 40 ");
+  const ProgramOutput ben =
+      RunTandem("peer " + SessionSetup("--name ben --hold right --seconds 0.2"), "timeout 40 ");
   EXPECT_EQ(ben.exit_code, kExitOk) << ben.err;
   EXPECT_THAT(ben.err,
               HasSubstr("the session's scene boxes is on this machine: " + In("one.json")));
@@ -67,26 +68,27 @@ TEST_F(SceneFromSession, FetchesFromAPeerAfterConsent) {
   Running anna = Start("one", "--name anna --hold left");
   ASSERT_TRUE(anna.WaitFor("you hold left"));
   As("ben");
-  const Said asked = RunTandem("peer " + Joining("--name ben"), "timeout 40 ");
-  ExpectRefused(asked, kExitFile,
+  const ProgramOutput requested = RunTandem("peer " + SessionSetup("--name ben"), "timeout 40 ");
+  ExpectRefused(requested, kExitFile,
                 "it can be fetched (scene boxes, 2 files, 1 kB, from anna), but there is no "
                 "terminal to ask at: give --accept-scene to fetch it");
   EXPECT_FALSE(std::filesystem::exists(In("ben.cache/fetched")));
-  const Said small = RunTandem(
-      "peer " + Joining("--name ben --accept-scene --scene-limit-mb 1 --hold right --seconds 0.2"),
+  const ProgramOutput small = RunTandem(
+      "peer " +
+          SessionSetup("--name ben --accept-scene --scene-limit-mb 1 --hold right --seconds 0.2"),
       "timeout 40 ");
   EXPECT_EQ(small.exit_code, kExitOk) << small.err;
   EXPECT_THAT(small.err, HasSubstr("fetching scene boxes, 2 files, 1 kB, from anna"));
   EXPECT_THAT(small.err, HasSubstr("you hold right"));
   EXPECT_TRUE(anna.WaitFor("a joiner fetches the scene's files from here"));
   // the next time it is here, whoever looks for it
-  const Said again =
+  const ProgramOutput again =
       RunTandem("watch --interface lo --scene-from-session --seconds 1.5 --session " + session_,
                 "timeout 40 ");
   EXPECT_EQ(again.exit_code, kExitOk) << again.err;
   EXPECT_THAT(again.err, HasSubstr("is on this machine: " + In("ben.cache/fetched/")));
   EXPECT_THAT(again.err, HasSubstr("it is the scene given with --scene"));
-  const Said listed = RunTandem("cache list");
+  const ProgramOutput listed = RunTandem("cache list");
   EXPECT_THAT(listed.out, HasSubstr("scene boxes in " + In("ben.cache/fetched/")));
   EXPECT_EQ(nlohmann::json::parse(RunTandem("cache list --json").out)["fetched_scenes"].size(), 1U);
   EXPECT_THAT(RunTandem("cache clear").out, HasSubstr("and 1 fetched scene removed"));
@@ -99,7 +101,7 @@ TEST_F(SceneFromSession, PeerWithoutSharingServesNothing) {
   Running anna = Start("one", "--name anna --no-share-scene");
   ASSERT_TRUE(anna.WaitFor("is in session"));
   As("ben");
-  ExpectRefused(RunTandem("peer " + Joining("--accept-scene"), "timeout 40 "), kExitFile,
+  ExpectRefused(RunTandem("peer " + SessionSetup("--accept-scene"), "timeout 40 "), kExitFile,
                 "nobody here hands out the scene's files");
   EXPECT_EQ(anna.End(), kExitOk);
 }
@@ -120,24 +122,25 @@ TEST_F(SceneFromSession, ResumesAfterAKillAndSwitchesPeersAfterALeave) {
   ASSERT_TRUE(anna.WaitFor("is in session"));
   ASSERT_TRUE(carl.WaitFor("is in session"));
   As("ben");
-  Running first(Joining("--accept-scene --name ben"), In("first"));
+  Running first(SessionSetup("--accept-scene --name ben"), In("first"));
   ASSERT_TRUE(first.WaitFor("fetching scene boxes, 3 files, 4 MB"));
   std::this_thread::sleep_for(std::chrono::milliseconds(1200));
   first.Kill();
   first.Wait();
   EXPECT_THAT(RunTandem("cache list").out, HasSubstr("a part of a scene in "));
-  Running second(Joining("--accept-scene --name ben --hold right --seconds 0.2"), In("second"));
+  Running second(SessionSetup("--accept-scene --name ben --hold right --seconds 0.2"),
+                 In("second"));
   ASSERT_TRUE(second.WaitFor("fetching scene boxes"));
-  EXPECT_THAT(second.said(), HasSubstr(" are here already"));
-  const std::string from = second.said().find("from anna") != std::string::npos ? "anna" : "carl";
+  EXPECT_THAT(second.output(), HasSubstr(" are here already"));
+  const std::string from = second.output().find("from anna") != std::string::npos ? "anna" : "carl";
   (from == "anna" ? anna : carl).Kill();
-  EXPECT_EQ(second.Wait(), kExitOk) << second.said();
-  EXPECT_THAT(second.said(), HasSubstr("you hold right"));
+  EXPECT_EQ(second.Wait(), kExitOk) << second.output();
+  EXPECT_THAT(second.output(), HasSubstr("you hold right"));
   EXPECT_EQ((from == "anna" ? carl : anna).End(), kExitOk);
 }
 
 /// A stranger that asks a peer for pieces as fast as it can, under DDS.
-class Greedy final : public FileParty {
+class Greedy final : public TransferEndpoint {
  public:
   explicit Greedy(std::uint64_t content_hash) : content_(content_hash) {}
   bool serves() const override { return false; }
@@ -145,7 +148,7 @@ class Greedy final : public FileParty {
     if (piece.kind == FileAsk::Kind::kOffer) list_ = piece.list;
     bytes += piece.bytes.size();
   }
-  std::int64_t Turn(std::int64_t now_ns, const Out& out) override {
+  std::int64_t Tick(std::int64_t now_ns, const Out& out) override {
     FileAsk ask;
     ask.from = 5;
     ask.content_hash = content_;
@@ -175,13 +178,13 @@ TEST_F(SceneFromSession, RequestFloodMutesItsSenderAndTakesNoMemory) {
   const Result<SceneHash> hash = HashScene(*scene);
   ASSERT_TRUE(hash);
   Greedy greedy(hash->content);
-  EarlyInbox ears;
+  EarlyInbox active_peers;
   DdsOptions options;
   options.session = session_;
   options.peer = 5;
   options.interface = "lo";
   options.files = &greedy;
-  auto joined = JoinOverDds(options, ears);
+  auto joined = JoinOverDds(options, active_peers);
   ASSERT_TRUE(joined) << joined.error().what;
   ASSERT_TRUE(anna.WaitFor("a joiner fetches the scene's files from here"));
   const long before_kb = std::stol(anna.Memory("VmRSS"));
@@ -200,13 +203,13 @@ TEST_F(SceneFromSession, SecuredMembersAndViewersFetch) {
   As("anna");
   for (const std::string words : {"session ", "peer ", "viewer "}) {
     const std::string name = words == "peer " ? " anna" : words == "viewer " ? " vera" : "";
-    const Said made = RunTandem("keys " + words + In("keys") + name);
+    const ProgramOutput made = RunTandem("keys " + words + In("keys") + name);
     ASSERT_EQ(made.exit_code, kExitOk) << made.err;
   }
   Running anna = Start("one", "--hold left --secure " + In("keys/anna"));
   ASSERT_TRUE(anna.WaitFor("you hold left"));
   As("vera");
-  const Said vera =
+  const ProgramOutput vera =
       RunTandem("watch --interface lo --scene-from-session --accept-scene --seconds 0.5 --secure " +
                     In("keys/vera") + " --session " + session_,
                 "timeout 40 ");
@@ -219,13 +222,13 @@ TEST_F(SceneFromSession, ReportsInOneLineWhyTheSceneIsMissing) {
   As("ben");
   ExpectRefused(RunTandem("peer --interface lo --session " + session_), kExitUsage,
                 "--scene is required, or --scene-from-session");
-  ExpectRefused(RunTandem("peer " + Joining("--scene " + In("one.json"))), kExitUsage,
+  ExpectRefused(RunTandem("peer " + SessionSetup("--scene " + In("one.json"))), kExitUsage,
                 "--scene excludes --scene-from-session");
   ExpectRefused(RunTandem("peer --interface lo --accept-scene --session " + session_ + " --scene " +
                           In("one.json")),
                 kExitUsage, "--scene-from-session");
   // a person who waits is told before that
-  const Said alone = RunTandem("peer " + Joining(""), "timeout 40 ");
+  const ProgramOutput alone = RunTandem("peer " + SessionSetup(""), "timeout 40 ");
   EXPECT_EQ(alone.exit_code, kExitNetwork);
   EXPECT_THAT(alone.err, HasSubstr("no peer of session " + session_ +
                                    " answered yet: listening for another 11 s\n"));

@@ -19,9 +19,9 @@ using nlohmann::json;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::Not;
+using testing::ProgramOutput;
 using testing::Running;
 using testing::RunTandem;
-using testing::Said;
 
 std::string RandomName() {
   return "commands-" + std::to_string(std::random_device{}());
@@ -29,21 +29,21 @@ std::string RandomName() {
 
 /// Expects that a run fails with this code and with one line that has these words.
 void ExpectRefused(const std::string& arguments, int exit_code, const std::string& words) {
-  const Said said = RunTandem(arguments, "timeout 20 ");
-  EXPECT_EQ(said.exit_code, exit_code) << arguments << "\n" << said.err;
-  EXPECT_THAT(said.err, HasSubstr(words)) << arguments;
-  EXPECT_EQ(std::count(said.err.begin(), said.err.end(), '\n'), 1) << said.err;
-  EXPECT_EQ(said.out, "") << arguments;
+  const ProgramOutput output = RunTandem(arguments, "timeout 20 ");
+  EXPECT_EQ(output.exit_code, exit_code) << arguments << "\n" << output.err;
+  EXPECT_THAT(output.err, HasSubstr(words)) << arguments;
+  EXPECT_EQ(std::count(output.err.begin(), output.err.end(), '\n'), 1) << output.err;
+  EXPECT_EQ(output.out, "") << arguments;
 }
 
 /// Expects CLI11's own refusal: a line that says what is wrong, a blank line after it or not, and
 /// where help is.
 void ExpectUsage(const std::string& arguments, const std::string& words) {
-  const Said said = RunTandem(arguments, "timeout 20 ");
-  EXPECT_EQ(said.exit_code, kExitUsage) << arguments << "\n" << said.err;
-  EXPECT_THAT(said.err, HasSubstr(words)) << arguments;
-  EXPECT_EQ(said.err.rfind("tandem: ", 0), 0U) << said.err;
-  EXPECT_EQ(std::count(said.err.begin(), said.err.end(), '\n'), 1) << said.err;
+  const ProgramOutput output = RunTandem(arguments, "timeout 20 ");
+  EXPECT_EQ(output.exit_code, kExitUsage) << arguments << "\n" << output.err;
+  EXPECT_THAT(output.err, HasSubstr(words)) << arguments;
+  EXPECT_EQ(output.err.rfind("tandem: ", 0), 0U) << output.err;
+  EXPECT_EQ(std::count(output.err.begin(), output.err.end(), '\n'), 1) << output.err;
 }
 
 /// Two secured sessions: one for peers, one for viewers behind the relay.
@@ -57,8 +57,8 @@ class SecuredSession : public ::testing::Test {
       for (const std::string& word : Words(arguments)) {
         line += (word == "in" || word == "out" ? (folder_->path() / word).string() : word) + " ";
       }
-      const Said said = RunTandem(line);
-      ASSERT_EQ(said.exit_code, 0) << said.err;
+      const ProgramOutput output = RunTandem(line);
+      ASSERT_EQ(output.exit_code, 0) << output.err;
     }
   }
   static void TearDownTestSuite() { folder_.reset(); }
@@ -77,10 +77,10 @@ class SecuredSession : public ::testing::Test {
   }
   /// Returns the report of a viewer that has looked on for a few seconds.
   static json Watched(const std::string& arguments, const char* seconds) {
-    const Said said = RunTandem("watch --interface lo --json --seconds " + std::string(seconds) +
-                                " " + arguments);
-    EXPECT_EQ(said.exit_code, 0) << said.err;
-    return json::parse(said.out, nullptr, false);
+    const ProgramOutput output = RunTandem("watch --interface lo --json --seconds " +
+                                           std::string(seconds) + " " + arguments);
+    EXPECT_EQ(output.exit_code, 0) << output.err;
+    return json::parse(output.out, nullptr, false);
   }
 
   static std::unique_ptr<ScratchFolder> folder_;
@@ -154,10 +154,10 @@ TEST_F(SecuredSession, RelayKeysAreMadeInTheAudiencesSessionOnly) {
     const std::string file = Keys("in/") + of + "_ca";
     return " --" + std::string(of) + "-authority " + file + ".pem " + file + ".key";
   };
-  const Said session = RunTandem("keys session " + Keys("one") + " --audience" +
-                                 authority("identity") + authority("permissions"));
+  const ProgramOutput session = RunTandem("keys session " + Keys("one") + " --audience" +
+                                          authority("identity") + authority("permissions"));
   ASSERT_EQ(session.exit_code, 0) << session.err;
-  const Said hall = RunTandem("keys relay " + Keys("one") + " hall");
+  const ProgramOutput hall = RunTandem("keys relay " + Keys("one") + " hall");
   ASSERT_EQ(hall.exit_code, 0) << hall.err;
   ExpectRefused("relay --secure " + Keys("in/hall") + " --audience-secure " + Keys("one/hall") +
                     " --interface lo --session " + RandomName(),
@@ -185,20 +185,20 @@ TEST(Watch, EmptySessionSuggestsCausesWithoutCallingItPlain) {
                "/peg_in_slot.json --session " +
                    there,
                folder.path() / "said");
-  ASSERT_TRUE(peer.WaitFor("is in session", 60)) << peer.said();
+  ASSERT_TRUE(peer.WaitFor("is in session", 60)) << peer.output();
   Running astray("--interface lo --session " + wrong, folder.path() / "astray", "watch");
-  EXPECT_TRUE(astray.WaitFor("announced here: ", 60)) << astray.said();
-  EXPECT_TRUE(astray.WaitFor(there, 60)) << astray.said();
+  EXPECT_TRUE(astray.WaitFor("announced here: ", 60)) << astray.output();
+  EXPECT_TRUE(astray.WaitFor(there, 60)) << astray.output();
   EXPECT_EQ(astray.End(), 0);
-  EXPECT_THAT(astray.said(),
+  EXPECT_THAT(astray.output(),
               AllOf(HasSubstr("no peer answers in session " + wrong), Not(HasSubstr("is plain"))));
   Running viewer("--interface lo --session " + there, folder.path() / "viewer", "watch");
-  EXPECT_TRUE(viewer.WaitFor("session " + there + " is plain", 60)) << viewer.said();
+  EXPECT_TRUE(viewer.WaitFor("session " + there + " is plain", 60)) << viewer.output();
   EXPECT_TRUE(viewer.WaitFor("this machine has it: " TANDEM_SCENES "/peg_in_slot.json", 60))
-      << viewer.said();
+      << viewer.output();
   EXPECT_EQ(viewer.End(), 0);
   // it may say that nobody is heard before it heard the peer, but not afterwards
-  EXPECT_THAT(viewer.said().substr(viewer.said().find(" is plain")),
+  EXPECT_THAT(viewer.output().substr(viewer.output().find(" is plain")),
               Not(HasSubstr("no peer answers")));
   EXPECT_EQ(peer.End(), 0);
 }
@@ -209,9 +209,9 @@ TEST_F(SecuredSession, LooksSecuredToPeersWithoutKeys) {
   ChildProcess anna = Start("peer --capacity 20000 --hold peg --scene " TANDEM_SCENES
                             "/peg_in_slot.json --secure " +
                             Keys("in/anna") + at);
-  const Said said = RunTandem("watch --seconds 5" + at);
-  EXPECT_THAT(said.err, AllOf(HasSubstr("it is secured, and needs a viewer's keys (--secure)"),
-                              Not(HasSubstr("is plain"))));
+  const ProgramOutput output = RunTandem("watch --seconds 5" + at);
+  EXPECT_THAT(output.err, AllOf(HasSubstr("it is secured, and needs a viewer's keys (--secure)"),
+                                Not(HasSubstr("is plain"))));
   anna.Signal(SIGTERM);
   EXPECT_EQ(anna.Wait(std::chrono::seconds(10)), 0);
 }
@@ -244,10 +244,11 @@ TEST(Relay, ShowsASessionReachableOnlyByNamedAddresses) {
             port(0));
   ChildProcess relay = start("relay --port " + port(1) + " --peers 127.0.0.1:" + port(0) +
                              " --audience-port " + port(2));
-  const Said said = RunTandem("watch --from-relay --json --seconds 6 --interface lo --session " +
-                              session + " --peers 127.0.0.1:" + port(2));
-  ASSERT_EQ(said.exit_code, 0) << said.err;
-  EXPECT_GT(json::parse(said.out).at("samples").get<int>(), 60) << said.err;
+  const ProgramOutput output =
+      RunTandem("watch --from-relay --json --seconds 6 --interface lo --session " + session +
+                " --peers 127.0.0.1:" + port(2));
+  ASSERT_EQ(output.exit_code, 0) << output.err;
+  EXPECT_GT(json::parse(output.out).at("samples").get<int>(), 60) << output.err;
   relay.Signal(SIGTERM);
   peer.Signal(SIGTERM);
   EXPECT_EQ(relay.Wait(std::chrono::seconds(10)), 0);
@@ -265,17 +266,17 @@ TEST(Peer, ReadsItsNetworkPlanBeforeItJoins) {
 }
 
 TEST(Doctor, FindsFaultsAndNamesRemedies) {
-  const Said good = RunTandem("doctor --interface lo --json", "timeout 60 ");
+  const ProgramOutput good = RunTandem("doctor --interface lo --json", "timeout 60 ");
   EXPECT_EQ(good.exit_code, 0) << good.out << good.err;
   EXPECT_TRUE(json::parse(good.out, nullptr, false).is_object() ||
               json::parse(good.out, nullptr, false).is_array());
 
-  const Said bad = RunTandem("doctor --interface nosuch0", "timeout 60 ");
+  const ProgramOutput bad = RunTandem("doctor --interface nosuch0", "timeout 60 ");
   EXPECT_EQ(bad.exit_code, kExitNetwork);
   EXPECT_THAT(bad.out, AllOf(HasSubstr("nosuch0"), HasSubstr("usable: ")));
 
   // the machine is there, but nobody answers: the program tries the path and says what to do
-  const Said deaf = RunTandem("doctor --interface lo --peers 127.0.0.1", "timeout 60 ");
+  const ProgramOutput deaf = RunTandem("doctor --interface lo --peers 127.0.0.1", "timeout 60 ");
   EXPECT_THAT(deaf.out, AllOf(HasSubstr("127.0.0.1"), HasSubstr("doctor --answer")));
   ExpectUsage("doctor --port 80", "--port");
   ExpectUsage("doctor --trace /tmp/none.csv", "--peers with exactly one machine");

@@ -10,8 +10,8 @@ namespace tandem {
 namespace {
 
 using testing::ExpectRefused;
+using testing::ProgramOutput;
 using testing::RunTandem;
-using testing::Said;
 
 TEST(StandardOutput, FullDiskIsAnErrorInOneLine) {
   for (const std::string command :
@@ -27,10 +27,10 @@ TEST(StandardOutput, ClosedReaderIsAnErrorWithoutAMessage) {
   ASSERT_EQ(pipe(ends), 0);
   close(ends[0]);
   ASSERT_LT(ends[1], 10) << "a shell takes one digit";
-  const Said said = RunTandem("keys rights >&" + std::to_string(ends[1]));
+  const ProgramOutput output = RunTandem("keys rights >&" + std::to_string(ends[1]));
   close(ends[1]);
-  EXPECT_EQ(said.exit_code, kExitFile);
-  EXPECT_EQ(said.err, "");
+  EXPECT_EQ(output.exit_code, kExitFile);
+  EXPECT_EQ(output.err, "");
 }
 
 TEST(StandardOutput, ClosedOutputIsIgnoredWithoutPrinting) {

@@ -18,8 +18,8 @@ namespace tandem {
 namespace {
 
 using ::testing::HasSubstr;
+using testing::ProgramOutput;
 using testing::RunTandem;
-using testing::Said;
 
 /// Returns whether the process has a handler for SIGINT, as the kernel tells it.
 bool Listens(pid_t pid) {
@@ -47,46 +47,47 @@ class VoxelizeCommand : public ::testing::Test {
 TEST_F(VoxelizeCommand, WritesAMapOfTheRequestedRange) {
   const std::filesystem::path file = folder_.path() / "wedge.voxmap";
   for (const auto& [range, bits] : {std::pair{1, 2}, std::pair{8, 4}, std::pair{40, 8}}) {
-    const Said said = RunTandem("voxelize " + mesh_ + " --voxel 0.002 --json --range " +
-                                std::to_string(range) + " --out " + file.string());
-    ASSERT_EQ(said.exit_code, kExitOk) << said.err;
-    const auto told = nlohmann::json::parse(said.out);
-    EXPECT_EQ(told["bits"], bits);
+    const ProgramOutput output = RunTandem("voxelize " + mesh_ + " --voxel 0.002 --json --range " +
+                                           std::to_string(range) + " --out " + file.string());
+    ASSERT_EQ(output.exit_code, kExitOk) << output.err;
+    const auto reported = nlohmann::json::parse(output.out);
+    EXPECT_EQ(reported["bits"], bits);
     const Result<Voxmap> map = MapVoxmap(file);
     ASSERT_TRUE(map) << map.error().what;
     EXPECT_EQ(map->range(), range);
     EXPECT_EQ(map->bits(), bits);
-    EXPECT_EQ(map->Count().surface, told["voxels"]["surface"]);
-    EXPECT_EQ(map->Count().free, told["voxels"]["free"]);
+    EXPECT_EQ(map->Count().surface, reported["voxels"]["surface"]);
+    EXPECT_EQ(map->Count().free, reported["voxels"]["free"]);
   }
 }
 
 TEST_F(VoxelizeCommand, WritesTheSurfaceOfRefinedContact) {
   const std::filesystem::path file = folder_.path() / "wedge.surface";
-  const Said said =
+  const ProgramOutput output =
       RunTandem("voxelize " + mesh_ + " --voxel 0.002 --json --surface " + file.string());
-  ASSERT_EQ(said.exit_code, kExitOk) << said.err;
-  const auto told = nlohmann::json::parse(said.out);
+  ASSERT_EQ(output.exit_code, kExitOk) << output.err;
+  const auto reported = nlohmann::json::parse(output.out);
   const Result<TriangleMesh> mesh = ImportMesh(mesh_);
   ASSERT_TRUE(mesh);
   const Result<BodySurface> surface = MapSurface(file, *mesh, Pose{}, {.voxel_size = 0.002});
   ASSERT_TRUE(surface) << surface.error().what;
   EXPECT_EQ(surface->field.bytes().size() + surface->features.bytes().size(),
-            told["surface_bytes"]);
+            reported["surface_bytes"]);
   // the wedge's edges are there, and a place in it is solid
   EXPECT_GT(surface->features.point_count(), 0U);
   const Vec3 inside = (Vec3(0.02, 0.02, 0.02) - surface->field.p_WVo()) / 0.002;
   EXPECT_LT(surface->field.At(inside).value, 0);
-  const Said refused = RunTandem("voxelize " + mesh_ + " --voxel 0.002 --surface " +
-                                 (folder_.path() / "no" / "folder").string());
+  const ProgramOutput refused = RunTandem("voxelize " + mesh_ + " --voxel 0.002 --surface " +
+                                          (folder_.path() / "no" / "folder").string());
   EXPECT_EQ(refused.exit_code, kExitFile);
   EXPECT_THAT(refused.err, HasSubstr("cannot be written"));
 }
 
 TEST_F(VoxelizeCommand, RefusesARangeThatItsMarksCannotHold) {
-  const Said said = RunTandem("voxelize " + mesh_ + " --voxel 0.002 --range 14 --bits 4");
-  EXPECT_EQ(said.exit_code, kExitUsage);
-  EXPECT_THAT(said.err, HasSubstr("--bits 4 holds a range of at most 13 voxels"));
+  const ProgramOutput output =
+      RunTandem("voxelize " + mesh_ + " --voxel 0.002 --range 14 --bits 4");
+  EXPECT_EQ(output.exit_code, kExitUsage);
+  EXPECT_THAT(output.err, HasSubstr("--bits 4 holds a range of at most 13 voxels"));
 }
 
 // The wedge is 100 units long: in millimetres a hand's breadth, in metres more than fits.
@@ -95,17 +96,18 @@ TEST_F(VoxelizeCommand, AssumesMetresAndSaysSoForALargeMesh) {
                                                     "v 0 0 0\nv 100 0 0\nv 0 100 0\nv 0 0 100\n"
                                                     "f 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
   for (const std::string command : {"voxelize ", "bench voxelize "}) {
-    const Said refused = RunTandem(command + wedge.string() + " --voxel 0.002");
+    const ProgramOutput refused = RunTandem(command + wedge.string() + " --voxel 0.002");
     EXPECT_EQ(refused.exit_code, kExitFile);
     EXPECT_THAT(refused.err, HasSubstr("read in metres, it is 100 m long"));
     EXPECT_THAT(refused.err, HasSubstr("--scale 0.001"));
   }
-  const Said said = RunTandem("voxelize " + wedge.string() + " --voxel 0.002 --scale 0.001 --json");
-  ASSERT_EQ(said.exit_code, kExitOk) << said.err;
-  EXPECT_NEAR(nlohmann::json::parse(said.out)["volume_m3"], 1e-3 / 6, 1e-9);
-  EXPECT_EQ(said.err, "");
+  const ProgramOutput output =
+      RunTandem("voxelize " + wedge.string() + " --voxel 0.002 --scale 0.001 --json");
+  ASSERT_EQ(output.exit_code, kExitOk) << output.err;
+  EXPECT_NEAR(nlohmann::json::parse(output.out)["volume_m3"], 1e-3 / 6, 1e-9);
+  EXPECT_EQ(output.err, "");
   // voxels that fit whatever the wedge measures are taken, too
-  const Said fits = RunTandem("voxelize " + wedge.string() + " --voxel auto");
+  const ProgramOutput fits = RunTandem("voxelize " + wedge.string() + " --voxel auto");
   ASSERT_EQ(fits.exit_code, kExitOk) << fits.err;
   EXPECT_THAT(fits.err,
               HasSubstr("read in metres, it is 100 m long: if the file is in millimetres"));
@@ -114,10 +116,10 @@ TEST_F(VoxelizeCommand, AssumesMetresAndSaysSoForALargeMesh) {
 TEST_F(VoxelizeCommand, TakesA3mfFileInTheUnitThatItDeclares) {
   const std::string file = folder_.Write("two.3mf", testing::ThreeMf("unit=\"inch\"")).string();
   const auto volume_of = [&file](const std::string& options) {
-    const Said said = RunTandem("voxelize " + file + " --voxel 0.001 --json" + options);
-    EXPECT_EQ(said.exit_code, kExitOk) << said.err;
-    EXPECT_THAT(said.err, ::testing::Not(HasSubstr("read in metres")));
-    return nlohmann::json::parse(said.out).at("volume_m3").get<double>();
+    const ProgramOutput output = RunTandem("voxelize " + file + " --voxel 0.001 --json" + options);
+    EXPECT_EQ(output.exit_code, kExitOk) << output.err;
+    EXPECT_THAT(output.err, ::testing::Not(HasSubstr("read in metres")));
+    return nlohmann::json::parse(output.out).at("volume_m3").get<double>();
   };
   const double declared = volume_of("");
   EXPECT_DOUBLE_EQ(declared, volume_of(" --scale 0.0254"));

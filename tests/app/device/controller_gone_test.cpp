@@ -28,8 +28,8 @@ using testing::Sleep;
 
 /// Returns how often a controller is killed, and how often it is stopped.
 int Rounds() {
-  const char* asked = std::getenv("TANDEM_DEVICE_KILLS");
-  return asked != nullptr ? std::atoi(asked) : 8;
+  const char* requested = std::getenv("TANDEM_DEVICE_KILLS");
+  return requested != nullptr ? std::atoi(requested) : 8;
 }
 
 /// The worst figures of many falls.
@@ -69,17 +69,17 @@ TEST(DeviceProcess, KilledControllersForceEndsInTime) {
   for (int round = 0; round < Rounds(); ++round) {
     const std::filesystem::path file = folder.path() / ("motor" + std::to_string(round));
     const Motor motor(file);
-    Result<ChildProcess> puppet =
-        ChildProcess::Start({TANDEM_PUPPET, "fake:record=" + file.string()});
-    ASSERT_TRUE(puppet);
+    Result<ChildProcess> scripted =
+        ChildProcess::Start({TANDEM_SCRIPTED_CONTROLLER, "fake:record=" + file.string()});
+    ASSERT_TRUE(scripted);
     ASSERT_TRUE(motor.WaitForForce(1.0));
     Sleep(1e-6 * static_cast<double>(random() % 20'000));
     EmptyLoop empty;
     const std::uint64_t seen = motor.count();
     const std::int64_t gone_ns = MonotonicNowNs();
-    puppet->Signal(SIGKILL);
+    scripted->Signal(SIGKILL);
     Sleep(0.06);
-    const Fall fall = FallAfter(motor.Since(seen - 20), gone_ns);
+    const Fall fall = FallAfter(motor.WritesSince(seen - 20), gone_ns);
     const double empty_ms = empty.WorstMs();
     ExpectInTime(fall, empty_ms);
     worst.Add(fall, empty_ms);
@@ -109,17 +109,17 @@ TEST(DeviceProcess, UnreportedControllerEndStopsTheForceInTime) {
   ASSERT_TRUE(shared);
   const auto& orders = static_cast<const DeviceMemory*>(shared->data())->order;
   for (int round = 0; round < Rounds(); ++round) {
-    Result<ChildProcess> puppet =
-        ChildProcess::Start({TANDEM_PUPPET, "--memory", memory}, (*process)->descriptor());
-    ASSERT_TRUE(puppet);
+    Result<ChildProcess> scripted = ChildProcess::Start(
+        {TANDEM_SCRIPTED_CONTROLLER, "--memory", memory}, (*process)->descriptor());
+    ASSERT_TRUE(scripted);
     ASSERT_TRUE(motor.WaitForForce(1.0));
     Sleep(1e-6 * static_cast<double>(random() % 20'000));
     EmptyLoop empty;
     const std::uint64_t seen = motor.count();
     const std::int64_t gone_ns = MonotonicNowNs();
-    puppet->Signal(SIGKILL);
+    scripted->Signal(SIGKILL);
     Sleep(0.06);
-    const Fall fall = FallAfter(motor.Since(seen - 20), gone_ns);
+    const Fall fall = FallAfter(motor.WritesSince(seen - 20), gone_ns);
     const double empty_ms = empty.WorstMs();
     ExpectInTime(fall, empty_ms);
     worst.Add(fall, empty_ms);
@@ -143,19 +143,19 @@ TEST(DeviceProcess, StoppedControllersForceEndsInTimeAndReturns) {
   std::mt19937 random(2);
   Worst worst;
   const Motor motor(file);
-  Result<ChildProcess> puppet =
-      ChildProcess::Start({TANDEM_PUPPET, "fake:record=" + file.string()});
-  ASSERT_TRUE(puppet);
+  Result<ChildProcess> scripted =
+      ChildProcess::Start({TANDEM_SCRIPTED_CONTROLLER, "fake:record=" + file.string()});
+  ASSERT_TRUE(scripted);
   for (int round = 0; round < Rounds(); ++round) {
     ASSERT_TRUE(motor.WaitForForce(0.9));
     Sleep(1e-6 * static_cast<double>(random() % 20'000));
     EmptyLoop empty;
     const std::uint64_t seen = motor.count();
     const std::int64_t gone_ns = MonotonicNowNs();
-    puppet->Signal(SIGSTOP);
+    scripted->Signal(SIGSTOP);
     Sleep(0.05);
-    const Fall fall = FallAfter(motor.Since(seen - 20), gone_ns);
-    puppet->Signal(SIGCONT);
+    const Fall fall = FallAfter(motor.WritesSince(seen - 20), gone_ns);
+    scripted->Signal(SIGCONT);
     const double empty_ms = empty.WorstMs();
     ExpectInTime(fall, empty_ms);
     worst.Add(fall, empty_ms);

@@ -61,7 +61,7 @@ TEST(DeviceProcess, InvalidPoseDriverFaultAndStopButtonEndTheForce) {
 
 TEST(DeviceProcess, LeapingHandleGetsNoForce) {
   const auto own = RunWithForce(2.4, 1500, ",jump_at=1100");
-  const std::vector<FakeRecord::Write> writes = own->motor.Since(0);
+  const std::vector<FakeRecord::Write> writes = own->motor.WritesSince(0);
   const auto whole = std::find_if(writes.begin(), writes.end(), [](const auto& write) {
     return Motor::ForceOf(write) > 2.4;
   });
@@ -133,7 +133,7 @@ TEST(DeviceProcess, HungDriverLeavesNoForceAndCanBeEnded) {
   own.motor.WaitForNoForce();
   const double late_ms = empty.WorstMs();
   EXPECT_EQ(own.motor.force(), 0);
-  const std::vector<FakeRecord::Write> writes = own.motor.Since(0);
+  const std::vector<FakeRecord::Write> writes = own.motor.WritesSince(0);
   const auto zero = std::find_if(writes.rbegin(), writes.rend(), [](const auto& write) {
     return Motor::ForceOf(write) > 0;
   });
@@ -180,7 +180,7 @@ TEST(DeviceProcess, StalledLoopGivesAVendorThreadNoForce) {
     ASSERT_TRUE(own.motor.WaitForForce(1.0)) << rate;
     own.motor.WaitForNoForce();
     EXPECT_EQ(own.motor.force(), 0) << rate;
-    const std::vector<FakeRecord::Write> writes = own.motor.Since(0);
+    const std::vector<FakeRecord::Write> writes = own.motor.WritesSince(0);
     // The force was not cut when it was 20 ms old. It had fallen by then, from 5 ms of age on, by
     // half a newton a millisecond. Between two writes it may fall by no more, however late this
     // machine makes the second.
@@ -199,7 +199,7 @@ TEST(DeviceProcess, StalledLoopGivesAVendorThreadNoForce) {
     const std::string key = std::string("age_us_at_") + rate + "_Hz";
     RecordProperty(key + "_mean", static_cast<int>(times.asked_mean_ns / 1000));
     RecordProperty(key + "_most", static_cast<int>(times.asked_max_ns / 1000));
-    EXPECT_GT(times.asked, 50U) << rate;
+    EXPECT_GT(times.requested, 50U) << rate;
     // the phase of the two loops adds from nothing to a period
     EXPECT_LE(1e-6 * static_cast<double>(times.asked_mean_ns),
               1e3 / std::stod(rate) + 0.1 * late_ms)

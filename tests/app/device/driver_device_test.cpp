@@ -19,7 +19,7 @@ using testing::AllocationCounter;
 using ::testing::HasSubstr;
 
 /// The answers of the driver under the test's hand, and the calls that it got.
-struct Puppet {
+struct ScriptedDriver {
   std::int32_t open = TANDEM_OK;
   std::int32_t start = TANDEM_OK;
   std::int32_t read = TANDEM_OK;
@@ -34,7 +34,7 @@ struct Puppet {
   int deinits = 0;
   int stops = 0;
 };
-Puppet puppet;
+ScriptedDriver scripted;
 
 TandemDriver PuppetDriver() {
   TandemDriver driver{};
@@ -44,44 +44,44 @@ TandemDriver PuppetDriver() {
   driver.kind = "puppet of a test";
   driver.options = "";
   driver.init = [](const TandemDeviceHost* host) {
-    puppet.host = host;
+    scripted.host = host;
     return std::int32_t{TANDEM_OK};
   };
   driver.deinit = [] {
-    ++puppet.deinits;
+    ++scripted.deinits;
   };
   driver.list = [](TandemDeviceFound*, std::int32_t) {
     return 0;
   };
   driver.open = [](const TandemDeviceOpen* how, TandemDevice** device) {
-    puppet.options = how->options;
-    if (puppet.open == TANDEM_OK) *device = reinterpret_cast<TandemDevice*>(&puppet);
-    return puppet.open;
+    scripted.options = how->options;
+    if (scripted.open == TANDEM_OK) *device = reinterpret_cast<TandemDevice*>(&scripted);
+    return scripted.open;
   };
   driver.close = [](TandemDevice*) {
-    ++puppet.closes;
+    ++scripted.closes;
   };
   driver.capabilities = [](TandemDevice*, TandemDeviceCapabilities* can) {
-    *can = puppet.can;
+    *can = scripted.can;
     return std::int32_t{TANDEM_OK};
   };
   driver.start = [](TandemDevice*) {
-    return puppet.start;
+    return scripted.start;
   };
   driver.read = [](TandemDevice*, TandemDeviceState* state) {
-    if (puppet.read == TANDEM_OK) *state = puppet.state;
-    return puppet.read;
+    if (scripted.read == TANDEM_OK) *state = scripted.state;
+    return scripted.read;
   };
   driver.write = [](TandemDevice*, const TandemDeviceForce* force) {
-    puppet.force = *force;
-    return puppet.write;
+    scripted.force = *force;
+    return scripted.write;
   };
   driver.stop = [](TandemDevice*) {
-    ++puppet.stops;
+    ++scripted.stops;
   };
   driver.last_error = [](TandemDevice*, char* text, std::uint32_t room) {
-    if (puppet.error.empty()) return std::int32_t{TANDEM_FAILED};
-    std::snprintf(text, room, "%s", puppet.error.c_str());
+    if (scripted.error.empty()) return std::int32_t{TANDEM_FAILED};
+    std::snprintf(text, room, "%s", scripted.error.c_str());
     return std::int32_t{TANDEM_OK};
   };
   return driver;
@@ -90,21 +90,21 @@ TandemDriver PuppetDriver() {
 class DriverDeviceTest : public ::testing::Test {
  protected:
   DriverDeviceTest() : driver_(PuppetDriver()) {
-    puppet = {};
-    puppet.can.freedoms_in = 6;
-    puppet.can.freedoms_out = 3;
-    puppet.can.peak_force = 8;
+    scripted = {};
+    scripted.can.freedoms_in = 6;
+    scripted.can.freedoms_out = 3;
+    scripted.can.peak_force = 8;
     MoveTo(Vec3(0.1, 0.2, 0.3));
   }
   static void MoveTo(const Vec3& p, const Quat& q = Quat::Identity()) {
-    puppet.state.valid = TANDEM_HAS_POSE;
-    for (int i = 0; i < 3; ++i) puppet.state.position[i] = p[i];
-    for (int i = 0; i < 4; ++i) puppet.state.orientation[i] = q.coeffs()[i];
+    scripted.state.valid = TANDEM_HAS_POSE;
+    for (int i = 0; i < 3; ++i) scripted.state.position[i] = p[i];
+    for (int i = 0; i < 4; ++i) scripted.state.orientation[i] = q.coeffs()[i];
   }
   /// Gives a pose a millisecond after the last one.
   void Go(const Vec3& p, const Quat& q = Quat::Identity()) {
     MoveTo(p, q);
-    puppet.state.time_ns = time_ns_ += 1'000'000;
+    scripted.state.time_ns = time_ns_ += 1'000'000;
   }
   Result<std::unique_ptr<DriverDevice>> Open(const std::string& options = "") {
     return DriverDevice::Open(driver_, options, home_);
@@ -118,7 +118,7 @@ class DriverDeviceTest : public ::testing::Test {
 TEST_F(DriverDeviceTest, HandleStartsAtThePartAndMovesInTheDevicesFrame) {
   const auto device = Open("a=b");
   ASSERT_TRUE(device);
-  EXPECT_EQ(puppet.options, "a=b");
+  EXPECT_EQ(scripted.options, "a=b");
   EXPECT_LT(((*device)->Read().X_WA.p - home_.p).norm(), 1e-12);
   const Quat turn = RotationBy(Vec3(0.2, 0, 0));
   MoveTo(Vec3(0.1, 0.25, 0.3), turn);
@@ -130,8 +130,8 @@ TEST_F(DriverDeviceTest, HandleStartsAtThePartAndMovesInTheDevicesFrame) {
 
 TEST_F(DriverDeviceTest, WorkspaceMovesWithTheHandlesFirstPosition) {
   for (int i = 0; i < 3; ++i) {
-    puppet.can.workspace_min[i] = -0.5;
-    puppet.can.workspace_max[i] = 0.5;
+    scripted.can.workspace_min[i] = -0.5;
+    scripted.can.workspace_max[i] = 0.5;
   }
   const auto device = Open();
   ASSERT_TRUE(device);
@@ -140,7 +140,7 @@ TEST_F(DriverDeviceTest, WorkspaceMovesWithTheHandlesFirstPosition) {
 }
 
 TEST_F(DriverDeviceTest, PoseInTheSceneFrameIsUsedUnchanged) {
-  puppet.can.in_scene = 1;
+  scripted.can.in_scene = 1;
   const auto device = Open();
   ASSERT_TRUE(device);
   EXPECT_EQ((*device)->Read().X_WA.p, Vec3(0.1, 0.2, 0.3));
@@ -159,8 +159,8 @@ TEST_F(DriverDeviceTest, MissingSpeedIsDerivedFromPoses) {
   EXPECT_NEAR(handle.V_WA.v.x(), 0.2, 2e-4);
   EXPECT_NEAR(handle.V_WA.w.z(), 1.0, 1e-3);
   // a driver that says that it has a velocity knows better
-  puppet.state.valid |= TANDEM_HAS_VELOCITY;
-  puppet.state.velocity[0] = 0.7;
+  scripted.state.valid |= TANDEM_HAS_VELOCITY;
+  scripted.state.velocity[0] = 0.7;
   EXPECT_EQ((*device)->Read().V_WA.v.x(), 0.7);
 }
 
@@ -169,15 +169,15 @@ TEST_F(DriverDeviceTest, ReconnectedDeviceContinuesWithoutAJump) {
   ASSERT_TRUE(device);
   Go(Vec3(0.12, 0.2, 0.3));
   const Vec3 before = (*device)->Read().X_WA.p;
-  puppet.read = TANDEM_UNPLUGGED;
-  puppet.error = "the cable is out: plug it in";
+  scripted.read = TANDEM_UNPLUGGED;
+  scripted.error = "the cable is out: plug it in";
   Anchor handle = (*device)->Read();
   EXPECT_TRUE((*device)->failed());
   EXPECT_EQ((*device)->Trouble(), "puppet: the cable is out: plug it in");
   EXPECT_EQ(handle.X_WA.p, before);
   EXPECT_TRUE(handle.V_WA.v.isZero());
   // plugged in again half a metre away
-  puppet.read = TANDEM_OK;
+  scripted.read = TANDEM_OK;
   Go(Vec3(0.62, 0.2, 0.3));
   handle = (*device)->Read();
   EXPECT_FALSE((*device)->failed());
@@ -190,10 +190,10 @@ TEST_F(DriverDeviceTest, ReconnectedDeviceContinuesWithoutAJump) {
 TEST_F(DriverDeviceTest, OneFailedReadMovesNothing) {
   const auto device = Open();
   ASSERT_TRUE(device);
-  puppet.read = TANDEM_FAILED;
+  scripted.read = TANDEM_FAILED;
   (*device)->Read();
   EXPECT_TRUE((*device)->failed());
-  puppet.read = TANDEM_OK;
+  scripted.read = TANDEM_OK;
   Go(Vec3(0.11, 0.2, 0.3));
   EXPECT_NEAR((*device)->Read().X_WA.p.x(), home_.p.x() + 0.01, 1e-12);
 }
@@ -216,21 +216,21 @@ TEST_F(DriverDeviceTest, MotorsGetTheForceAndTheStart) {
   const auto device = Open();
   ASSERT_TRUE(device);
   (*device)->Render({Vec3(0.1, 0, 0), Vec3(0, 2, 0)});
-  EXPECT_EQ(puppet.force.force[1], 2);
-  EXPECT_EQ(puppet.force.moment[0], 0.1);
-  EXPECT_EQ(puppet.force.begun, 0U);
+  EXPECT_EQ(scripted.force.force[1], 2);
+  EXPECT_EQ(scripted.force.moment[0], 0.1);
+  EXPECT_EQ(scripted.force.begun, 0U);
   (*device)->Start();
   (*device)->Render({});
-  EXPECT_EQ(puppet.force.begun, 1U);
-  puppet.write = TANDEM_FAILED;
+  EXPECT_EQ(scripted.force.begun, 1U);
+  scripted.write = TANDEM_FAILED;
   (*device)->Render({});
   EXPECT_TRUE((*device)->failed());
   (*device)->Stop();
-  EXPECT_EQ(puppet.stops, 1);
+  EXPECT_EQ(scripted.stops, 1);
 }
 
 TEST_F(DriverDeviceTest, VendorThreadReadsTheForceUntilItIsCut) {
-  puppet.can.asks = 1;
+  scripted.can.asks = 1;
   const auto device = Open();
   ASSERT_TRUE(device);
   EXPECT_TRUE((*device)->capabilities().asks_us);
@@ -238,47 +238,47 @@ TEST_F(DriverDeviceTest, VendorThreadReadsTheForceUntilItIsCut) {
   // a ramp takes a second: by its end the whole force is there
   for (int i = 0; i < 1300; ++i) {
     (*device)->Render({Vec3::Zero(), Vec3(2, 0, 0)});
-    puppet.host->take(puppet.host->context, &taken);
+    scripted.host->take(scripted.host->context, &taken);
     if (taken.force[0] > 1) break;
-    const std::int64_t until_ns = puppet.host->now_ns() + 1'000'000;
-    while (puppet.host->now_ns() < until_ns) {
+    const std::int64_t until_ns = scripted.host->now_ns() + 1'000'000;
+    while (scripted.host->now_ns() < until_ns) {
     }
   }
   EXPECT_GT(taken.force[0], 1);
   (*device)->Stop();
-  puppet.host->take(puppet.host->context, &taken);
+  scripted.host->take(scripted.host->context, &taken);
   EXPECT_EQ(taken.force[0], 0);
 }
 
 TEST_F(DriverDeviceTest, ButtonsReachTheLoop) {
   const auto device = Open();
   ASSERT_TRUE(device);
-  puppet.state.buttons = TANDEM_BUTTON_CLUTCH;
+  scripted.state.buttons = TANDEM_BUTTON_CLUTCH;
   (*device)->Read();
   EXPECT_TRUE((*device)->clutch_button());
   EXPECT_FALSE((*device)->stop_button());
-  puppet.state.buttons = TANDEM_BUTTON_STOP;
+  scripted.state.buttons = TANDEM_BUTTON_STOP;
   (*device)->Read();
   EXPECT_TRUE((*device)->stop_button());
 }
 
 TEST_F(DriverDeviceTest, DriverRefusalIsReportedAndNothingStaysOpen) {
-  puppet.open = TANDEM_FAILED;
-  puppet.error = "no such device: plug it in";
+  scripted.open = TANDEM_FAILED;
+  scripted.error = "no such device: plug it in";
   auto device = Open();
   ASSERT_FALSE(device);
   EXPECT_EQ(device.error().what, "puppet: no such device: plug it in");
-  EXPECT_EQ(puppet.closes, 0);
-  EXPECT_EQ(puppet.deinits, 1);
+  EXPECT_EQ(scripted.closes, 0);
+  EXPECT_EQ(scripted.deinits, 1);
 
-  puppet.open = TANDEM_OK;
-  puppet.start = TANDEM_UNCALIBRATED;
-  puppet.error = "";
+  scripted.open = TANDEM_OK;
+  scripted.start = TANDEM_UNCALIBRATED;
+  scripted.error = "";
   device = Open();
   ASSERT_FALSE(device);
   EXPECT_THAT(device.error().what, HasSubstr("does not start"));
-  EXPECT_EQ(puppet.closes, 1);
-  EXPECT_EQ(puppet.deinits, 2);
+  EXPECT_EQ(scripted.closes, 1);
+  EXPECT_EQ(scripted.deinits, 2);
 }
 
 TEST_F(DriverDeviceTest, ATickAllocatesNothing) {
@@ -286,7 +286,7 @@ TEST_F(DriverDeviceTest, ATickAllocatesNothing) {
   ASSERT_TRUE(device);
   const AllocationCounter counter;
   for (int i = 0; i < 100; ++i) {
-    puppet.read = i % 3 == 0 ? TANDEM_UNPLUGGED : TANDEM_OK;
+    scripted.read = i % 3 == 0 ? TANDEM_UNPLUGGED : TANDEM_OK;
     (*device)->Read();
     (*device)->Render({Vec3::Zero(), Vec3(1, 0, 0)});
   }

@@ -32,7 +32,7 @@ class DriverTrial {
     host_.abi_minor = TANDEM_DEVICE_ABI_MINOR;
     host_.context = this;
     host_.say = [](void* context, const char* line) {
-      static_cast<DriverTrial*>(context)->said_.emplace_back(line);
+      static_cast<DriverTrial*>(context)->output_.emplace_back(line);
     };
     host_.take = [](void* context, TandemDeviceForce* force) {
       auto& trial = *static_cast<DriverTrial*>(context);
@@ -134,7 +134,7 @@ class DriverTrial {
   Vec3 position() const { return Vec3(state_.position); }
   std::int32_t read() const { return read_; }
   std::int32_t written() const { return written_; }
-  const std::vector<std::string>& said() const { return said_; }
+  const std::vector<std::string>& output() const { return output_; }
   long allocations() const { return allocations_; }
   /// Sets a function that is called with the force that a vendor's thread gets, on that thread.
   void SetTake(std::function<void(TandemDeviceForce&)> take) { take_ = std::move(take); }
@@ -159,7 +159,7 @@ class DriverTrial {
   std::int32_t written_ = TANDEM_OK;
   Histogram reads_, writes_;
   long allocations_ = 0;
-  std::vector<std::string> said_;
+  std::vector<std::string> output_;
   std::function<void(TandemDeviceForce&)> take_;
 };
 

@@ -43,7 +43,7 @@ class Motor {
   ~Motor() { munmap(record_, sizeof(FakeRecord)); }
 
   std::uint64_t count() const { return record_->count.load(std::memory_order_acquire); }
-  std::vector<FakeRecord::Write> Since(std::uint64_t first) const {
+  std::vector<FakeRecord::Write> WritesSince(std::uint64_t first) const {
     std::vector<FakeRecord::Write> writes;
     for (std::uint64_t i = first; i < count(); ++i) {
       writes.push_back(record_->writes[i % FakeRecord::kRoom]);

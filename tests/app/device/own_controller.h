@@ -38,7 +38,7 @@ class OwnController {
     thread.Join();
   }
   /// Returns the largest force, and the largest change between two writes of a loop in time.
-  Fall All() const { return FallAfter(motor.Since(0), MonotonicNowNs()); }
+  Fall All() const { return FallAfter(motor.WritesSince(0), MonotonicNowNs()); }
   SafetyState state() const {
     return static_cast<SafetyState>(process->Newest().value_or(DeviceTick{}).state);
   }

@@ -53,7 +53,7 @@ class Inviter {
           },
           [this](const std::string& line) {
             const std::scoped_lock lock(mutex_);
-            told_ += line + "\n";
+            reported_ += line + "\n";
           },
           stop_);
     });
@@ -69,9 +69,9 @@ class Inviter {
     return end_;
   }
   int times_signed() const { return signed_; }
-  std::string told() {
+  std::string reported() {
     const std::scoped_lock lock(mutex_);
-    return told_;
+    return reported_;
   }
 
   Invitation invitation;
@@ -81,7 +81,7 @@ class Inviter {
   std::atomic<bool> stop_{false};
   std::atomic<int> signed_{0};
   std::mutex mutex_;
-  std::string told_;
+  std::string reported_;
   End end_ = End::kStopped;
 };
 
@@ -112,8 +112,8 @@ class Caller {
     return std::string(buffer.data(), static_cast<std::size_t>(size));
   }
   /// Shakes hands over TLS.
-  TlsEnd Greet() const {
-    TlsEnd tls = TlsEnd::Client();
+  TlsEndpoint Greet() const {
+    TlsEndpoint tls = TlsEndpoint::Client();
     while (!tls.open() && !tls.failed()) {
       Send(tls.TakeToSend());
       const auto bytes = Receive(2000);
@@ -146,34 +146,34 @@ TEST(Enrolment, InvitationHolderGetsASignedCertificate) {
   EXPECT_EQ(outcome.answer.role, Role::kActive);
   EXPECT_EQ(outcome.answer.files, (MemberFiles{{"identity.pem", "signed: a request"}}));
   EXPECT_EQ(inviter.Wait(), End::kUsed);
-  EXPECT_EQ(inviter.told(), "");
+  EXPECT_EQ(inviter.reported(), "");
 }
 
 TEST(Enrolment, InvitationIsUsedOnce) {
   Inviter inviter;
   // the first stays on the line after its answer, so that the port stays open
   const Caller first(inviter.invitation.enrolment.port);
-  TlsEnd tls = first.Greet();
+  TlsEndpoint tls = first.Greet();
   ASSERT_TRUE(tls.open());
   EnrolmentRequest request;
   request.proof = ProofOf(inviter.invitation, tls.Binding());
   request.certificate_request = kRequest;
   tls.Say(TextOf(request));
   first.Send(tls.TakeToSend());
-  std::string heard;
-  while (heard.find('\n') == std::string::npos) {
+  std::string received;
+  while (received.find('\n') == std::string::npos) {
     const auto bytes = first.Receive(2000);
     ASSERT_TRUE(bytes && !bytes->empty());
     tls.Receive(*bytes);
-    heard += tls.Hear();
+    received += tls.Hear();
   }
-  EXPECT_THAT(heard, HasSubstr("signed: a request"));
+  EXPECT_THAT(received, HasSubstr("signed: a request"));
 
   EXPECT_THAT(WhyNot(inviter.invitation, Kind::kRefused),
               HasSubstr("has used the invitation already"));
   EXPECT_EQ(inviter.Wait(), End::kUsed);
   EXPECT_EQ(inviter.times_signed(), 1);
-  EXPECT_THAT(inviter.told(), HasSubstr("a second time"));
+  EXPECT_THAT(inviter.reported(), HasSubstr("a second time"));
   // and afterwards there is nobody to ask
   EXPECT_THAT(WhyNot(inviter.invitation, Kind::kUnreachable), HasSubstr("was used or withdrawn"));
 }
@@ -213,7 +213,7 @@ TEST(Enrolment, AlteredInvitationIsRefusedWithoutBeingUsed) {
   EXPECT_EQ(inviter.times_signed(), 0);
   EXPECT_EQ(WhyNot(inviter.invitation), "");
   EXPECT_EQ(inviter.Wait(), End::kUsed);
-  EXPECT_THAT(inviter.told(), HasSubstr("without the secret"));
+  EXPECT_THAT(inviter.reported(), HasSubstr("without the secret"));
 }
 
 TEST(Enrolment, InvitationExpires) {
@@ -231,7 +231,7 @@ TEST(Enrolment, InviterOfAnotherSessionIsDetected) {
   astray.enrolment.port = wing.invitation.enrolment.port;
   EXPECT_THAT(WhyNot(astray, Kind::kStranger), HasSubstr("another invitation is open there"));
   EXPECT_EQ(wing.Stop(), End::kStopped);
-  EXPECT_EQ(wing.told(), "");  // nothing was said to it
+  EXPECT_EQ(wing.reported(), "");  // nothing was said to it
 }
 
 // A program at the port without the certificate's key hears nothing of the secret.
@@ -247,16 +247,16 @@ TEST(Enrolment, StrangersGetNoInformation) {
   ASSERT_EQ(listen(listener, 1), 0);
   socklen_t size = sizeof at;
   getsockname(listener, reinterpret_cast<sockaddr*>(&at), &size);
-  std::string heard;
+  std::string received;
   bool open = false;
   std::thread stranger([&] {
     const int socket = accept(listener, nullptr, nullptr);
-    TlsEnd tls = TlsEnd::Server(*own);
+    TlsEndpoint tls = TlsEndpoint::Server(*own);
     std::array<char, 16384> buffer;
     for (ssize_t got = 1; got > 0;) {
       got = recv(socket, buffer.data(), buffer.size(), 0);
       if (got > 0) tls.Receive({buffer.data(), static_cast<std::size_t>(got)});
-      heard += tls.Hear();
+      received += tls.Hear();
       open = open || tls.open();
       const std::string bytes = tls.TakeToSend();
       static_cast<void>(send(socket, bytes.data(), bytes.size(), MSG_NOSIGNAL));
@@ -269,7 +269,7 @@ TEST(Enrolment, StrangersGetNoInformation) {
   stranger.join();
   close(listener);
   EXPECT_TRUE(open);
-  EXPECT_EQ(heard, "");
+  EXPECT_EQ(received, "");
 }
 
 TEST(Enrolment, WrongSecretsCloseTheInvitation) {
@@ -289,8 +289,8 @@ TEST(Enrolment, ProofsAreBoundToOneConnection) {
   Inviter inviter;
   const Caller first(inviter.invitation.enrolment.port);
   const Caller second(inviter.invitation.enrolment.port);
-  const TlsEnd one = first.Greet();
-  const TlsEnd other = second.Greet();
+  const TlsEndpoint one = first.Greet();
+  const TlsEndpoint other = second.Greet();
   EXPECT_NE(ProofOf(inviter.invitation, one.Binding()),
             ProofOf(inviter.invitation, other.Binding()));
 }
@@ -313,16 +313,16 @@ TEST(Enrolment, LongOrMalformedRequestIsRefused) {
                                   std::string("{\"tandem_enrolment\":2}\n"),
                                   std::string(20'000, 'a'), std::string(7000, '[') + "\n"}) {
     const Caller caller(inviter.invitation.enrolment.port);
-    TlsEnd tls = caller.Greet();
+    TlsEndpoint tls = caller.Greet();
     ASSERT_TRUE(tls.open());
     tls.Say(text);
     caller.Send(tls.TakeToSend());
-    std::string heard;
+    std::string received;
     for (auto bytes = caller.Receive(2000); bytes && !bytes->empty(); bytes = caller.Receive(200)) {
       tls.Receive(*bytes);
-      heard += tls.Hear();
+      received += tls.Hear();
     }
-    EXPECT_EQ(heard.find("signed"), std::string::npos);
+    EXPECT_EQ(received.find("signed"), std::string::npos);
   }
   EXPECT_EQ(inviter.times_signed(), 0);
   EXPECT_EQ(WhyNot(inviter.invitation), "");

@@ -23,37 +23,37 @@ Invitation ToASession() {
 // The session is gone again when its search ends, so that only what came before tells of it.
 TEST(InviterSearch, UsesAnEarlierAnnouncement) {
   const Invitation invitation = ToASession();
-  ReachOptions reach;
-  reach.interface = "lo";
-  InviterSearch search(invitation, reach);
+  ConnectionOptions connection;
+  connection.interface = "lo";
+  InviterSearch search(invitation, connection);
   {
     EarlyInbox inbox;
     DdsOptions options;
     options.session = invitation.session;
     options.peer = 7;
-    ApplyReach(reach, options);
+    ApplyConnection(connection, options);
     const auto joined = JoinOverDds(options, inbox);
     ASSERT_TRUE(joined) << joined.error().what;
   }
-  search.End(reach);
-  EXPECT_THAT(reach.peers, ::testing::IsEmpty());
+  search.End(connection);
+  EXPECT_THAT(connection.peers, ::testing::IsEmpty());
 }
 
 TEST(InviterSearch, TriesTheInvitationsHostsWithoutAnAnnouncement) {
-  ReachOptions reach;
-  reach.interface = "lo";
-  InviterSearch(ToASession(), reach).End(reach);
-  EXPECT_THAT(reach.peers, ::testing::ElementsAre("192.0.2.1:17910", "192.0.2.7"));
+  ConnectionOptions connection;
+  connection.interface = "lo";
+  InviterSearch(ToASession(), connection).End(connection);
+  EXPECT_THAT(connection.peers, ::testing::ElementsAre("192.0.2.1:17910", "192.0.2.7"));
 }
 
 TEST(InviterSearch, KeepsManuallyNamedPeers) {
   Invitation invitation = ToASession();
   invitation.domain = 77;
-  ReachOptions reach;
-  reach.peers = {"198.51.100.3"};
-  InviterSearch(invitation, reach).End(reach);
-  EXPECT_THAT(reach.peers, ::testing::ElementsAre("198.51.100.3"));
-  EXPECT_EQ(reach.domain, 77U);
+  ConnectionOptions connection;
+  connection.peers = {"198.51.100.3"};
+  InviterSearch(invitation, connection).End(connection);
+  EXPECT_THAT(connection.peers, ::testing::ElementsAre("198.51.100.3"));
+  EXPECT_EQ(connection.domain, 77U);
 }
 
 }  // namespace

@@ -242,9 +242,9 @@ TEST(PenetrationOracle, SamplesEvenlyUnderATimeLimit) {
   std::vector<Pose> poses(10 * kTenth, Pose{Quat::Identity(), Vec3(0, 0, 9)});
   std::fill_n(poses.begin() + 6 * kTenth, kTenth, Pose{Quat::Identity(), Vec3(0, 0, -0.3)});
   const std::vector<std::vector<Pose>> series{poses};
-  std::atomic<std::size_t> asked{0};
+  std::atomic<std::size_t> requested{0};
   const PenetrationReport report = oracle.Check(series, 2, [&] {
-    return asked++ >= series[0].size() / 4;
+    return requested++ >= series[0].size() / 4;
   });
   EXPECT_EQ(report.poses_given, series[0].size());
   EXPECT_EQ(report.poses_checked, series[0].size() / 4);

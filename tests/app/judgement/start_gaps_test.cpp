@@ -182,9 +182,9 @@ TEST(StartGaps, UncheckedPairsAreCounted) {
       BoxBetween({0.03 * kMm, -5 * kMm, 0.03 * kMm}, {5 * kMm, 5 * kMm, 20 * kMm}),
       BoxBetween({-5 * kMm, -5 * kMm, 100 * kMm}, {5 * kMm, 5 * kMm, 120 * kMm})};
   const std::vector<double> points(4, 1.0);
-  int asked = 0;
-  const StartGaps some = FindStartGaps(scene, meshes_W, points, [&asked] {
-    return ++asked > 1;
+  int requested = 0;
+  const StartGaps some = FindStartGaps(scene, meshes_W, points, [&requested] {
+    return ++requested > 1;
   });
   EXPECT_THAT(some.gaps, SizeIs(1));
   EXPECT_EQ(some.unseen, 2U) << "a-b and b-plate; the far one needs no time";

@@ -24,8 +24,8 @@ std::shared_ptr<const WorldModel> Key() {
 
 /// Returns the bodies met in a run in which contact pushed the key, which has less play than
 /// contact takes.
-BodiesMet Met(bool pushed) {
-  BodiesMet met(1);
+TouchedBodies Met(bool pushed) {
+  TouchedBodies met(1);
   World world(Key());
   kHapticThread.Enter();
   world.Step(testing::FreeInputs(*Key()));
@@ -118,7 +118,7 @@ TEST(Verdict, ContactOfOtherBodiesIsNotTheHeldBodys) {
   const auto model = TwoBlocks();
   World world(model);
   world.Step(testing::FreeInputs(*model));
-  BodiesMet met(2);
+  TouchedBodies met(2);
   met.See(world, 1);
   EXPECT_FALSE(met[0]) << "not in the hand";
   EXPECT_FALSE(met[1]) << "touches nothing, though the other does";

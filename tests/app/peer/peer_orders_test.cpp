@@ -204,12 +204,12 @@ TEST(OrderReader, OverlongLineIsReportedOnceAndSkipped) {
   EXPECT_THAT(Taken(reader), ElementsAre(std::string(OrderReader::kLongest, 'a')));
   pipe.Write(std::string(OrderReader::kLongest + 1, 'a') + "\nheal\n");
   EXPECT_THAT(Taken(reader), ElementsAre("!", "heal"));
-  std::size_t told = 0;
+  std::size_t reported = 0;
   for (int i = 0; i < 10; ++i) {
     pipe.Write(std::string(20000, 'a'));
-    for (int turn = 0; turn < 10; ++turn) told += Taken(reader).size();
+    for (int turn = 0; turn < 10; ++turn) reported += Taken(reader).size();
   }
-  EXPECT_EQ(told, 1U);
+  EXPECT_EQ(reported, 1U);
   pipe.Write("grab\nheal\n");
   EXPECT_THAT(Taken(reader), ElementsAre("heal"));
 }

@@ -132,15 +132,15 @@ TEST_F(NetworkPlanTest, SeedDeterminesLosses) {
     Start(R"({"seed": )" + std::to_string(seed) +
           R"(, "links": [{"from": "ben", "steps": [{"loss": 0.5}]}]})");
     planned_.Apply(kBegin, directory_, inbox);
-    std::string heard;
+    std::string received;
     for (int i = 0; i < 200; ++i) {
       inbox.OnState(state, kBegin);
       inbox.Collect();
       const bool came = inbox.states().Due(kBegin) != nullptr;
-      heard += came ? '1' : '0';
+      received += came ? '1' : '0';
       if (came) inbox.states().Drop();
     }
-    return heard;
+    return received;
   };
   const std::string seven = lost(7, 0);
   EXPECT_EQ(seven, lost(7, 0));
@@ -262,12 +262,12 @@ TEST_F(NetworkPlanTest, TraceStartsAsThePlanOrSeedSays) {
   Start(R"({"links": [{"steps": [{"trace": "line.csv", "start_s": 1}]}]})");
   ApplyAt(0);
   EXPECT_THAT(Due(11), ElementsAre(30));
-  int asked = 0;
-  const auto first = [this, &asked](int seed) {
+  int requested = 0;
+  const auto first = [this, &requested](int seed) {
     Start(R"({"seed": )" + std::to_string(seed) +
           R"(, "links": [{"steps": [{"trace": "line.csv", "mix": true}]}]})");
     // each sample comes later than the last: it waits for those that came before it
-    ApplyAt(++asked);
+    ApplyAt(++requested);
     return Due(11);
   };
   std::set<std::vector<double>> found;

@@ -67,7 +67,7 @@ TEST(TraceFile, IsWrittenWhileTheTraceGrows) {
   };
   traced = 150'000;
   // all frames but those that the stream still holds
-  for (int looks = 0; looks < 1000 && frames_on_disk() < 149'000; ++looks) {
+  for (int exact_queries = 0; exact_queries < 1000 && frames_on_disk() < 149'000; ++exact_queries) {
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
   }
   EXPECT_GE(frames_on_disk(), 149'000U);

@@ -42,19 +42,19 @@ TEST_F(TrialLogTest, RoundTrips) {
     TrialMeasures measures;
     measures.path_mm = 12.5;
     EXPECT_FALSE(log->Ran("P07", 1, measures));
-    EXPECT_EQ(log->Of("P07", 1).state, TrialState::kRan);
+    EXPECT_EQ(log->TrialOf("P07", 1).state, TrialState::kRan);
     EXPECT_FALSE(log->Answered("P07", 1, {{"effort", "4"}}));
   }
   const Result<TrialLog> log = Open();
   ASSERT_TRUE(log) << log.error().what;
   EXPECT_TRUE(log->ConsentOf("P07"));
-  const LoggedTrial trial = log->Of("P07", 1);
+  const LoggedTrial trial = log->TrialOf("P07", 1);
   EXPECT_EQ(trial.state, TrialState::kDone);
   EXPECT_EQ(trial.attempts, 1);
   EXPECT_EQ(trial.measures.path_mm, 12.5);
   EXPECT_TRUE(std::isnan(trial.measures.completion_s));
   EXPECT_EQ(trial.answers.at("effort"), "4");
-  EXPECT_EQ(log->Of("P07", 2).state, TrialState::kPlanned);
+  EXPECT_EQ(log->TrialOf("P07", 2).state, TrialState::kPlanned);
 }
 
 TEST_F(TrialLogTest, InterruptedTrialIsRepeatedOnceThenLost) {
@@ -66,13 +66,13 @@ TEST_F(TrialLogTest, InterruptedTrialIsRepeatedOnceThenLost) {
   {
     Result<TrialLog> log = Open();
     ASSERT_TRUE(log);
-    EXPECT_EQ(log->Of("P07", 1).state, TrialState::kCut);
+    EXPECT_EQ(log->TrialOf("P07", 1).state, TrialState::kCut);
     EXPECT_FALSE(log->Begin("P07", 1));
   }
   const Result<TrialLog> log = Open();
   ASSERT_TRUE(log);
-  EXPECT_EQ(log->Of("P07", 1).state, TrialState::kLost);
-  EXPECT_EQ(log->Of("P07", 1).attempts, 2);
+  EXPECT_EQ(log->TrialOf("P07", 1).state, TrialState::kLost);
+  EXPECT_EQ(log->TrialOf("P07", 1).attempts, 2);
 }
 
 // A program that is killed leaves a line without an end. Wherever it ends, the log opens and has
@@ -91,7 +91,7 @@ TEST_F(TrialLogTest, ToleratesATruncatedLastLine) {
     Result<TrialLog> log = Open();
     ASSERT_TRUE(log) << size << ": " << log.error().what;
     EXPECT_TRUE(log->ConsentOf("P07"));
-    EXPECT_EQ(log->Of("P07", 1).state, TrialState::kPlanned);
+    EXPECT_EQ(log->TrialOf("P07", 1).state, TrialState::kPlanned);
     EXPECT_FALSE(log->Begin("P07", 1));
     EXPECT_EQ(std::ranges::count(TextOf(file_), '\n'), 3) << size;
   }
@@ -136,7 +136,7 @@ TEST_F(TrialLogTest, WithdrawalErasesTheParticipant) {
   EXPECT_THAT(text, Not(HasSubstr("\"begun\",\"participant\":\"P07\"")));
   EXPECT_THAT(text, HasSubstr("\"withdrawn\",\"participant\":\"P07\""));
   EXPECT_TRUE(log->Withdrew("P07"));
-  EXPECT_EQ(log->Of("P12", 2).state, TrialState::kCut);
+  EXPECT_EQ(log->TrialOf("P12", 2).state, TrialState::kCut);
 }
 
 }  // namespace

@@ -31,7 +31,7 @@ struct FakeSession {
   Inbox* inbox = nullptr;
   JoinRequest request;
   PeerId peer = 0;
-  std::vector<PeerInfo> said;
+  std::vector<PeerInfo> output;
   std::string keys_end;  // words on keys that have ended
   int left = 0;
   int destroyed = 0;
@@ -75,7 +75,7 @@ struct FakeSession {
       FAIL() << "a viewer says nothing of poses";
     }
     void Publish(const ViewFrame&) override { FAIL() << "a viewer says nothing of poses"; }
-    void Publish(const PeerInfo& info) override { session.said.push_back(info); }
+    void Publish(const PeerInfo& info) override { session.output.push_back(info); }
     void Publish(const Event&) override { FAIL() << "a viewer says nothing of bodies"; }
     void Publish(const SceneManifest&) override { FAIL() << "a viewer offers no scene"; }
     void Leave() override { ++session.left; }

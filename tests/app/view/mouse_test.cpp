@@ -247,8 +247,8 @@ TEST_F(Person, RemovesTheActuatorInContact) {
   }
   QFile file(report);
   ASSERT_TRUE(file.open(QIODevice::ReadOnly));
-  const nlohmann::json said = nlohmann::json::parse(file.readAll().toStdString());
-  const nlohmann::json& verdict = said.at("verdicts").at(0);
+  const nlohmann::json output = nlohmann::json::parse(file.readAll().toStdString());
+  const nlohmann::json& verdict = output.at("verdicts").at(0);
   SCOPED_TRACE(verdict.dump());
   EXPECT_EQ(verdict.at("body"), "actuator");
   EXPECT_TRUE(verdict.at("out").get<bool>());

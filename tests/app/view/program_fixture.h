@@ -36,29 +36,29 @@ class Program : public ::testing::Test {
       {"name": "part", "mesh": "part.obj", "mass_kg": 0.2, "sharing": "shared", "colour": "#00c020"}]})");
   }
   void TearDown() override {
-    for (const auto& puppet : puppets_) {
-      puppet->closeWriteChannel();
-      if (!puppet->waitForFinished(kPatienceMs)) puppet->kill();
+    for (const auto& scripted : puppets_) {
+      scripted->closeWriteChannel();
+      if (!scripted->waitForFinished(kPatienceMs)) scripted->kill();
     }
   }
   QString In(const char* file) const { return folder_.filePath(file); }
 
-  void StartPuppet(const char* name, const char* dx) {
-    auto puppet = std::make_unique<QProcess>();
-    puppet->setProcessChannelMode(QProcess::ForwardedErrorChannel);
-    puppet->start(PUPPET_PEER, {session_, name, In("scene.json"), "1", dx, "0", "0.04", "104"});
-    ASSERT_TRUE(puppet->waitForStarted());
-    puppets_.push_back(std::move(puppet));
+  void StartScriptedPeer(const char* name, const char* dx) {
+    auto scripted = std::make_unique<QProcess>();
+    scripted->setProcessChannelMode(QProcess::ForwardedErrorChannel);
+    scripted->start(SCRIPTED_PEER, {session_, name, In("scene.json"), "1", dx, "0", "0.04", "104"});
+    ASSERT_TRUE(scripted->waitForStarted());
+    puppets_.push_back(std::move(scripted));
   }
   /// Starts a peer that says over DDS that its scene lies where it does not lie on this machine.
-  void StartPuppetFromElsewhere(const char* name,
-                                const QString& file = "/home/anna/scenes/scene.json") {
-    auto puppet = std::make_unique<QProcess>();
-    puppet->setProcessChannelMode(QProcess::ForwardedErrorChannel);
-    puppet->start(PUPPET_PEER,
-                  {session_, name, In("scene.json"), "1", "0.05", "0", "0.04", "104", "-", file});
-    ASSERT_TRUE(puppet->waitForStarted());
-    puppets_.push_back(std::move(puppet));
+  void StartScriptedPeerFromElsewhere(const char* name,
+                                      const QString& file = "/home/anna/scenes/scene.json") {
+    auto scripted = std::make_unique<QProcess>();
+    scripted->setProcessChannelMode(QProcess::ForwardedErrorChannel);
+    scripted->start(SCRIPTED_PEER,
+                    {session_, name, In("scene.json"), "1", "0.05", "0", "0.04", "104", "-", file});
+    ASSERT_TRUE(scripted->waitForStarted());
+    puppets_.push_back(std::move(scripted));
   }
   QStringList JoinArguments() const {
     return {"--session", session_, "--name", "Dora", "--interface", "lo"};
@@ -70,8 +70,8 @@ class Program : public ::testing::Test {
     view.setWorkingDirectory(work_folder_);
     view.start(TANDEM_VIEW, arguments);
     EXPECT_TRUE(view.waitForFinished(kPatienceMs));
-    said_ = view.readAllStandardError().toStdString();
-    EXPECT_EQ(view.exitStatus(), QProcess::NormalExit) << said_;
+    output_ = view.readAllStandardError().toStdString();
+    EXPECT_EQ(view.exitStatus(), QProcess::NormalExit) << output_;
     return view.exitCode();
   }
   nlohmann::json Report() const {
@@ -93,7 +93,7 @@ class Program : public ::testing::Test {
   QString work_folder_;  // folder of the program; empty: the test's own
   QProcessEnvironment here_ = QProcessEnvironment::systemEnvironment();
   std::vector<std::unique_ptr<QProcess>> puppets_;
-  std::string said_;
+  std::string output_;
 };
 
 }  // namespace tandem

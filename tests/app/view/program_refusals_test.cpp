@@ -13,51 +13,51 @@ TEST_F(Program, EndsInOneLineWithoutADisplay) {
   QProcessEnvironment bare = here_;
   for (const char* name : {"DISPLAY", "WAYLAND_DISPLAY", "QT_QPA_PLATFORM"}) bare.remove(name);
   EXPECT_EQ(Run({}, bare), 4);
-  EXPECT_THAT(said_, ::testing::HasSubstr("no display"));
-  EXPECT_EQ(std::count(said_.begin(), said_.end(), '\n'), 1);
+  EXPECT_THAT(output_, ::testing::HasSubstr("no display"));
+  EXPECT_EQ(std::count(output_.begin(), output_.end(), '\n'), 1);
   bare.insert("DISPLAY", ":4711");  // nobody listens there
   EXPECT_EQ(Run({}, bare), 4);
-  EXPECT_THAT(said_, ::testing::HasSubstr(":4711"));
+  EXPECT_THAT(output_, ::testing::HasSubstr(":4711"));
 }
 
 TEST_F(Program, ReportsPictureErrorsInOneLine) {
   Write(In("pictures.json"), R"({"pictures": [{"name": "a/b"}]})");
   EXPECT_EQ(Run({"--paint", In("pictures.json"), "--into", In("painted")}, here_), 3);
-  EXPECT_THAT(said_, ::testing::HasSubstr("pictures[0].name: expected a plain file name"));
+  EXPECT_THAT(output_, ::testing::HasSubstr("pictures[0].name: expected a plain file name"));
 }
 
 TEST_F(Program, WithoutOpenGlWritesAnExplanation) {
   QProcessEnvironment offscreen = here_;
   offscreen.insert("QT_QPA_PLATFORM", "offscreen");
   EXPECT_EQ(Run({"--scene", In("scene.json"), "--screenshot", In("page.png")}, offscreen), 4);
-  EXPECT_THAT(said_, ::testing::HasSubstr("no OpenGL"));
+  EXPECT_THAT(output_, ::testing::HasSubstr("no OpenGL"));
   EXPECT_EQ(QImage(In("page.png")).size(), QSize(1280, 800));
 }
 
 TEST_F(Program, NamesAnUnreadableSceneFile) {
   EXPECT_EQ(Run({"--scene", "/nowhere/scene.json"}, here_), 3);
-  EXPECT_THAT(said_, ::testing::HasSubstr("/nowhere/scene.json"));
+  EXPECT_THAT(output_, ::testing::HasSubstr("/nowhere/scene.json"));
 }
 
 TEST_F(Program, NamesAnUnknownOption) {
   EXPECT_EQ(Run({"--nosuch"}, here_), 2);
-  EXPECT_THAT(said_, ::testing::HasSubstr("--nosuch"));
+  EXPECT_THAT(output_, ::testing::HasSubstr("--nosuch"));
 }
 
 TEST_F(Program, UnattendedRunThatCannotJoinExitsWithTheNetworkCode) {
   EXPECT_EQ(Run({"--session", session_, "--interface", "nosuch0", "--seconds", "30"}, here_), 5);
-  EXPECT_THAT(said_, ::testing::HasSubstr("nosuch0"));
+  EXPECT_THAT(output_, ::testing::HasSubstr("nosuch0"));
 }
 
 TEST_F(Program, InvalidPeerAddressIsAUsageError) {
   EXPECT_EQ(Run({"--session", session_, "--peers", "a:b", "--seconds", "30"}, here_), 2);
-  EXPECT_THAT(said_, ::testing::HasSubstr("HOST:PORT"));
+  EXPECT_THAT(output_, ::testing::HasSubstr("HOST:PORT"));
 }
 
 TEST_F(Program, DoesNotStartWithoutViewerKeys) {
   EXPECT_EQ(Run({"--session", session_, "--secure", folder_.path()}, here_), 9);
-  EXPECT_THAT(said_, ::testing::HasSubstr("is missing"));
-  EXPECT_EQ(std::count(said_.begin(), said_.end(), '\n'), 1);
+  EXPECT_THAT(output_, ::testing::HasSubstr("is missing"));
+  EXPECT_EQ(std::count(output_.begin(), output_.end(), '\n'), 1);
 }
 
 }  // namespace

@@ -25,13 +25,13 @@ namespace {
 
 TEST_F(Program, WritesAPictureWithSolidAndGhostAndAReport) {
   work_folder_ = folder_.path();  // the program finds the scene there by its content
-  StartPuppet("Anna", "0.05");
-  StartPuppet("Ben", "-0.05");
+  StartScriptedPeer("Anna", "0.05");
+  StartScriptedPeer("Ben", "-0.05");
   const int exit_code =
       Run(JoinArguments() + QStringList{"--screenshot", In("window.png"), "--report",
                                         In("report.json"), "--screenshot-after", "2"},
           here_);
-  EXPECT_EQ(exit_code, 0) << said_;
+  EXPECT_EQ(exit_code, 0) << output_;
   const QImage image(In("window.png"));
   ASSERT_EQ(image.size(), QSize(1280, 800));
   const int solid = Count(image, [](const QColor& c) {
@@ -54,7 +54,7 @@ TEST_F(Program, WritesAPictureWithSolidAndGhostAndAReport) {
 TEST_F(Program, MeasuresTheFramesOfAScene) {
   const QStringList arguments{"--scene",         In("scene.json"), "--time-pictures",
                               In("report.json"), "--rounds",       "2"};
-  EXPECT_EQ(Run(arguments, here_), 0) << said_;
+  EXPECT_EQ(Run(arguments, here_), 0) << output_;
   const nlohmann::json times = Report();
   const nlohmann::json& pictures = times.at("pictures");
   ASSERT_EQ(pictures.size(), 2U);
@@ -72,7 +72,7 @@ TEST_F(Program, MeasuresTheFramesOfAScene) {
 }
 
 TEST_F(Program, FindsTheSessionsSceneOnThisMachine) {
-  StartPuppetFromElsewhere("Anna");
+  StartScriptedPeerFromElsewhere("Anna");
   QTemporaryDir state;
   here_.insert("XDG_STATE_HOME", state.path());
   const QStringList arguments =
@@ -83,36 +83,36 @@ TEST_F(Program, FindsTheSessionsSceneOnThisMachine) {
     });
   };
   // the scene is nowhere: the program says so, and where it looked
-  EXPECT_EQ(Run(arguments + QStringList{"--seconds", "12"}, here_), 0) << said_;
-  EXPECT_THAT(said_, ::testing::HasSubstr("The scene is missing"));
+  EXPECT_EQ(Run(arguments + QStringList{"--seconds", "12"}, here_), 0) << output_;
+  EXPECT_THAT(output_, ::testing::HasSubstr("The scene is missing"));
   EXPECT_LT(green(), 150);
   // the scene is in the current folder
   work_folder_ = folder_.path();
-  EXPECT_EQ(Run(arguments, here_), 0) << said_;
+  EXPECT_EQ(Run(arguments, here_), 0) << output_;
   EXPECT_GT(green(), 1000);
   // the scene is where a scene was named the last time
   work_folder_ = state.path();
   EXPECT_EQ(Run({"--scene", In("scene.json"), "--fit", "--screenshot", In("named.png")}, here_), 0);
   QFile::remove(In("found.png"));
-  EXPECT_EQ(Run(arguments, here_), 0) << said_;
+  EXPECT_EQ(Run(arguments, here_), 0) << output_;
   EXPECT_GT(green(), 1000);
 }
 
 TEST_F(Program, ReportsADifferentOrUnloadableScene) {
-  StartPuppet("Anna", "0.05");
+  StartScriptedPeer("Anna", "0.05");
   Write(In("bare.json"), R"({"name": "bare", "voxel_m": 0.001, "bodies": [
       {"name": "part", "mesh": "part.obj", "mass_kg": 0.2}]})");
   EXPECT_EQ(Run(JoinArguments() +
                     QStringList{"--scene", In("bare.json"), "--screenshot", In("other.png")},
                 here_),
             8);
-  EXPECT_THAT(said_, ::testing::HasSubstr("This is not the scene that the session runs"));
+  EXPECT_THAT(output_, ::testing::HasSubstr("This is not the scene that the session runs"));
   Write(In("broken.json"), R"({"name": "broken", "voxel_m": 0.001, "bodies": [
       {"name": "part", "mesh": "gone.obj", "mass_kg": 0.2}]})");
   EXPECT_EQ(Run({"--scene", In("broken.json"), "--screenshot", In("broken.png"), "--seconds", "30"},
                 here_),
             3);
-  EXPECT_THAT(said_, ::testing::HasSubstr("gone.obj"));
+  EXPECT_THAT(output_, ::testing::HasSubstr("gone.obj"));
 }
 
 TEST_F(Program, TakesAPictureWithProximityOnceItIsVoxelized) {
@@ -125,7 +125,7 @@ TEST_F(Program, TakesAPictureWithProximityOnceItIsVoxelized) {
                  "--screenshot-after", "0.2"},
                 here_),
             0)
-      << said_;
+      << output_;
   const QImage image(In("near.png"));
   ASSERT_EQ(image.size(), QSize(1280, 800));
   const auto count = [&](const auto& like) {
@@ -187,9 +187,9 @@ TEST_F(Program, EndsInTimeForAnyNamedFile) {
   ASSERT_EQ(mkfifo(pipe.toLocal8Bit().constData(), 0600), 0);
   QTemporaryDir state;
   here_.insert("XDG_STATE_HOME", state.path());
-  StartPuppetFromElsewhere("Mallory", pipe);
+  StartScriptedPeerFromElsewhere("Mallory", pipe);
   const auto before = std::chrono::steady_clock::now();
-  EXPECT_EQ(Run(JoinArguments() + QStringList{"--seconds", "3"}, here_), 0) << said_;
+  EXPECT_EQ(Run(JoinArguments() + QStringList{"--seconds", "3"}, here_), 0) << output_;
   EXPECT_LT(std::chrono::steady_clock::now() - before, std::chrono::seconds(20));
 }
 
@@ -204,7 +204,7 @@ TEST_F(Program, DrawsReportPicturesWithoutADisplay) {
                     "stroke": {"colour": "#0000ff", "width": 2, "dashes": [10, 5]}}}]}]})");
   QProcessEnvironment nowhere = here_;
   nowhere.remove(QStringLiteral("DISPLAY"));
-  EXPECT_EQ(Run({"--paint", In("pictures.json"), "--into", In("painted")}, nowhere), 0) << said_;
+  EXPECT_EQ(Run({"--paint", In("pictures.json"), "--into", In("painted")}, nowhere), 0) << output_;
   // twice its size
   const QImage one(In("painted/one.png"));
   ASSERT_EQ(one.size(), QSize(200, 120));
@@ -229,13 +229,13 @@ TEST_F(Program, WatchesASecuredSessionWithItsKeys) {
   ASSERT_TRUE(MakeSessionKeys(keys));
   const Result<PeerId> anna = MakeMemberKeys(keys, "anna", Role::kActive, keys / "anna");
   ASSERT_TRUE(anna && MakeMemberKeys(keys, "vera", Role::kViewer, keys / "vera"));
-  Viewer heard;
+  Viewer received;
   DdsOptions options;
   options.session = session_.toStdString();
   options.peer = *anna;
   options.interface = "lo";
   options.secure = (keys / "anna").string();
-  const Result<std::unique_ptr<Transport>> joined = JoinOverDds(options, heard);
+  const Result<std::unique_ptr<Transport>> joined = JoinOverDds(options, received);
   ASSERT_TRUE(joined) << joined.error().what;
   QProcess view;
   view.start(TANDEM_VIEW,
@@ -257,7 +257,7 @@ TEST_F(Program, WatchesASecuredSessionWithItsKeys) {
   };
   // each has heard the other once both have shaken hands
   ASSERT_TRUE(publish_for(kPatienceMs, [&] {
-    return !heard.Picture().peers.empty();
+    return !received.Picture().peers.empty();
   })) << view.readAllStandardError().toStdString();
   publish_for(3000, [] {
     return false;

@@ -79,7 +79,7 @@ TEST_F(ControlServerTest, ReportsWhyAGrabFails) {
   peer_.deaf = true;
   Send(kWindow, GrabRequest{.body = "peg"});
   Run(10, {kWindow});
-  server_.OnNews({HoldingNews::Kind::kRefused, 1, 9}, "ben holds peg");
+  server_.OnNews({Notification::Kind::kRefused, 1, 9}, "ben holds peg");
   Run(1, {kWindow});
   ASSERT_FALSE(answers_.empty());
   EXPECT_FALSE(answers_.back().answer.ok);
@@ -233,9 +233,9 @@ TEST_F(ControlServerTest, RepeatsAReleaseUntilItTakesEffect) {
   peer_.deaf = false;
   Run(2, {kWindow});
   EXPECT_EQ(peer_.facts.held, -1);
-  const std::size_t said = peer_.Count(Command::Kind::kRelease);
+  const std::size_t stated = peer_.Count(Command::Kind::kRelease);
   Run(20, {kWindow});
-  EXPECT_EQ(peer_.Count(Command::Kind::kRelease), said) << "no longer than that";
+  EXPECT_EQ(peer_.Count(Command::Kind::kRelease), stated) << "no longer than that";
 }
 
 TEST_F(ControlServerTest, ReleasesTheClutchOfALostHost) {

@@ -50,7 +50,7 @@ class ControlledHandTest : public ::testing::Test, private ControlledPeer {
     node_->HapticFrame(now_ns_);
     FillFacts(*node_, device_, ++frame_, now_ns_, facts_);
     server_.OnGoal(kHost, {}, now_ns_);
-    node_->TakeNews([this](const HoldingNews& news, const std::string& line) {
+    node_->TakeNotifications([this](const Notification& news, const std::string& line) {
       server_.OnNews(news, line);
     });
     server_.OnFacts(facts_, now_ns_);

@@ -19,7 +19,7 @@ inline ControlScene FourBodies() {
                   {.name = "peg", .moving = 0, .object = 1},
                   {.name = "bolt", .moving = 1, .object = 2},
                   {.name = "frame", .shared = true, .moving = 2, .object = 3}};
-  scene.clearance = ClearanceBounds::OfMarks(8, 0.001);
+  scene.clearance = ClearanceBounds::ForMarks(8, 0.001);
   return scene;
 }
 
@@ -45,11 +45,11 @@ class FakePeer : public ControlledPeer {
   void Tell(const GoalOrder& order) override {
     goal = order;
     facts.grasp_seq = order.grasp_seq;
-    facts.asked = order.X_WG;
+    facts.requested = order.X_WG;
     if (facts.way_seq == order.way_seq) return;
     facts.way_seq = order.way_seq;
     if (order.way == GoalOrder::Way::kDrop) facts.way_body = -1;
-    if (order.way == GoalOrder::Way::kBack) facts.way = WayBack::State::kUnderWay;
+    if (order.way == GoalOrder::Way::kBack) facts.way = PathBacktracker::State::kUnderWay;
   }
   void Begin(std::uint64_t job, const ControlRequest& request) override {
     jobs.emplace_back(job, request);

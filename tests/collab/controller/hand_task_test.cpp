@@ -38,7 +38,7 @@ TEST_F(HandTaskTest, ReturnsToTheGraspPoseAndKeepsHolding) {
   task_.GoBack(RetraceRequest::To::kGrasp, now_ns_);
   EXPECT_FALSE(Run(500)) << "on the way";
   EXPECT_TRUE(task_.going_back());
-  peer_.facts.way = WayBack::State::kArrived;
+  peer_.facts.way = PathBacktracker::State::kArrived;
   const std::optional<HandTask::Ended> ended = Run(2);
   ASSERT_TRUE(ended);
   EXPECT_TRUE(ended->ok);
@@ -53,7 +53,7 @@ TEST_F(HandTaskTest, UndoGrabsTheReleasedPartAndReturnsIt) {
   EXPECT_FALSE(Run(10));
   EXPECT_EQ(peer_.facts.held, 0) << "taken again";
   EXPECT_TRUE(peer_.goal.keeps_way);
-  peer_.facts.way = WayBack::State::kArrived;
+  peer_.facts.way = PathBacktracker::State::kArrived;
   const std::optional<HandTask::Ended> ended = Run(10);
   ASSERT_TRUE(ended);
   EXPECT_EQ(ended->reason, "peg is back");
@@ -67,7 +67,7 @@ TEST_F(HandTaskTest, BlockedPartStopsAndReportsIt) {
   TakePeg();
   task_.GoBack(RetraceRequest::To::kUndo, now_ns_);
   Run(10);
-  peer_.facts.way = WayBack::State::kStuck;
+  peer_.facts.way = PathBacktracker::State::kStuck;
   const std::optional<HandTask::Ended> ended = Run(10);
   ASSERT_TRUE(ended);
   EXPECT_FALSE(ended->ok);
@@ -79,7 +79,7 @@ TEST_F(HandTaskTest, ResetRunsToTheStartOfThePath) {
   TakePeg();
   task_.GoBack(RetraceRequest::To::kReset, now_ns_);
   Run(10);
-  peer_.facts.way = WayBack::State::kArrived;
+  peer_.facts.way = PathBacktracker::State::kArrived;
   const std::optional<HandTask::Ended> ended = Run(20);
   ASSERT_TRUE(ended);
   EXPECT_TRUE(ended->ok);
@@ -90,7 +90,7 @@ TEST_F(HandTaskTest, GoalCancelsTheWayBack) {
   TakePeg();
   task_.GoBack(RetraceRequest::To::kGrasp, now_ns_);
   Run(10);
-  task_.Mean(GoalOrder::Input::kPose, Pose(), Vec3::Zero(), Vec3::Zero());
+  task_.SetGoal(GoalOrder::Input::kPose, Pose(), Vec3::Zero(), Vec3::Zero());
   const std::optional<HandTask::Ended> ended = task_.TakeEnded();
   ASSERT_TRUE(ended);
   EXPECT_FALSE(ended->ok);
@@ -120,7 +120,7 @@ TEST_F(HandTaskTest, RequestNotifiesTheHolder) {
   peer_.deaf = true;
   task_.AskFor(0, scene_, now_ns_);
   Run(5);
-  task_.OnNews({HoldingNews::Kind::kRefused, 1, 9},
+  task_.OnNews({Notification::Kind::kRefused, 1, 9},
                "ben holds peg, and its user sees that you ask for it", scene_);
   const std::optional<HandTask::Ended> ended = task_.TakeEnded();
   ASSERT_TRUE(ended);

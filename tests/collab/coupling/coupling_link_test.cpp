@@ -47,7 +47,7 @@ struct OneLink {
     const std::int64_t last = now;
     now += kMs;
     link.Measure(now, last);
-    if (link.heard()) {
+    if (link.received()) {
       const LinkFrame frame{.now_ns = now, .own = own, .per_mass = per_mass, .experiments = {}};
       const LawInputs common = LawInputsAt(link.peak_loop_age_s(), 2, 1.5);
       allowed = law->Link(common).stiffness;
@@ -90,19 +90,19 @@ struct OneLink {
 };
 
 TEST(CouplingLink, ListensUntilBothPeersHaveHeardEachOther) {
-  OneLink heard;
-  EXPECT_EQ(heard.link.state(), LinkState::kListening);
-  EXPECT_EQ(heard.link.newest(), nullptr);
-  heard.HearState();
-  EXPECT_EQ(heard.link.state(), LinkState::kListening);
-  EXPECT_TRUE(heard.link.heard());
-  heard.HearLinks(20, 50);
-  EXPECT_EQ(heard.link.state(), LinkState::kRising);
+  OneLink received;
+  EXPECT_EQ(received.link.state(), LinkState::kListening);
+  EXPECT_EQ(received.link.newest(), nullptr);
+  received.HearState();
+  EXPECT_EQ(received.link.state(), LinkState::kListening);
+  EXPECT_TRUE(received.link.received());
+  received.HearLinks(20, 50);
+  EXPECT_EQ(received.link.state(), LinkState::kRising);
 
   OneLink hearing;
   hearing.HearLinks(20, 50);
   EXPECT_EQ(hearing.link.state(), LinkState::kListening);
-  EXPECT_FALSE(hearing.link.heard());
+  EXPECT_FALSE(hearing.link.received());
   hearing.HearState();
   EXPECT_EQ(hearing.link.state(), LinkState::kRising);
 }

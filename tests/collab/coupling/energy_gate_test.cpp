@@ -17,11 +17,11 @@ Pose At(double x) {
 TEST(EnergyGate, MotionIsLimitedByCredit) {
   EnergyGate gate;
   const RigidState own;
-  gate.Admit(At(0), own, 200, kPerMass);
-  EXPECT_NEAR(gate.Admit(At(0.02), own, 200, kPerMass).p.x(), 0.02, 1e-12);
+  gate.Modulate(At(0), own, 200, kPerMass);
+  EXPECT_NEAR(gate.Modulate(At(0.02), own, 200, kPerMass).p.x(), 0.02, 1e-12);
   EXPECT_FALSE(gate.clipped());
   EXPECT_NEAR(gate.tank(), 0.1 - 0.04, 1e-12);
-  EXPECT_NEAR(gate.Admit(At(0.1), own, 200, kPerMass).p.x(), std::sqrt(0.001), 1e-6);
+  EXPECT_NEAR(gate.Modulate(At(0.1), own, 200, kPerMass).p.x(), std::sqrt(0.001), 1e-6);
   EXPECT_TRUE(gate.clipped());
   EXPECT_NEAR(gate.tank(), 0.0, 1e-6);
 }
@@ -29,10 +29,10 @@ TEST(EnergyGate, MotionIsLimitedByCredit) {
 TEST(EnergyGate, CreditsEnergyReleasedOnTheWayBack) {
   EnergyGate gate;
   const RigidState own;
-  gate.Admit(At(0), own, 200, kPerMass);
+  gate.Modulate(At(0), own, 200, kPerMass);
   for (int i = 0; i < 100; ++i) {
-    gate.Admit(At(0.03), own, 200, kPerMass);
-    gate.Admit(At(0.0), own, 200, kPerMass);
+    gate.Modulate(At(0.03), own, 200, kPerMass);
+    gate.Modulate(At(0.0), own, 200, kPerMass);
   }
   EXPECT_NEAR(gate.tank(), 0.1, 1e-9);
   EXPECT_NEAR(gate.overflow(), 0.0, 1e-9);
@@ -42,11 +42,11 @@ TEST(EnergyGate, CreditsEnergyReleasedOnTheWayBack) {
 TEST(EnergyGate, OverflowGoesToTheOtherEnd) {
   EnergyGate here;
   EnergyGate there;
-  there.Earn(1.0);
+  there.Credit(1.0);
   EXPECT_NEAR(there.overflow(), 0.9, 1e-12);
   here.Receive(there.overflow());  // from before they met
   EXPECT_NEAR(here.tank(), 0.1, 1e-12);
-  there.Earn(0.2);
+  there.Credit(0.2);
   for (int i = 0; i < 3; ++i) here.Receive(there.overflow());  // said three times, counted once
   EXPECT_NEAR(here.tank(), 0.1 + 0.18, 1e-12);
   EXPECT_EQ(here.overflow(), 0.0);
@@ -58,9 +58,9 @@ TEST(EnergyGate, OverflowGoesToTheOtherEnd) {
 TEST(EnergyGate, RotationConsumesCredit) {
   EnergyGate gate;
   const RigidState own;
-  gate.Admit(At(0), own, 200, kPerMass);
+  gate.Modulate(At(0), own, 200, kPerMass);
   const Pose turned{RotationBy(Vec3(0, 0, M_PI / 2)), Vec3::Zero()};
-  gate.Admit(turned, own, 200, kPerMass);
+  gate.Modulate(turned, own, 200, kPerMass);
   EXPECT_NEAR(gate.tank(), 0.1 - 0.5 * 200 * 1e-4 * M_PI * M_PI / 4, 1e-9);
 }
 

@@ -31,8 +31,8 @@ struct LinkBench {
 
   /// Runs a frame with the partner's state, held still at `place`. The state echoes our stamp of
   /// `loop_ms` ago.
-  void Frame(double place_m, std::int64_t loop_ms, double its_stiffness, bool heard = true) {
-    if (!heard) return Alone();
+  void Frame(double place_m, std::int64_t loop_ms, double its_stiffness, bool received = true) {
+    if (!received) return Alone();
     Hear(kOther, place_m, loop_ms, its_stiffness);
     Alone();
   }
@@ -40,7 +40,7 @@ struct LinkBench {
   void Hear(PeerId peer, double place_m, std::int64_t loop_ms, double its_stiffness) {
     ++seq;
     const std::int64_t then = now + kMs;
-    heard_ns = then;
+    received_ns = then;
     ObjectState state;
     state.peer = peer;
     state.object = kObject;
@@ -81,7 +81,7 @@ struct LinkBench {
   CouplingLinks out;
   std::uint32_t frame = 0;
   std::int64_t now = 1000 * kMs;
-  std::int64_t heard_ns = 0;  // time at which a partner was heard last
+  std::int64_t received_ns = 0;  // time at which a partner was heard last
   std::uint32_t seq = 0;
 };
 

@@ -105,7 +105,7 @@ TEST(SharedBody, SilentPartnersLinkSoftensWithoutEnding) {
   EXPECT_GT(last, 50);
   bench.own.V_WB.v.x() = 0.02;  // at rest it would follow slowly
   for (const int age_ms : {600, 1100, 2600, 5100}) {
-    while (bench.now - bench.heard_ns < age_ms * kMs) bench.Alone();
+    while (bench.now - bench.received_ns < age_ms * kMs) bench.Alone();
     const double allowed =
         (*MakeLaw("p+d"))->Link(LawInputsAt(1e-3 * (100 + age_ms), 2, 1.5)).stiffness;
     EXPECT_NEAR(bench.stiffness(), allowed, 0.01 * allowed) << age_ms;

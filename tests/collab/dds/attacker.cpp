@@ -355,7 +355,7 @@ class Attacker {
 
 int main(int argc, char** argv) {
   if (argc != 8) return 2;
-  TakeOverCycloneLog();
+  RedirectCycloneLog();
   Qos participant_qos;
   if (std::string(argv[2]) != "-") {
     Result<MemberKeys> keys = LoadMemberKeys(argv[2]);

@@ -59,7 +59,7 @@ void ChildPeer::Signal(int signal) {
 
 bool ChildPeer::Says(const std::string& line, std::chrono::milliseconds deadline) {
   const auto end = std::chrono::steady_clock::now() + deadline;
-  while (said_.find("\n" + line + "\n") == std::string::npos) {
+  while (output_.find("\n" + line + "\n") == std::string::npos) {
     const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(
         end - std::chrono::steady_clock::now());
     pollfd wait{from_child_, POLLIN, 0};
@@ -67,7 +67,7 @@ bool ChildPeer::Says(const std::string& line, std::chrono::milliseconds deadline
     std::array<char, 1024> buffer;
     const ssize_t size = read(from_child_, buffer.data(), buffer.size());
     if (size <= 0) return false;
-    said_.append(buffer.data(), static_cast<std::size_t>(size));
+    output_.append(buffer.data(), static_cast<std::size_t>(size));
   }
   return true;
 }

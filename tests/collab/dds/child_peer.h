@@ -34,13 +34,13 @@ class ChildPeer {
   /// Returns whether the child has said the line, or says it before the deadline.
   bool Says(const std::string& line, std::chrono::milliseconds deadline = std::chrono::seconds(60));
   /// Returns all that it said so far.
-  const std::string& said() const { return said_; }
+  const std::string& output() const { return output_; }
 
  private:
   pid_t pid_ = -1;
   int to_child_ = -1;
   int from_child_ = -1;
-  std::string said_ = "\n";
+  std::string output_ = "\n";
 };
 
 }  // namespace tandem::testing

@@ -115,79 +115,79 @@ SceneManifest SampleScene(PeerId peer) {
 
 Recorder::Heard Recorder::Now() const {
   const std::scoped_lock lock(mutex_);
-  return heard_;
+  return received_;
 }
 
 bool Recorder::WaitFor(std::function<bool(const Heard&)> holds,
                        std::chrono::milliseconds deadline) const {
   std::unique_lock lock(mutex_);
   return changed_.wait_for(lock, deadline, [&] {
-    return holds(heard_);
+    return holds(received_);
   });
 }
 
 void Recorder::OnState(const ObjectState& state, std::int64_t arrival_ns) {
   const std::scoped_lock lock(mutex_);
-  if (!heard_.states.contains(state.peer)) tell("state", state.peer);
-  heard_.states[state.peer] = state;
+  if (!received_.states.contains(state.peer)) tell("state", state.peer);
+  received_.states[state.peer] = state;
   state_ages_ns.push_back(arrival_ns - state.sample_ns);
   changed_.notify_all();
 }
 void Recorder::OnLinks(const CouplingLinks& links, std::int64_t /*arrival_ns*/) {
   const std::scoped_lock lock(mutex_);
-  if (!heard_.links.contains(links.from)) tell("links", links.from);
-  heard_.links[links.from] = links;
+  if (!received_.links.contains(links.from)) tell("links", links.from);
+  received_.links[links.from] = links;
   changed_.notify_all();
 }
 void Recorder::OnView(const ViewFrame& frame, std::int64_t /*arrival_ns*/) {
   const std::scoped_lock lock(mutex_);
-  if (!heard_.views.contains(frame.peer)) tell("view", frame.peer);
-  heard_.views[frame.peer] = frame;
+  if (!received_.views.contains(frame.peer)) tell("view", frame.peer);
+  received_.views[frame.peer] = frame;
   changed_.notify_all();
 }
 void Recorder::OnPeerInfo(const PeerInfo& info, std::int64_t /*arrival_ns*/) {
   const std::scoped_lock lock(mutex_);
-  if (!heard_.infos.contains(info.peer)) tell("info", info.peer);
-  heard_.infos[info.peer] = info;
-  ++heard_.info_count[info.peer];
+  if (!received_.infos.contains(info.peer)) tell("info", info.peer);
+  received_.infos[info.peer] = info;
+  ++received_.info_count[info.peer];
   changed_.notify_all();
 }
 void Recorder::OnPeerLeft(PeerId peer) {
   const std::scoped_lock lock(mutex_);
   tell("left", peer);
-  heard_.infos.erase(peer);
-  ++heard_.left[peer];
+  received_.infos.erase(peer);
+  ++received_.left[peer];
   changed_.notify_all();
 }
 void Recorder::OnPeerLost(PeerId peer) {
   const std::scoped_lock lock(mutex_);
   tell("lost", peer);
-  heard_.infos.erase(peer);
-  ++heard_.lost[peer];
+  received_.infos.erase(peer);
+  ++received_.lost[peer];
   changed_.notify_all();
 }
 void Recorder::OnEvent(const Event& event, std::int64_t /*arrival_ns*/) {
   const std::scoped_lock lock(mutex_);
   tell("event", event.peer);
-  heard_.events.push_back(event);
+  received_.events.push_back(event);
   changed_.notify_all();
 }
 void Recorder::OnScene(const SceneManifest& manifest) {
   const std::scoped_lock lock(mutex_);
   tell("scene", manifest.content_hash);
-  heard_.scenes.push_back(manifest);
+  received_.scenes.push_back(manifest);
   changed_.notify_all();
 }
 
 void Recorder::OnTwin(const PeerInfo& info) {
   const std::scoped_lock lock(mutex_);
   tell("twin", info.peer);
-  ++heard_.twins;
+  ++received_.twins;
   changed_.notify_all();
 }
 void Recorder::OnDropped(PeerId from, Drop reason) {
   const std::scoped_lock lock(mutex_);
-  ++heard_.dropped[{from, reason}];
+  ++received_.dropped[{from, reason}];
   changed_.notify_all();
 }
 

@@ -62,7 +62,7 @@ class Recorder : public Inbox {
  private:
   mutable std::mutex mutex_;
   mutable std::condition_variable changed_;
-  Heard heard_;
+  Heard received_;
 };
 
 /// A peer in a session over loopback that keeps saying the same: its states, links and views at 1

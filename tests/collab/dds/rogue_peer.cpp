@@ -41,7 +41,7 @@ int main(int argc, char** argv) {
   using namespace tandem;
   if (argc < 5) return 2;
   const PeerId claimed = std::stoull(argv[4]);
-  TakeOverCycloneLog();
+  RedirectCycloneLog();
   Qos participant_qos;
   if (std::string(argv[2]) != "-") {
     Result<MemberKeys> keys = LoadMemberKeys(argv[2]);

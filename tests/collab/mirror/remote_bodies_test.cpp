@@ -50,7 +50,7 @@ class LooseBody : public ::testing::Test {
   /// Runs a whole frame, and returns where the mirror is then.
   double Frame() {
     remote_->Prepare(-1, inputs_);
-    remote_->GiveWay(*world_, {}, inputs_);
+    remote_->ApplyCompliance(*world_, {}, inputs_);
     world_->Step(inputs_);
     return world_->state(0).X_WB.p.x();
   }
@@ -241,8 +241,8 @@ TEST(RemoteBodies, DeadReckonedMirrorsAreAtTheExtrapolatedPose) {
     state.X_WB.p.x() = 0.5;
     state.V_WB.v.x() = speed;
     remote.OnState(state);
-    const std::array<Echoes::Loop, 1> loops{{{.peer = 10, .age_s = loop_age_s}}};
-    remote.Reckon(loops);
+    const std::array<RoundTripTracker::Loop, 1> loops{{{.peer = 10, .age_s = loop_age_s}}};
+    remote.Extrapolate(loops);
     remote.Prepare(1, inputs);
     return inputs.instances[0].mirror_WB.p.x();
   };
@@ -250,7 +250,7 @@ TEST(RemoteBodies, DeadReckonedMirrorsAreAtTheExtrapolatedPose) {
   EXPECT_NEAR(x_at(MirrorModel::kDeadReckoned, 0.2, 1.0), 0.52, 1e-12);   // 100 ms
   EXPECT_NEAR(x_at(MirrorModel::kDeadReckoned, -2.0, 0.1), 0.47, 1e-12);  // 30 mm
   EXPECT_EQ(x_at(MirrorModel::kHeld, 0.2, 0.1), 0.5);
-  EXPECT_EQ(x_at(MirrorModel::kBlend, 0.2, 0.1), 0.5);
+  EXPECT_EQ(x_at(MirrorModel::kCompliantMirror, 0.2, 0.1), 0.5);
 }
 
 }  // namespace

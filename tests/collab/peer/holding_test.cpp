@@ -38,8 +38,8 @@ class Holding : public ::testing::Test {
   void Order(std::size_t peer, Command::Kind kind, ObjectId object = kNoObject, PeerId to = 0) {
     ASSERT_TRUE(session_.node(peer).peer().commands().TryPush({kind, object, to}));
   }
-  int Held(std::size_t peer) { return session_.node(peer).peer().holdings().held(); }
-  PeerId Authority(std::size_t at) { return session_.node(at).peer().holdings().authority(kBox); }
+  int Held(std::size_t peer) { return session_.node(peer).peer().ownership().held(); }
+  PeerId Authority(std::size_t at) { return session_.node(at).peer().ownership().authority(kBox); }
   Vec3 Place(std::size_t at, std::size_t body = kBox) {
     return session_.node(at).world().state(body).X_WB.p;
   }
@@ -130,14 +130,14 @@ TEST_F(Holding, HeldBodyCannotBeTaken) {
   Run(500);
   EXPECT_EQ(Held(0), 0);
   EXPECT_EQ(Held(1), 1);
-  session_.node(1).TakeNews();
+  session_.node(1).TakeNotifications();
   Order(1, Command::Kind::kGrab, kBox);
   Run(100);
   EXPECT_EQ(Held(0), 0);
   EXPECT_EQ(Held(1), -1);
-  const std::vector<std::string> news = session_.node(1).TakeNews();
-  ASSERT_EQ(news.size(), 3U);
-  EXPECT_EQ(news[2].rfind("peer 1 holds ", 0), 0U) << news[2];
+  const std::vector<std::string> notification = session_.node(1).TakeNotifications();
+  ASSERT_EQ(notification.size(), 3U);
+  EXPECT_EQ(notification[2].rfind("peer 1 holds ", 0), 0U) << notification[2];
 }
 
 TEST_F(Holding, BodyOfACrashedHolderStopsAndCanBeTaken) {

@@ -49,25 +49,25 @@ TEST(PeerDirectory, AdmitsSixteenActivePeers) {
     directory.OnPeerInfo(info);
   };
   for (PeerId id = 2; id <= kMaxPeers; ++id) come(id);
-  directory.TakeNews();
+  directory.TakeNotifications();
   MembershipChange change;
   while (directory.changes().TryPop(change)) {
   }
   come(50, Role::kViewer);
   come(17);
   come(18);
-  EXPECT_THAT(directory.TakeNews(),
+  EXPECT_THAT(directory.TakeNotifications(),
               ElementsAre("peer 50 (viewer) joined",
                           "peer 17 is not accepted: 16 active peers are here, the maximum",
                           "peer 18 is not accepted: 16 active peers are here, the maximum"));
   EXPECT_FALSE(directory.changes().TryPop(change)) << "the haptic thread hears nothing of them";
   come(17);
-  EXPECT_THAT(directory.TakeNews(), IsEmpty()) << "it is said once";
+  EXPECT_THAT(directory.TakeNotifications(), IsEmpty()) << "it is said once";
 
   directory.OnPeerLeft(9);
   come(18);
   come(17);
-  EXPECT_THAT(directory.TakeNews(), ElementsAre("peer 9 left", "peer 18 is accepted now"));
+  EXPECT_THAT(directory.TakeNotifications(), ElementsAre("peer 9 left", "peer 18 is accepted now"));
   ASSERT_TRUE(directory.changes().TryPop(change));
   EXPECT_EQ(change.peer, 9U);
   ASSERT_TRUE(directory.changes().TryPop(change));
@@ -81,7 +81,7 @@ TEST(PeerNode, TwoHighestIdsOfEighteenSimultaneousPeersAreRefused) {
   SimulatedSession session;
   for (PeerId id = 18; id >= 1; --id) session.Add(Node(model, id, -1), id);
   for (int i = 0; i < 1000; ++i) session.Step();
-  for (std::size_t i = 0; i < 18; ++i) EXPECT_EQ(session.node(i).OneTooMany(), i < 2) << i;
+  for (std::size_t i = 0; i < 18; ++i) EXPECT_EQ(session.node(i).IsBeyondLimit(), i < 2) << i;
 }
 
 TEST(PeerNode, SeventeenthPeerIsRefusedWhateverItsId) {
@@ -91,7 +91,7 @@ TEST(PeerNode, SeventeenthPeerIsRefusedWhateverItsId) {
   for (int i = 0; i < 2000; ++i) session.Step();
   session.Add(Node(model, 1, -1), 1);
   for (int i = 0; i < 1000; ++i) session.Step();
-  for (std::size_t i = 0; i < 17; ++i) EXPECT_EQ(session.node(i).OneTooMany(), i == 16) << i;
+  for (std::size_t i = 0; i < 17; ++i) EXPECT_EQ(session.node(i).IsBeyondLimit(), i == 16) << i;
 }
 
 std::vector<std::size_t> Links(SimulatedSession& session, std::size_t peers) {
@@ -108,16 +108,16 @@ TEST(PeerNode, UncoupledHoldersBeyondNineAreNamed) {
   const auto model = Boxes(1);
   SimulatedSession session;
   for (PeerId id = 1; id <= 11; ++id) session.Add(Node(model, id, 0), id);
-  std::size_t told = 0;
+  std::size_t reported = 0;
   for (int i = 0; i < 2000; ++i) session.Step();
   for (std::size_t i = 0; i < 11; ++i) {
-    for (const std::string& line : session.node(i).TakeNews()) {
+    for (const std::string& line : session.node(i).TakeNotifications()) {
       if (line.rfind("more than 9 hold ", 0) != 0) continue;
-      ++told;
+      ++reported;
       EXPECT_THAT(line, HasSubstr("your hand is not coupled to that of "));
     }
   }
-  EXPECT_EQ(told, 11U * 2U) << "each of two, once";
+  EXPECT_EQ(reported, 11U * 2U) << "each of two, once";
   EXPECT_THAT(Links(session, 11), Each(8U));
   session.Kill(9);
   session.Kill(10);
@@ -158,7 +158,7 @@ TEST(PeerNode, SixtyParkedBodiesAreVisibleWithin100Milliseconds) {
   for (ObjectId body = 0; body < kBodies; ++body) {
     ASSERT_TRUE(node->peer().commands().TryPush({Command::Kind::kGrab, body, 0}));
     frames(5, nullptr);
-    ASSERT_EQ(node->peer().holdings().held(), static_cast<int>(body));
+    ASSERT_EQ(node->peer().ownership().held(), static_cast<int>(body));
     // the last one stays in the hand
     if (body + 1 == kBodies) break;
     ASSERT_TRUE(node->peer().commands().TryPush({Command::Kind::kRelease, kNoObject, 0}));

@@ -93,7 +93,7 @@ TEST(PeerGuard, NoMotionExceedsTheForceLimits) {
 }
 
 /// A handle whose state the test sets.
-class ToldDevice : public Device {
+class SettableDevice : public Device {
  public:
   void Start() noexcept override {}
   Anchor Read() noexcept override { return now; }
@@ -116,15 +116,15 @@ class ToldDevice : public Device {
 };
 
 /// A session of a peer with such a handle, which holds nothing at first, and a peer that watches.
-struct ToldSession {
-  explicit ToldSession(int motors = 6) {
+struct GuardedSession {
+  explicit GuardedSession(int motors = 6) {
     const TriangleMesh box = testing::Box(Vec3(0.03, 0.02, 0.02));
     model = std::make_shared<WorldModel>(*testing::MakeWorldModel({{box}}, 0.001));
     for (PeerId id = 1; id <= 2; ++id) {
       NodeOptions options;
       options.peer.id = id;
       options.conditions.delay_ms = 20;
-      auto held_by = std::make_unique<ToldDevice>();
+      auto held_by = std::make_unique<SettableDevice>();
       held_by->motors = motors;
       if (id == 1) device = held_by.get();
       session.Add(std::make_unique<PeerNode>(model, std::move(held_by), 42, options), id);
@@ -139,7 +139,8 @@ struct ToldSession {
       for (std::size_t node = 0; node < 2; ++node) {
         sound = sound && Sound(session.node(node).world().state(0).X_WB);
       }
-      for (const std::string& line : session.node(0).TakeNews()) news.push_back(line);
+      for (const std::string& line : session.node(0).TakeNotifications())
+        notification.push_back(line);
     }
   }
   static bool Sound(const Pose& pose) { return pose.p.allFinite() && pose.q.coeffs().allFinite(); }
@@ -151,20 +152,20 @@ struct ToldSession {
 
   std::shared_ptr<WorldModel> model;
   SimulatedSession session;
-  ToldDevice* device = nullptr;
+  SettableDevice* device = nullptr;
   double largest = 0;  // N or N m; largest that the hand felt
   bool sound = true;   // all poses, and forces that are told to others
-  std::vector<std::string> news;
+  std::vector<std::string> notification;
 };
 
 // The device begins with nonsense. The hand grasps once its place is known, and feels nothing of
 // the nonsense.
 TEST(PeerGuard, NoGraspBeforeTheFirstHandPose) {
-  ToldSession run;
+  GuardedSession run;
   run.device->now.X_WA.p.x() = std::numeric_limits<double>::quiet_NaN();
   run.Order(Command::Kind::kGrab);
   run.Run(300);
-  ASSERT_EQ(run.peer().holdings().held(), 0);
+  ASSERT_EQ(run.peer().ownership().held(), 0);
   const Vec3 before = run.place(0);
   run.device->now.X_WA.p = Vec3(0.008, 0.02, 0);
   run.Run(500);
@@ -178,10 +179,10 @@ TEST(PeerGuard, NoGraspBeforeTheFirstHandPose) {
 // In one frame the simulation leaves the numbers. The body stays where it was, for all. The hand
 // feels nothing of it and is told so, and when it takes the body again it feels it again.
 TEST(PeerGuard, BodySurvivesANonFiniteFrame) {
-  ToldSession run;
+  GuardedSession run;
   run.Order(Command::Kind::kGrab);
   run.Run(300);
-  ASSERT_EQ(run.peer().holdings().held(), 0);
+  ASSERT_EQ(run.peer().ownership().held(), 0);
   run.model->scene.gravity_W.x() = std::numeric_limits<double>::infinity();
   run.Run(1);
   run.model->scene.gravity_W = Vec3::Zero();
@@ -196,15 +197,16 @@ TEST(PeerGuard, BodySurvivesANonFiniteFrame) {
   EXPECT_EQ(run.peer().report().hand_B_W.tau.norm(), 0.0);
   EXPECT_TRUE(run.sound);
   EXPECT_TRUE(run.peer().guard().broken());
-  const auto told = std::count_if(run.news.begin(), run.news.end(), [](const std::string& line) {
-    return line.find("is not a number") != std::string::npos;
-  });
-  EXPECT_EQ(told, 1);
+  const auto reported =
+      std::count_if(run.notification.begin(), run.notification.end(), [](const std::string& line) {
+        return line.find("is not a number") != std::string::npos;
+      });
+  EXPECT_EQ(reported, 1);
   run.Order(Command::Kind::kRelease);
   run.Run(300);
   run.Order(Command::Kind::kGrab);
   run.Run(300);
-  ASSERT_EQ(run.peer().holdings().held(), 0);
+  ASSERT_EQ(run.peer().ownership().held(), 0);
   EXPECT_FALSE(run.peer().guard().broken());
   run.device->now.X_WA.p.y() += 0.005;
   run.Run(3);
@@ -216,34 +218,34 @@ TEST(PeerGuard, BodySurvivesANonFiniteFrame) {
 
 // The hand takes nothing, neither by its own user's order nor by another's gift.
 TEST(PeerGuard, StoppedHandReleasesAndGrabsNothingUntilResumed) {
-  ToldSession run;
+  GuardedSession run;
   run.Order(Command::Kind::kGrab);
   run.Run(300);
-  ASSERT_EQ(run.peer().holdings().held(), 0);
+  ASSERT_EQ(run.peer().ownership().held(), 0);
   run.Order(Command::Kind::kStop);
   run.Run(10);
-  EXPECT_EQ(run.peer().holdings().held(), -1);
+  EXPECT_EQ(run.peer().ownership().held(), -1);
   run.Order(Command::Kind::kGrab);
   run.Run(300);
-  EXPECT_EQ(run.peer().holdings().held(), -1);
-  EXPECT_EQ(run.peer().holdings().wanted(), -1);
+  EXPECT_EQ(run.peer().ownership().held(), -1);
+  EXPECT_EQ(run.peer().ownership().wanted(), -1);
   // the other takes it and hands it over
   Peer& other = run.session.node(1).peer();
   ASSERT_TRUE(other.commands().TryPush({Command::Kind::kGrab, 0, 0}));
   run.Run(300);
-  ASSERT_EQ(other.holdings().held(), 0);
+  ASSERT_EQ(other.ownership().held(), 0);
   ASSERT_TRUE(other.commands().TryPush({Command::Kind::kGive, kNoObject, 1}));
   run.Run(300);
-  EXPECT_EQ(other.holdings().held(), -1);
-  EXPECT_EQ(run.peer().holdings().held(), -1) << "it is put down, not taken";
+  EXPECT_EQ(other.ownership().held(), -1);
+  EXPECT_EQ(run.peer().ownership().held(), -1) << "it is put down, not taken";
   run.Order(Command::Kind::kResume);
   run.Order(Command::Kind::kGrab);
   run.Run(300);
-  EXPECT_EQ(run.peer().holdings().held(), 0);
+  EXPECT_EQ(run.peer().ownership().held(), 0);
 }
 
 /// A device with limits, mapped by a scale that may change.
-class MappedDevice : public ToldDevice {
+class MappedDevice : public SettableDevice {
  public:
   void Rescale(double to) noexcept override { scale = to; }
   DeviceCapabilities capabilities() const noexcept override {
@@ -288,11 +290,11 @@ TEST(PeerGuard, RescaledDeviceKeepsItsStiffnessLimit) {
 // the force, until somebody resumes with both gone.
 TEST(PeerGuard, StopButtonAndFaultEndTheForceUntilResumed) {
   for (const bool button : {true, false}) {
-    ToldSession run;
+    GuardedSession run;
     bool& cause = button ? run.device->pressed : run.device->in_trouble;
     run.Order(Command::Kind::kGrab);
     run.Run(300);
-    ASSERT_EQ(run.peer().holdings().held(), 0);
+    ASSERT_EQ(run.peer().ownership().held(), 0);
     run.device->now.X_WA.p.y() = 0.002;
     run.Run(10);
     ASSERT_GT(run.device->felt.f.norm(), 0.05);
@@ -311,7 +313,7 @@ TEST(PeerGuard, StopButtonAndFaultEndTheForceUntilResumed) {
     cause = false;
     run.Run(50);
     EXPECT_EQ(run.largest, 0.0);
-    EXPECT_EQ(run.peer().holdings().held(), button ? -1 : 0) << "a stopped hand lets go";
+    EXPECT_EQ(run.peer().ownership().held(), button ? -1 : 0) << "a stopped hand lets go";
     run.Order(Command::Kind::kResume);
     run.Order(Command::Kind::kGrab);
     run.Run(20);
@@ -325,7 +327,7 @@ TEST(PeerGuard, StopButtonAndFaultEndTheForceUntilResumed) {
 // A handle that a rate moves is told the force so that it does not run ahead. It has to hear of the
 // force while it is in trouble, too, and after that without a person's word.
 TEST(PeerGuard, FaultOfAMotorlessDeviceKeepsTheForce) {
-  ToldSession run(0);
+  GuardedSession run(0);
   run.Order(Command::Kind::kGrab);
   run.Run(300);
   for (const bool trouble : {true, false}) {

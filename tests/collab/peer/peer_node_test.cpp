@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "collab/coupling/coupling_law.h"
-#include "collab/mirror/contact_blend.h"
+#include "collab/mirror/mirror_compliance.h"
 #include "collab/simulated/network/simulated_session.h"
 #include "engine/haptics/scripted_device.h"
 #include "tests/support/allocation_counter.h"
@@ -101,9 +101,9 @@ TEST(PeerNode, LeaveFadesTheForceAndReturnIsNotFelt) {
     }
   };
   // a crash is noticed, and its pull has faded, within a second
-  session.node(0).TakeNews();
+  session.node(0).TakeNotifications();
   watch(1000);
-  EXPECT_THAT(session.node(0).TakeNews(), ::testing::Contains("2 is lost"));
+  EXPECT_THAT(session.node(0).TakeNotifications(), ::testing::Contains("2 is lost"));
   EXPECT_EQ(last, 0.0);
   EXPECT_LT(largest_step, 0.1);  // N a frame
   watch(600);                    // the hand's way back
@@ -137,7 +137,7 @@ TEST(PeerNode, OwnBodiesAreMirroredAtOtherPeers) {
   for (int i = 0; i < 6000; ++i) {
     session.Step();
     for (std::size_t peer = 0; peer < 2 && i >= 5000; ++peer) {
-      pressing[peer] += session.node(peer).peer().report().loaded_points > 0 ? 1 : 0;
+      pressing[peer] += session.node(peer).peer().report().pushing_points > 0 ? 1 : 0;
     }
   }
   for (std::size_t peer = 0; peer < 2; ++peer) {
@@ -152,7 +152,7 @@ TEST(PeerNode, OwnBodiesAreMirroredAtOtherPeers) {
             .norm();
     // the mirror gives way by the push over B/te
     const double push = session.node(peer).peer().report().hand_B_W.f.norm();
-    const double k = ContactBlend::kDrag / DesignDelay(0.041);
+    const double k = MirrorCompliance::kDrag / DesignDelay(0.041);
     EXPECT_NEAR(mirror_lag, push / k, 1e-4);
   }
 }

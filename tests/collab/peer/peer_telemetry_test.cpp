@@ -20,20 +20,20 @@ class PeerTelemetryTest : public ::testing::Test {
             {{.mesh_W = testing::BoxBetween(Vec3::Zero(), Vec3::Constant(0.02))}}, kVoxel)),
         world_(model_),
         inputs_(testing::FreeInputs(*model_)),
-        holdings_(kSelf, *model_, 0, false, &drops_),
+        ownership_(kSelf, *model_, 0, false, &drops_),
         remote_(*model_),
         echoes_(kSelf),
-        parting_(kSelf, *model_) {}
+        separation_(kSelf, *model_) {}
 
   PeerTelemetry Make(std::size_t trace_frames = 0) const {
     return PeerTelemetry({.id = kSelf,
                           .world = world_,
                           .inputs = inputs_,
                           .report = report_,
-                          .holdings = holdings_,
+                          .ownership = ownership_,
                           .remote = remote_,
                           .echoes = echoes_,
-                          .parting = parting_,
+                          .separation = separation_,
                           .drops = drops_},
                          trace_frames);
   }
@@ -43,10 +43,10 @@ class PeerTelemetryTest : public ::testing::Test {
   StepInputs inputs_;
   StepReport report_;
   DropTable drops_;
-  Holdings holdings_;
+  Ownership ownership_;
   RemoteBodies remote_;
-  Echoes echoes_;
-  Parting parting_;
+  RoundTripTracker echoes_;
+  InstanceSeparation separation_;
 };
 
 TEST_F(PeerTelemetryTest, CountsVoxelWaitsAndReportsTheirEnd) {
@@ -59,10 +59,10 @@ TEST_F(PeerTelemetryTest, CountsVoxelWaitsAndReportsTheirEnd) {
   EXPECT_EQ(telemetry.voxel_waits().count, 2);
   EXPECT_EQ(telemetry.voxel_waits().frames, 4);
   EXPECT_EQ(telemetry.voxel_waits().longest, 3);
-  EXPECT_FALSE(telemetry.voxels_lack());
+  EXPECT_FALSE(telemetry.voxels_missing());
   report_.waited = kLongestVoxelWait;
   telemetry.CountStep();
-  EXPECT_TRUE(telemetry.voxels_lack());
+  EXPECT_TRUE(telemetry.voxels_missing());
 }
 
 TEST_F(PeerTelemetryTest, ReportsContactOverflowOnce) {
@@ -78,10 +78,10 @@ TEST_F(PeerTelemetryTest, KeepsPeakDeviceForceAndForceStep) {
   PeerTelemetry telemetry = Make();
   telemetry.CountForce({Vec3(0, 0, 0.2), Vec3(3, 0, 0)});
   telemetry.CountForce({Vec3(0, 0, 0.1), Vec3(-2, 0, 0)});
-  EXPECT_DOUBLE_EQ(telemetry.felt().peak_force, 3);
-  EXPECT_DOUBLE_EQ(telemetry.felt().peak_moment, 0.2);
-  EXPECT_DOUBLE_EQ(telemetry.felt().peak_step, 5);
-  EXPECT_DOUBLE_EQ(telemetry.felt().F_D_W.f.x(), -2);
+  EXPECT_DOUBLE_EQ(telemetry.rendered().peak_force, 3);
+  EXPECT_DOUBLE_EQ(telemetry.rendered().peak_moment, 0.2);
+  EXPECT_DOUBLE_EQ(telemetry.rendered().peak_step, 5);
+  EXPECT_DOUBLE_EQ(telemetry.rendered().F_D_W.f.x(), -2);
 }
 
 TEST_F(PeerTelemetryTest, TracesTheFirstFramesAndSumsAll) {

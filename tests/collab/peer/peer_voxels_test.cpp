@@ -37,7 +37,7 @@ class DraggingDevice : public Device {
 struct Dragging {
   Dragging() {
     const auto whole = testing::Washboard();
-    pages = std::make_shared<testing::GatedPages>(whole->fixture);
+    pages = std::make_shared<testing::DelayedPages>(whole->fixture);
     auto made = std::make_unique<DraggingDevice>(whole->bodies[0].X_WB0);
     device = made.get();
     NodeOptions options;
@@ -65,7 +65,7 @@ struct Dragging {
     return false;
   }
 
-  std::shared_ptr<testing::GatedPages> pages;
+  std::shared_ptr<testing::DelayedPages> pages;
   SimulatedSession session;
   DraggingDevice* device = nullptr;
   PeerNode* node = nullptr;
@@ -81,7 +81,7 @@ TEST(PeerVoxels, ForceIsZeroWhileWaitingThenRamps) {
   for (int k = 0; k < 20; ++k) dragging.session.Step();
   EXPECT_EQ(dragging.device->force, 0);
   EXPECT_NE(dragging.node->world().state(0).V_WB.v, Vec3::Zero());  // it goes on with that
-  EXPECT_FALSE(dragging.node->peer().telemetry().voxels_lack());
+  EXPECT_FALSE(dragging.node->peer().telemetry().voxels_missing());
   dragging.pages->Open();
   ASSERT_TRUE(dragging.StepUntilWaiting(false, 20000));
   // the pull comes back in a hundred frames
@@ -104,10 +104,10 @@ TEST(PeerVoxels, ReportsMissingVoxelsAfterTwoSeconds) {
   dragging.pages->Close();
   ASSERT_TRUE(dragging.StepUntilWaiting(true, 9000));
   for (int k = 2; k < kLongestVoxelWait; ++k) dragging.session.Step();
-  EXPECT_FALSE(dragging.node->peer().telemetry().voxels_lack());
+  EXPECT_FALSE(dragging.node->peer().telemetry().voxels_missing());
   dragging.session.Step();
-  EXPECT_TRUE(dragging.node->peer().telemetry().voxels_lack());
-  EXPECT_NE(dragging.node->world().WhyVoxelsLack().find("--voxel-memory"), std::string::npos);
+  EXPECT_TRUE(dragging.node->peer().telemetry().voxels_missing());
+  EXPECT_NE(dragging.node->world().MissingVoxelsReason().find("--voxel-memory"), std::string::npos);
 }
 
 }  // namespace

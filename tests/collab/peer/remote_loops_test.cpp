@@ -94,7 +94,7 @@ TEST(RemoteLoops, BodyReleasedUnderPressureIsRigid) {
   }
   const Vec3 put = session.node(1).world().state(1).X_WB.p;
   EXPECT_LT((world.state(1).X_WB.p - put).norm(), 1e-4);
-  EXPECT_GT(peer.report().loaded_points, 0);  // it is pressed all the time
+  EXPECT_GT(peer.report().pushing_points, 0);  // it is pressed all the time
   EXPECT_GT(last.norm(), 4.0);
   EXPECT_LE(largest_step, 0.5);  // N a frame
 }

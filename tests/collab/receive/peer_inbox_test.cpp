@@ -102,19 +102,19 @@ TEST(PeerInbox, FloodOfOneSenderDoesNotDisplaceOthers) {
   flood.peer = 1;
   ObjectState other;
   other.peer = 2;
-  std::uint64_t heard = 0;
+  std::uint64_t received = 0;
   for (std::int64_t frame = 1; frame <= 20; ++frame) {
     for (int i = 0; i < 10'000; ++i) inbox.OnState(flood, frame * kMs);
     inbox.OnState(other, frame * kMs);
     inbox.Collect();
     for (; inbox.states().Due(frame * kMs) != nullptr; inbox.states().Drop()) {
-      if (inbox.states().Due(frame * kMs)->peer == 2) ++heard;
+      if (inbox.states().Due(frame * kMs)->peer == 2) ++received;
     }
   }
-  EXPECT_EQ(heard, 20U);
+  EXPECT_EQ(received, 20U);
   const auto full = static_cast<std::size_t>(Drop::kRingFull);
-  EXPECT_GT(inbox.drops().Of(1)[full], 100'000U);
-  EXPECT_EQ(inbox.drops().Of(2)[full], 0U);
+  EXPECT_GT(inbox.drops().CountsOf(1)[full], 100'000U);
+  EXPECT_EQ(inbox.drops().CountsOf(2)[full], 0U);
 }
 
 TEST(PeerInbox, CountsOverflow) {

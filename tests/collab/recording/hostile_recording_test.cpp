@@ -287,7 +287,7 @@ TEST(Recorder, FirstRecorderClaimsAnEmptyFile) {
 void PutFrames(Recorder& recorder, int frames) {
   for (int i = 0; i < frames; ++i) {
     recorder.Begin(1'000'000 * i, 1e5);
-    recorder.Felt(Anchor{});
+    recorder.OnDevice(Anchor{});
     recorder.End(static_cast<std::uint64_t>(i));
   }
 }

@@ -46,7 +46,7 @@ class McapReader {
   bool whole = false;  // down to the last byte
 
   /// Returns the messages of a topic, in their order.
-  std::vector<Message> Of(const std::string& topic) const {
+  std::vector<Message> MessagesOf(const std::string& topic) const {
     std::vector<Message> of_topic;
     for (const Message& message : messages) {
       if (channels.at(message.channel).topic == topic) of_topic.push_back(message);

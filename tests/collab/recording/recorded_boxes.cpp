@@ -57,17 +57,18 @@ RecordingHeader HeaderOf(PeerId id, int object) {
   header.peer.settle_ns = 123'456'789;
   header.peer.wait_for = 1;
   header.peer.capacity = 12345.678901234567;
-  header.peer.look_price = 98.765432109876543;
+  header.peer.query_price = 98.765432109876543;
   header.peer.X_BD = {RotationBy(Vec3(0.1, 0.2, 0.3)), Vec3(0.001, -0.002, 1.0 / 3.0 * 0.01)};
   return header;
 }
 
 std::unique_ptr<PeerNode> NodeOf(const std::shared_ptr<const WorldModel>& model,
-                                 const RecordingHeader& header, FrameTap* tap, double phase) {
+                                 const RecordingHeader& header, FrameObserver* observer,
+                                 double phase) {
   NodeOptions options;
   options.peer = header.peer;
   options.peer.law = *MakeLaw(header.law, header.limits, true);
-  options.peer.tap = tap;
+  options.peer.observer = observer;
   options.name = header.name;
   options.conditions = {.delay_ms = 40, .jitter_ms = 20, .loss = 0.05};
   HandScript script = Kneading(phase);

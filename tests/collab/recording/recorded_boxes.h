@@ -18,7 +18,8 @@ RecordingHeader HeaderOf(PeerId id, int object);
 
 /// Makes a whole peer that kneads what the header says, over a bad link.
 std::unique_ptr<PeerNode> NodeOf(const std::shared_ptr<const WorldModel>& model,
-                                 const RecordingHeader& header, FrameTap* tap, double phase);
+                                 const RecordingHeader& header, FrameObserver* observer,
+                                 double phase);
 
 std::unique_ptr<Recorder> Record(const std::filesystem::path& file, const RecordingHeader& header);
 

@@ -58,11 +58,11 @@ class RecordingExportTest : public ::testing::Test {
   }
 
   static std::unique_ptr<PeerNode> Node(const std::shared_ptr<const WorldModel>& model, PeerId id,
-                                        FrameTap* tap) {
+                                        FrameObserver* observer) {
     NodeOptions options;
     options.peer = Header(id).peer;
     options.peer.law = *MakeLaw("p+d");
-    options.peer.tap = tap;
+    options.peer.observer = observer;
     HandScript script;
     for (int i = 0; i <= 8; ++i) {
       script.waypoints.push_back(
@@ -139,14 +139,14 @@ TEST_F(RecordingExportTest, IsAnMcapFileByTheSpecification) {
 TEST_F(RecordingExportTest, HasEachFramesPosesAndForcesToTheLastBit) {
   const McapReader read(file());
   ASSERT_TRUE(read.whole);
-  const auto poses = read.Of("/bodies/the_box/pose");
-  const auto hand = read.Of("/hand/wrench");
-  const auto contact = read.Of("/contact/wrench");
+  const auto poses = read.MessagesOf("/bodies/the_box/pose");
+  const auto hand = read.MessagesOf("/hand/wrench");
+  const auto contact = read.MessagesOf("/contact/wrench");
   ASSERT_EQ(poses.size(), std::size_t{kFrames});
   EXPECT_EQ(read.TypeOf("/bodies/the_box/pose"), "geometry_msgs/msg/PoseStamped");
   EXPECT_EQ(read.TypeOf("/hand/wrench"), "geometry_msgs/msg/WrenchStamped");
-  EXPECT_EQ(read.Of("/bodies/the_box/twist").size(), std::size_t{kFrames});
-  EXPECT_EQ(read.Of("/hand/pose").size(), std::size_t{kFrames});
+  EXPECT_EQ(read.MessagesOf("/bodies/the_box/twist").size(), std::size_t{kFrames});
+  EXPECT_EQ(read.MessagesOf("/hand/pose").size(), std::size_t{kFrames});
   ASSERT_EQ(hand.size(), contact.size());
   ASSERT_GT(hand.size(), std::size_t{kFrames / 2});
   for (std::size_t i = 0; i < poses.size(); ++i) {
@@ -171,15 +171,15 @@ TEST_F(RecordingExportTest, ContainsLinksAndReceivedStates) {
   const McapReader read(file());
   ASSERT_TRUE(read.whole);
   const std::string other = "ben_b_";  // an underscore stands for what a topic may not have
-  EXPECT_GT(read.Of("/peers/" + other + "/the_box/pose").size(), std::size_t{kFrames / 2});
-  const auto links = read.Of("/links/" + other + "/wrench");
-  const auto stiffness = read.Of("/links/" + other + "/stiffness");
+  EXPECT_GT(read.MessagesOf("/peers/" + other + "/the_box/pose").size(), std::size_t{kFrames / 2});
+  const auto links = read.MessagesOf("/links/" + other + "/wrench");
+  const auto stiffness = read.MessagesOf("/links/" + other + "/stiffness");
   ASSERT_GT(links.size(), std::size_t{kFrames / 2});
   ASSERT_EQ(stiffness.size(), links.size());
   EXPECT_EQ(VectorAt(links.back().data, 0), reports_.back().links_B_W[0].f);
   EXPECT_GT(VectorAt(links.back().data, 0).norm(), 0.0);
   EXPECT_GT(DoubleAt(stiffness.back().data, 0), 1.0);
-  const auto events = read.Of("/events");
+  const auto events = read.MessagesOf("/events");
   ASSERT_FALSE(events.empty());
   EXPECT_EQ(read.TypeOf("/events"), "std_msgs/msg/String");
   EXPECT_THAT(events.front().data, HasSubstr(other + " joined"));

@@ -35,7 +35,7 @@ TEST(Recording, HeaderRoundTrips) {
   EXPECT_TRUE(read->peer.own_only);
   EXPECT_EQ(read->peer.id, header.peer.id);
   EXPECT_EQ(read->peer.capacity, header.peer.capacity);
-  EXPECT_EQ(read->peer.look_price, header.peer.look_price);
+  EXPECT_EQ(read->peer.query_price, header.peer.query_price);
   EXPECT_EQ(read->peer.X_BD.p, header.peer.X_BD.p);
   EXPECT_EQ(read->peer.X_BD.q.coeffs(), header.peer.X_BD.q.coeffs());
 }
@@ -155,8 +155,8 @@ TEST(Recording, IsReadableAfterKill9) {
   const ScratchFolder scratch;
   const auto model = Boxes();
   const fs::path file = scratch.path() / "r";
-  int told[2];
-  ASSERT_EQ(pipe(told), 0);
+  int reported[2];
+  ASSERT_EQ(pipe(reported), 0);
   const pid_t child = fork();
   ASSERT_GE(child, 0);
   if (child == 0) {
@@ -166,18 +166,18 @@ TEST(Recording, IsReadableAfterKill9) {
     session.Add(NodeOf(model, header, recorder.get(), 0), 1);
     session.Add(NodeOf(model, HeaderOf(2, 1), nullptr, 1), 2);
     const auto empty = fs::file_size(file);
-    for (bool said = false;;) {
+    for (bool stated = false;;) {
       session.Step();
-      if (said || fs::file_size(file) == empty) continue;
-      said = write(told[1], "!", 1) == 1;
+      if (stated || fs::file_size(file) == empty) continue;
+      stated = write(reported[1], "!", 1) == 1;
     }
   }
   char mark = 0;
-  ASSERT_EQ(read(told[0], &mark, 1), 1);
+  ASSERT_EQ(read(reported[0], &mark, 1), 1);
   kill(child, SIGKILL);
   waitpid(child, nullptr, 0);
-  close(told[0]);
-  close(told[1]);
+  close(reported[0]);
+  close(reported[1]);
   const ReplayResult result = ReplayFile(file, model);
   EXPECT_FALSE(result.first_different);
   EXPECT_GT(result.frames, 0);

@@ -41,7 +41,7 @@ double FoundAfter(TrapDetector& detector, double seconds, const Path& path) {
   for (int i = 1; i <= frames; ++i) {
     const auto [ours, theirs] = path(1e-3 * i);
     const InstanceView other{kPartner, theirs};
-    detector.Look(i * kMs, ours, &other, 1);
+    detector.Update(i * kMs, ours, &other, 1);
     if (detector.trapped(kPartner)) return 1e-3 * i;
   }
   return -1;
@@ -134,7 +134,7 @@ TEST(TrapDetector, IgnoresSmallDistances) {
   EXPECT_LT(FoundAfter(model, 2.0, Standing(Vec3(0.0035, 0, 0), Vec3(-0.0035, 0, 0))), 0);
 }
 
-// Retrace seeks the way back in what was seen within 50 ms.
+// ReturnPath seeks the way back in what was seen within 50 ms.
 TEST(TrapDetector, FindsAWallWithinFiftyFrames) {
   const auto model = CubeAnd(Wall(0.001), 0.0005);
   for (std::size_t count = 1; count <= kMaxLinks; ++count) {
@@ -142,13 +142,13 @@ TEST(TrapDetector, FindsAWallWithinFiftyFrames) {
     detector.Begin(0);
     std::array<InstanceView, kMaxLinks> others;
     for (std::size_t i = 0; i < count; ++i) others[i] = {10 + i, Place(Vec3(0.0035, 0, 0))};
-    for (int i = 1; i <= 100; ++i) detector.Look(i * kMs, others[0].X_WB, others.data(), count);
+    for (int i = 1; i <= 100; ++i) detector.Update(i * kMs, others[0].X_WB, others.data(), count);
     // all go through the wall
     for (int i = 101; i <= 150; ++i) {
-      detector.Look(i * kMs, Place(Vec3(-0.0035, 0, 0)), others.data(), count);
+      detector.Update(i * kMs, Place(Vec3(-0.0035, 0, 0)), others.data(), count);
     }
     for (std::size_t i = 0; i < count; ++i) EXPECT_TRUE(detector.blocked(10 + i)) << count;
-    for (int i = 151; i <= 200; ++i) detector.Look(i * kMs, others[0].X_WB, others.data(), count);
+    for (int i = 151; i <= 200; ++i) detector.Update(i * kMs, others[0].X_WB, others.data(), count);
     for (std::size_t i = 0; i < count; ++i) EXPECT_FALSE(detector.blocked(10 + i)) << count;
   }
 }
@@ -174,7 +174,7 @@ TEST(TrapDetector, EndsWhenThePathIsFree) {
   ASSERT_GT(FoundAfter(detector, 1.0, Standing(Vec3(0.03, 0, 0), Vec3(-0.03, 0, 0))), 0);
   const InstanceView other{kPartner, Place(Vec3(0.04, 0, 0))};
   for (int i = 0; i < 20; ++i) {
-    detector.Look(2000 * kMs + i * kMs, Place(Vec3(0.03, 0, 0)), &other, 1);
+    detector.Update(2000 * kMs + i * kMs, Place(Vec3(0.03, 0, 0)), &other, 1);
   }
   EXPECT_FALSE(detector.trapped(kPartner));
   EXPECT_FALSE(detector.blocked(kPartner));
@@ -192,7 +192,7 @@ TEST(TrapDetector, ChecksSevenPartnersInTurn) {
   }
   const testing::AllocationCounter allocations;
   for (int i = 1; i <= 800; ++i) {
-    detector.Look(i * kMs, Place(Vec3(0.05, 0, 0)), others.data(), others.size());
+    detector.Update(i * kMs, Place(Vec3(0.05, 0, 0)), others.data(), others.size());
   }
   EXPECT_EQ(allocations.count(), 0);
   for (std::size_t i = 0; i < others.size(); ++i) {

@@ -33,9 +33,9 @@ TEST(FrameLimits, TravelInFlagsToAPercent) {
                               StepReport::kContactsFull | kStateParked | kStateLoose;
   const std::uint32_t view = ViewBody::kHeld | ViewBody::kInContact | ViewBody::kTrapped;
   EXPECT_EQ(flags & (state | view), 0U);
-  const FrameLimits told{.travel_limited = 1, .over_capacity = 0.37, .contacts_full = 0.01};
-  EXPECT_EQ(LimitsIn(flags | state), told);
-  EXPECT_EQ(LimitsIn(flags | view), told);
+  const FrameLimits reported{.travel_limited = 1, .over_capacity = 0.37, .contacts_full = 0.01};
+  EXPECT_EQ(LimitsIn(flags | state), reported);
+  EXPECT_EQ(LimitsIn(flags | view), reported);
   EXPECT_EQ(AsFlags({}), 0U);
   EXPECT_EQ(LimitsIn(state), FrameLimits{});
   // every number that comes over the network gives shares

@@ -26,13 +26,14 @@ TEST(PeerDirectory, ReportsJoinLeaveLossAndReturnOnce) {
   PeerDirectory directory(1, 42);
   directory.OnPeerInfo(Anna());
   directory.OnPeerInfo(Anna());
-  EXPECT_THAT(directory.TakeNews(), ElementsAre("Anna joined"));
+  EXPECT_THAT(directory.TakeNotifications(), ElementsAre("Anna joined"));
   directory.OnPeerLost(2);
   directory.OnPeerLost(2);
   directory.OnPeerInfo(Anna());
   directory.OnPeerLeft(2);
-  EXPECT_THAT(directory.TakeNews(), ElementsAre("Anna is lost", "Anna is back", "Anna left"));
-  EXPECT_THAT(directory.TakeNews(), IsEmpty());
+  EXPECT_THAT(directory.TakeNotifications(),
+              ElementsAre("Anna is lost", "Anna is back", "Anna left"));
+  EXPECT_THAT(directory.TakeNotifications(), IsEmpty());
 }
 
 TEST(PeerDirectory, HandsChangesToTheHapticThread) {
@@ -86,13 +87,13 @@ TEST(PeerDirectory, DeliversADeferredLeave) {
   PeerDirectory directory(1, 42);
   FillQueue(directory);
   directory.OnPeerLeft(2);
-  directory.TellOwed();
+  directory.NotifyOwed();
   for (const MembershipChange& change : Drain(directory)) EXPECT_TRUE(change.present());
-  directory.TellOwed();
+  directory.NotifyOwed();
   const std::vector<MembershipChange> owed = Drain(directory);
   ASSERT_THAT(owed, SizeIs(1));
   EXPECT_EQ(owed[0].kind, MembershipChange::Kind::kLeft);
-  directory.TellOwed();
+  directory.NotifyOwed();
   EXPECT_THAT(Drain(directory), IsEmpty());
 }
 
@@ -100,7 +101,7 @@ TEST(PeerDirectory, DeliversTheNewestDeferredClaims) {
   PeerDirectory directory(1, 42);
   FillQueue(directory);
   Drain(directory);
-  directory.TellOwed();
+  directory.NotifyOwed();
   const std::vector<MembershipChange> owed = Drain(directory);
   ASSERT_THAT(owed, SizeIs(1));
   EXPECT_EQ(owed[0].kind, MembershipChange::Kind::kClaims);
@@ -115,7 +116,7 @@ TEST(PeerDirectory, DeliversADeferredLeaveBeforeTheRejoin) {
   again.incarnation = 9;
   directory.OnPeerInfo(again);
   Drain(directory);
-  directory.TellOwed();
+  directory.NotifyOwed();
   const std::vector<MembershipChange> owed = Drain(directory);
   ASSERT_THAT(owed, SizeIs(2));
   EXPECT_EQ(owed[0].kind, MembershipChange::Kind::kLeft);
@@ -131,7 +132,7 @@ TEST(PeerDirectory, KeepsViewersFromTheHapticThread) {
   directory.OnPeerLost(2);
   MembershipChange change;
   EXPECT_FALSE(directory.changes().TryPop(change));
-  EXPECT_THAT(directory.TakeNews(), ElementsAre("Anna (viewer) joined", "Anna is lost"));
+  EXPECT_THAT(directory.TakeNotifications(), ElementsAre("Anna (viewer) joined", "Anna is lost"));
 }
 
 TEST(PeerDirectory, RefusesOtherScenesAndProtocolsInOneLine) {
@@ -142,9 +143,10 @@ TEST(PeerDirectory, RefusesOtherScenesAndProtocolsInOneLine) {
   newer.name = "Ben";
   newer.protocol = kProtocol + 1;
   directory.OnPeerInfo(newer);
-  EXPECT_THAT(directory.TakeNews(), ElementsAre(HasSubstr("Anna is not accepted: its scene is"),
-                                                HasSubstr("Ben is not accepted: it uses protocol " +
-                                                          std::to_string(kProtocol + 1))));
+  EXPECT_THAT(directory.TakeNotifications(),
+              ElementsAre(HasSubstr("Anna is not accepted: its scene is"),
+                          HasSubstr("Ben is not accepted: it uses protocol " +
+                                    std::to_string(kProtocol + 1))));
   MembershipChange change;
   EXPECT_FALSE(directory.changes().TryPop(change));
 }
@@ -158,14 +160,14 @@ TEST(PeerDirectory, DistinguishesPeersOfEqualNames) {
   info.name = "Ben";
   info.peer = 4;
   directory.OnPeerInfo(info);
-  EXPECT_THAT(directory.TakeNews(),
+  EXPECT_THAT(directory.TakeNotifications(),
               ElementsAre("Anna joined", "another Anna joined, shown as Anna (2)",
                           "another Ben joined, shown as Ben (2)"));
   EXPECT_EQ(directory.PeerNamed("Anna"), 2U);
   EXPECT_EQ(directory.PeerNamed("Anna (2)"), 3U);
   EXPECT_EQ(directory.NameOf(4), "Ben (2)");
   directory.OnPeerLost(3);
-  EXPECT_THAT(directory.TakeNews(), ElementsAre("Anna (2) is lost"));
+  EXPECT_THAT(directory.TakeNotifications(), ElementsAre("Anna (2) is lost"));
 }
 
 TEST(PeerDirectory, KeepsFewOfTenThousandForgedParticipants) {
@@ -178,7 +180,7 @@ TEST(PeerDirectory, KeepsFewOfTenThousandForgedParticipants) {
     directory.OnPeerInfo(info);
   }
   EXPECT_EQ(directory.Entries().size(), PeerDirectory::kMost);
-  const std::vector<std::string> news = directory.TakeNews();
+  const std::vector<std::string> news = directory.TakeNotifications();
   EXPECT_EQ(news.size(), PeerDirectory::kMost + 1);
   EXPECT_THAT(news.back(), HasSubstr("this program ignores further ones"));
 }
@@ -196,7 +198,7 @@ TEST(PeerDirectory, ForgetsTheLongestDepartedPeersAndUnreadLines) {
   EXPECT_EQ(directory.Entries().size(), PeerDirectory::kMost);
   EXPECT_EQ(directory.NameOf(10'001), "viewer 10001");
   EXPECT_EQ(directory.NameOf(2), "somebody");
-  const std::vector<std::string> news = directory.TakeNews();
+  const std::vector<std::string> news = directory.TakeNotifications();
   EXPECT_EQ(news.size(), PeerDirectory::kMostNews + 1);
   EXPECT_EQ(news.back(), "and 19744 more such lines");  // 2 x 10,000 less 256
 }
@@ -223,7 +225,8 @@ TEST(PeerDirectory, IgnoresSharedBodiesOfPeersWithOtherParameters) {
   directory.OnScene(offer);
   directory.OnPeerInfo(info);
   directory.OnScene(offer);
-  EXPECT_THAT(directory.TakeNews(), ElementsAre("Anna joined", HasSubstr("you push harder")));
+  EXPECT_THAT(directory.TakeNotifications(),
+              ElementsAre("Anna joined", HasSubstr("you push harder")));
 
   // once she goes by ours she is met in full
   info.params_hash = HashOf(terms.parameters);
@@ -258,11 +261,11 @@ TEST(PeerDirectory, RestartIsALossAndAJoin) {
 TEST(PeerDirectory, PeerThatBecomesAViewerLeavesTheHapticThread) {
   using Change = MembershipChange::Kind;
   PeerDirectory directory(1, 42);
-  std::vector<Change> told;
+  std::vector<Change> reported;
   const auto hear = [&](const PeerInfo& info) {
     directory.OnPeerInfo(info);
     MembershipChange change;
-    while (directory.changes().TryPop(change)) told.push_back(change.kind);
+    while (directory.changes().TryPop(change)) reported.push_back(change.kind);
   };
   hear(Anna());
   PeerInfo looks_on = Anna();
@@ -276,7 +279,7 @@ TEST(PeerDirectory, PeerThatBecomesAViewerLeavesTheHapticThread) {
   directory.OnPeerLeft(2);
   MembershipChange change;
   EXPECT_FALSE(directory.changes().TryPop(change));
-  EXPECT_THAT(told, ElementsAre(Change::kJoined, Change::kLost, Change::kBack, Change::kLost));
+  EXPECT_THAT(reported, ElementsAre(Change::kJoined, Change::kLost, Change::kBack, Change::kLost));
 }
 
 TEST(PeerDirectory, ParameterDifferencesAreReportedOnChange) {
@@ -286,32 +289,32 @@ TEST(PeerDirectory, ParameterDifferencesAreReportedOnChange) {
   info.terms = {.law = "constant", .gains = "stiffness=80", .contact = false};
   directory.OnPeerInfo(info);
   directory.OnPeerInfo(info);
-  std::vector<std::string> news = directory.TakeNews();
+  std::vector<std::string> news = directory.TakeNotifications();
   ASSERT_EQ(news.size(), 2U);
   EXPECT_EQ(news[1], info.name +
                          " uses other force terms: law constant (here p+dd), stiffness=80 (here "
                          "the law's own gains), no contact (here contact)");
   directory.SetOwnTerms({.law = "p+dd", .gains = {}, .displacement = 0.5e-3});
-  news = directory.TakeNews();
+  news = directory.TakeNotifications();
   ASSERT_EQ(news.size(), 1U);
   EXPECT_NE(news[0].find("points displaced by 0 mm (here 0.5 mm)"), std::string::npos) << news[0];
   info.terms = {.law = "p+dd", .gains = {}, .displacement = 0.5e-3};
   directory.OnPeerInfo(info);
-  EXPECT_EQ(directory.TakeNews(),
+  EXPECT_EQ(directory.TakeNotifications(),
             std::vector<std::string>{info.name + " now uses the same force terms as you"});
 }
 
 TEST(PeerDirectory, EachRefusalIsReportedOnce) {
   PeerDirectory directory(1, 42);
   directory.OnPeerInfo(Anna());
-  directory.TakeNews();
+  directory.TakeNotifications();
   DropTable drops;
   for (int i = 0; i < 1000; ++i) {
     drops.Count(Anna().peer, Drop::kSeized);
     drops.Count(Anna().peer, Drop::kWrongEpoch);  // a few of each hand-over: not told
-    directory.TellRefusals(drops);
+    directory.NotifyRefusals(drops);
   }
-  EXPECT_EQ(directory.TakeNews(),
+  EXPECT_EQ(directory.TakeNotifications(),
             std::vector<std::string>{
                 Anna().name + " claims bodies that others have and have not given away: refused"});
 }
@@ -320,11 +323,11 @@ TEST(PeerDirectory, FewExcessSamplesAreTolerated) {
   PeerDirectory directory(1, 42);
   DropTable drops;
   for (std::uint64_t i = 1; i < TellFrom(Drop::kFlood); ++i) drops.Count(7, Drop::kFlood);
-  directory.TellRefusals(drops);
-  EXPECT_THAT(directory.TakeNews(), IsEmpty());
+  directory.NotifyRefusals(drops);
+  EXPECT_THAT(directory.TakeNotifications(), IsEmpty());
   drops.Count(7, Drop::kFlood);
-  directory.TellRefusals(drops);
-  EXPECT_THAT(directory.TakeNews(), SizeIs(1));
+  directory.NotifyRefusals(drops);
+  EXPECT_THAT(directory.TakeNotifications(), SizeIs(1));
 }
 
 TEST(PeerDirectory, RefusedForgedPeersTakeNoMemory) {
@@ -334,8 +337,8 @@ TEST(PeerDirectory, RefusedForgedPeersTakeNoMemory) {
   for (PeerId peer = 2; peer <= 1000; ++peer) {
     for (int i = 0; i < 50; ++i) drops.Count(peer, Drop::kFlood);
     drops.Count(peer, Drop::kSeized);
-    directory.TellRefusals(drops);
-    lines += directory.TakeNews().size();
+    directory.NotifyRefusals(drops);
+    lines += directory.TakeNotifications().size();
   }
   EXPECT_GT(lines, 1U);
   EXPECT_LE(lines, PeerDirectory::kMostRefusals);

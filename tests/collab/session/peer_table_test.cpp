@@ -74,7 +74,7 @@ TEST(PeerTable, BothEndsOfALinkAgreeAtRest) {
       EXPECT_NEAR(row.delay_s, 0.5 * row.loop_age_s, 1e-12);
       EXPECT_GE(row.mirror_age_s, 0.0);
       EXPECT_LT(row.mirror_age_s, 0.002);  // a state a frame
-      EXPECT_EQ(row.drops, session.node(user).inbox().drops().Of(row.peer));
+      EXPECT_EQ(row.drops, session.node(user).inbox().drops().CountsOf(row.peer));
     }
   }
 }

@@ -128,8 +128,8 @@ TEST(LinkTrace, AgesWithReorderingMatchFrequentSampling) {
   const LinkTrace trace(1000, delays);
   double sum = 0;
   double peak = 0;
-  int looks = 0;
-  for (double now = 300; now < 600; now += 0.01, ++looks) {
+  int exact_queries = 0;
+  for (double now = 300; now < 600; now += 0.01, ++exact_queries) {
     double newest = -1e9;
     for (int i = 0; i < 600; ++i) {
       const float delay = delays[static_cast<std::size_t>(i % 300)];
@@ -138,7 +138,7 @@ TEST(LinkTrace, AgesWithReorderingMatchFrequentSampling) {
     sum += now - newest;
     peak = std::max(peak, now - newest);
   }
-  EXPECT_NEAR(trace.facts().mean_age_ms, sum / looks, 0.05);
+  EXPECT_NEAR(trace.facts().mean_age_ms, sum / exact_queries, 0.05);
   EXPECT_NEAR(trace.facts().peak_age_ms, peak, 0.05);
 }
 

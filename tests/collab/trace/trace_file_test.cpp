@@ -70,32 +70,32 @@ TEST(NetworkTraceFile, ErrorsNameTheLine) {
 TEST(TraceStore, RereadsAFileOnlyAfterAChange) {
   const ScratchFolder folder;
   const auto file = folder.Write("t.csv", std::string(kHeader) + "seq,there_ms,back_ms\n0,5,6\n");
-  const auto keep = [&](TraceWay way, double stretch) {
+  const auto keep = [&](TraceDirection way, double stretch) {
     const Result<const LinkTrace*> kept = KeepTrace(file, way, stretch);
     EXPECT_TRUE(kept);
     return *kept;
   };
-  const LinkTrace* const there = keep(TraceWay::kThere, 1);
-  EXPECT_EQ(keep(TraceWay::kThere, 1), there);
+  const LinkTrace* const there = keep(TraceDirection::kThere, 1);
+  EXPECT_EQ(keep(TraceDirection::kThere, 1), there);
   EXPECT_EQ(there->samples()[0].delay_ms, 5);
-  EXPECT_EQ(keep(TraceWay::kBack, 1)->samples()[0].delay_ms, 6);
-  EXPECT_EQ(keep(TraceWay::kThere, 3)->samples()[0].delay_ms, 15);
-  EXPECT_EQ(keep(TraceWay::kThere, 3)->source.stretch, 3);
+  EXPECT_EQ(keep(TraceDirection::kBack, 1)->samples()[0].delay_ms, 6);
+  EXPECT_EQ(keep(TraceDirection::kThere, 3)->samples()[0].delay_ms, 15);
+  EXPECT_EQ(keep(TraceDirection::kThere, 3)->source.stretch, 3);
   // the file gets another length, as clocks of files may be coarse
   folder.Write("t.csv", std::string(kHeader) + "seq,there_ms,back_ms\n0,15,6\n");
-  EXPECT_EQ(keep(TraceWay::kThere, 1)->samples()[0].delay_ms, 15);
+  EXPECT_EQ(keep(TraceDirection::kThere, 1)->samples()[0].delay_ms, 15);
   EXPECT_EQ(there->samples()[0].delay_ms, 5);  // whoever has it keeps it
 }
 
 TEST(TraceStore, SlightlyDifferentScalesAreDistinct) {
-  const Result<const LinkTrace*> one = KeepModel("wifi", TraceWay::kThere, 1);
-  const Result<const LinkTrace*> other = KeepModel("wifi", TraceWay::kThere, 1 + 1e-9);
+  const Result<const LinkTrace*> one = KeepModel("wifi", TraceDirection::kThere, 1);
+  const Result<const LinkTrace*> other = KeepModel("wifi", TraceDirection::kThere, 1 + 1e-9);
   ASSERT_TRUE(one && other);
   EXPECT_NE(*one, *other);
 }
 
 TEST(TraceStore, SeedChoosesTheStart) {
-  const Result<const LinkTrace*> kept = KeepModel("leo", TraceWay::kThere, 1);
+  const Result<const LinkTrace*> kept = KeepModel("leo", TraceDirection::kThere, 1);
   ASSERT_TRUE(kept);
   const TraceChoice fixed{.there = *kept, .back = *kept, .start_s = 3};
   EXPECT_EQ(fixed.StartFor(1), 3);

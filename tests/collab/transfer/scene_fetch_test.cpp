@@ -170,7 +170,8 @@ TEST_F(Fetching, TriesTheMostOfferedListFirst) {
   ASSERT_EQ(bench_.fetch.state(), State::kFetched);
   store_.pieces.clear();
   bench_.fetch.Refuse("what was sent is not the session's scene", bench_.now_ns);
-  EXPECT_THAT(bench_.fetch.TakeNews(), ElementsAre(HasSubstr("another peer has other files")));
+  EXPECT_THAT(bench_.fetch.TakeNotifications(),
+              ElementsAre(HasSubstr("another peer has other files")));
   Begin();
   bench_.RunToEnd(20);
   ExpectFetched();
@@ -267,8 +268,8 @@ TEST_F(Fetching, EndsInALineWhereTheDiskIsFull) {
 }
 
 // The line takes 1 MB/s and has a queue before it, which 7 MB/s would fill.
-TEST(RateFinder, FallsWithQueueingAndRisesWithout) {
-  RateFinder finder;
+TEST(RateController, FallsWithQueueingAndRisesWithout) {
+  RateController finder;
   std::int64_t now_ns = 1'000'000'000;
   std::int64_t free_ns = now_ns;  // when the line has carried all
   const double way = 1e6;
@@ -282,7 +283,7 @@ TEST(RateFinder, FallsWithQueueingAndRisesWithout) {
               static_cast<std::int64_t>(1e9 * static_cast<double>(bytes) / way);
     now_ns = free_ns;
     finder.OnPiece(now_ns - sent_ns, bytes);
-    finder.Turn(now_ns);
+    finder.Tick(now_ns);
     if (i > 300) longest_ns = std::max(longest_ns, now_ns - sent_ns);
   }
   EXPECT_LT(finder.rate(), 2 * way);

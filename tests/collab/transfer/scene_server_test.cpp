@@ -46,7 +46,7 @@ class Serving : public ::testing::Test {
   }
   void Run(double seconds) {
     const auto until_ns = now_ns_ + static_cast<std::int64_t>(1e9 * seconds);
-    FileParty::Out out;
+    TransferEndpoint::Out out;
     out.piece = [this](const FilePiece& piece) {
       sent_.push_back(piece);
       bytes_to_[piece.to] += static_cast<double>(piece.bytes.size());
@@ -54,7 +54,7 @@ class Serving : public ::testing::Test {
     out.listeners = [this] {
       return listeners_;
     };
-    while (now_ns_ < until_ns) now_ns_ = std::max(now_ns_ + 1000, server_.Turn(now_ns_, out));
+    while (now_ns_ < until_ns) now_ns_ = std::max(now_ns_ + 1000, server_.Tick(now_ns_, out));
     now_ns_ = until_ns;
   }
   void Open() {
@@ -156,8 +156,8 @@ TEST_F(Serving, RefusesAChangedScene) {
   server_.OnAsk(Ask(7, FileAsk::Kind::kOffer), now_ns_);
   Run(0.2);
   for (const FilePiece& piece : sent_) EXPECT_EQ(piece.list_bytes, 0U);
-  EXPECT_THAT(server_.TakeNews(), ::testing::HasSubstr("or its mesh files have changed"));
-  EXPECT_EQ(server_.TakeNews(), "");
+  EXPECT_THAT(server_.TakeNotifications(), ::testing::HasSubstr("or its mesh files have changed"));
+  EXPECT_EQ(server_.TakeNotifications(), "");
 }
 
 TEST_F(Serving, IgnoresRequestsForOtherScenesOrPeers) {

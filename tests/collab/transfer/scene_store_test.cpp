@@ -159,9 +159,9 @@ TEST_F(Store, InvalidSceneFileIsRefusedAndLeavesNothing) {
         std::string(R"({"bodies": [{}]})"), SceneWith("\"file:1\", \"mesh\": \"/etc/passwd\""),
         R"({"bodies": [{"mesh": "file:1"}], "hands": [{"body": "b", "file": "/etc/passwd"}]})" +
             std::string()}) {
-    const std::string said = Arrives(text);
-    EXPECT_THAT(said, HasSubstr("the scene file that was sent")) << text.substr(0, 60);
-    EXPECT_EQ(std::count(said.begin(), said.end(), '\n'), 0);
+    const std::string stated = Arrives(text);
+    EXPECT_THAT(stated, HasSubstr("the scene file that was sent")) << text.substr(0, 60);
+    EXPECT_EQ(std::count(stated.begin(), stated.end(), '\n'), 0);
     EXPECT_EQ(All(), before) << text.substr(0, 60);
   }
 }

@@ -85,7 +85,7 @@ class MemoryStore : public PieceStore {
 class TransferBench {
  public:
   struct Server {
-    std::unique_ptr<FileParty> party;
+    std::unique_ptr<TransferEndpoint> party;
     std::int64_t next_ns = 0;
     bool here = true;
     /// Changes a piece that it sends; null: nothing is changed.
@@ -111,7 +111,7 @@ class TransferBench {
     Add(peer, std::move(server));
     return made;
   }
-  void Add(PeerId peer, std::unique_ptr<FileParty> party) {
+  void Add(PeerId peer, std::unique_ptr<TransferEndpoint> party) {
     servers[peer].party = std::move(party);
   }
 
@@ -131,13 +131,13 @@ class TransferBench {
   void Step() {
     now_ns += kMs / 4;
     if (now_ns >= fetch_next_ns) {
-      FileParty::Out out;
+      TransferEndpoint::Out out;
       out.ask = [this](const FileAsk& ask) {
         FileAsk sent = ask;
         sent.program = kJoiner;
         if (Arrives()) asks_.push_back({now_ns, sent});
       };
-      fetch_next_ns = fetch.Turn(now_ns, out);
+      fetch_next_ns = fetch.Tick(now_ns, out);
     }
     while (!asks_.empty() && asks_.front().first + delay_ns <= now_ns) {
       for (auto& [peer, server] : servers) {
@@ -148,7 +148,7 @@ class TransferBench {
       asks_.pop_front();
     }
     for (auto& [peer, server] : servers) {
-      FileParty::Out out;
+      TransferEndpoint::Out out;
       out.piece = [&, id = peer](const FilePiece& piece) {
         FilePiece sent = piece;
         sent.program = 1000 + id;
@@ -160,7 +160,7 @@ class TransferBench {
         return std::size_t{1};
       };
       for (int i = 0; i < 64 && server.here && server.next_ns <= now_ns; ++i) {
-        server.next_ns = server.party->Turn(now_ns, out);
+        server.next_ns = server.party->Tick(now_ns, out);
       }
     }
     while (!pieces_.empty() && pieces_.front().first + delay_ns <= now_ns) {

@@ -34,12 +34,12 @@ inline BodySurface SurfaceOf(const TriangleMesh& mesh_B, const Quat& made_at, do
 /// A fixed solid and a moving one: the moving mesh is given in its body's frame.
 struct Refined {
   Refined(const TriangleMesh& fixed_W, const TriangleMesh& moving_B, const Quat& made_at,
-             double spacing = 1, const FieldPair::Options& options = {})
+          double spacing = 1, const FieldPair::Options& options = {})
       : map(SurfaceOf(fixed_W, Quat::Identity())),
         shell(SurfaceOf(moving_B, made_at, spacing)),
         pair(shell, map, options, kGains) {}
 
-  Load LoadAt(const Pose& X_WB, const Twist& V_WB = {}) {
+  LinearizedForce LoadAt(const Pose& X_WB, const Twist& V_WB = {}) {
     on_shell = {};
     on_map = {};
     pair.Collide({X_WB, V_WB}, {}, on_shell, on_map);
@@ -60,8 +60,8 @@ struct Refined {
   BodySurface map;
   BodySurface shell;
   FieldPair pair;
-  Load on_shell;  // load of the last LoadAt()
-  Load on_map;
+  LinearizedForce on_shell;  // load of the last LoadAt()
+  LinearizedForce on_map;
 };
 
 /// Returns the least height of a mesh's vertices along `normal`, turned by q.

@@ -42,7 +42,7 @@ Vec3 Moved(const Pose& X_WB, const Vec3& p_W) {
   return X_WB * (kFirst.Inverse() * p_W) - p_W;
 }
 
-Vec3 Across(const Vec3& v) {
+Vec3 PerpendicularTo(const Vec3& v) {
   return v - v.dot(kAxis) * kAxis;
 }
 
@@ -60,11 +60,12 @@ std::vector<Kind> Kinds() {
        }},
       {"slide", SlideConstraint(kFirst, kAxis),
        [=](const Pose& X) {
-         return Across(Moved(X, kPlace)).norm() + turned(X);
+         return PerpendicularTo(Moved(X, kPlace)).norm() + turned(X);
        }},
       {"cylinder", CylinderConstraint(kFirst, kPlace, kAxis),
        [](const Pose& X) {
-         return Across(Moved(X, kPlace)).norm() + Across(Moved(X, kPlace + kAxis)).norm();
+         return PerpendicularTo(Moved(X, kPlace)).norm() +
+                PerpendicularTo(Moved(X, kPlace + kAxis)).norm();
        }},
       {"plane", PlaneConstraint(kFirst, kAxis, Constraint::Turn::kAboutAxis),
        [=](const Pose& X) {
@@ -95,7 +96,7 @@ TEST(Constraint, DoesNotDriftInAHundredThousandFramesOfShaking) {
   for (const Kind& kind : Kinds()) {
     std::mt19937_64 random(1);
     RigidState state{kFirst, {}};
-    Load load;
+    LinearizedForce load;
     double farthest = 0;
     double most_turned = 0;
     for (int frame = 0; frame < 100'000; ++frame) {
@@ -104,7 +105,7 @@ TEST(Constraint, DoesNotDriftInAHundredThousandFramesOfShaking) {
         const double stiffness = std::pow(10.0, Uniform(random, 0, 6));
         load.stiffness = (frame % 100 == 0 ? stiffness : 0.0) * Mat6::Identity();
       }
-      Load acting = load;
+      LinearizedForce acting = load;
       acting.force -= 0.02 * Stacked(state.V_WB);
       acting.damping += 0.02 * Mat6::Identity();
       const Twist V = ConstrainedTwist(kind.constraint, HalfBrick(), state, acting, kStep);
@@ -124,7 +125,7 @@ TEST(Constraint, ProjectedTwistsKeepThePoseAllowed) {
     std::mt19937_64 random(2);
     RigidState state{kFirst, {}};
     for (int frame = 0; frame < 300; ++frame) {
-      Load load;
+      LinearizedForce load;
       load.force << RandomDirection(random), 20.0 * RandomDirection(random);
       const Twist V = ConstrainedTwist(kind.constraint, HalfBrick(), state, load, kStep);
       // moved on by the bare twist for a very short while, the fault is of second order
@@ -163,7 +164,7 @@ TEST(Constraint, EqualsUnboundedDampersOnForbiddenMotion) {
       }
     }
     for (int trial = 0; trial < 20; ++trial) {
-      Load load;
+      LinearizedForce load;
       load.force << RandomDirection(random), 20.0 * RandomDirection(random);
       const Mat6 root = Mat6::NullaryExpr([&] {
         return Uniform(random, -1, 1);
@@ -186,7 +187,7 @@ TEST(Constraint, FreeConstraintChangesNothing) {
   RigidState free{kFirst, {Vec3(1, 2, 3), Vec3(0.1, 0.2, 0.3)}};
   RigidState constrained = free;
   for (int frame = 0; frame < 200; ++frame) {
-    Load load;
+    LinearizedForce load;
     load.force << 0.1 * RandomDirection(random), 5.0 * RandomDirection(random);
     Advance(free, ImplicitTwist(HalfBrick(), free, load, kStep), kStep, 0.1, kNoLimit);
     Advance(none, constrained, ConstrainedTwist(none, HalfBrick(), constrained, load, kStep), kStep,
@@ -272,7 +273,7 @@ TEST(Constraint, NeverAddsEnergy) {
   for (const Kind& kind : Kinds()) {
     std::mt19937_64 random(8);
     RigidState state{kFirst, {}};
-    Load push;
+    LinearizedForce push;
     push.force << 40.0 * RandomDirection(random), 60.0 * RandomDirection(random);
     Advance(kind.constraint, state,
             ConstrainedTwist(kind.constraint, HalfBrick(), state, push, kStep), kStep, 0.1,
@@ -313,7 +314,7 @@ TEST(HingeConstraint, SwingsAsAPendulumWithFirstOrderError) {
     RigidState state{X_WB0, {}};
     state.X_WB.q = RotationBy(Vec3(0, -1.0, 0));  // to +x
     state.X_WB.p = state.X_WB.q * X_WB0.p;
-    Load weight;
+    LinearizedForce weight;
     weight.force[5] = -brick.mass * kGravity;
     for (int i = 0; i < std::lround(0.5 / h); ++i) {
       Advance(hinge, state, ConstrainedTwist(hinge, brick, state, weight, h), h, 0.1, kNoLimit);
@@ -348,7 +349,7 @@ TEST(BallConstraint, MovesAsASpinningTopWithFirstOrderError) {
     const Pose X_WB0{Quat::Identity(), lever};
     const Constraint ball = BallConstraint(X_WB0, Vec3::Zero());
     RigidState state{X_WB0, {Vec3(2, -6, 4), Vec3(2, -6, 4).cross(lever)}};
-    Load weight;
+    LinearizedForce weight;
     weight.force.tail<3>() = weight_W;
     for (int i = 0; i < std::lround(0.3 / h); ++i) {
       Advance(ball, state, ConstrainedTwist(ball, brick, state, weight, h), h, 0.1, kNoLimit);

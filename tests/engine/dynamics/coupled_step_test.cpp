@@ -21,7 +21,7 @@ constexpr double kCoupledStep = 1e-3;
 struct Bodies {
   std::array<Inertia, 4> inertias;
   std::array<RigidState, 4> states;
-  std::array<Load, 4> loads;
+  std::array<LinearizedForce, 4> loads;
 };
 
 Bodies RandomBodies(std::mt19937_64& random, double turning) {
@@ -36,8 +36,8 @@ Bodies RandomBodies(std::mt19937_64& random, double turning) {
 }
 
 /// Makes a contact between two bodies at a random place: what each gets, and how that changes.
-CrossLoad Touch(Bodies& bodies, std::size_t a, std::size_t b, std::mt19937_64& random) {
-  CrossLoad cross;
+CrossJacobian Touch(Bodies& bodies, std::size_t a, std::size_t b, std::mt19937_64& random) {
+  CrossJacobian cross;
   for (int point = 0; point < 5; ++point) {
     const Vec3 p_W = 0.02 * RandomDirection(random);
     const Vec3 n = RandomDirection(random);
@@ -72,7 +72,7 @@ TEST(CoupledStep, MatchesADenseSolve) {
         HingeConstraint(bodies.states[1].X_WB, Vec3(0.01, 0, 0), RandomDirection(random));
     const Mat6 basis = AllowedBasis(hinge, bodies.states[1].X_WB);
     const std::array<std::array<std::size_t, 2>, 3> pairs{{{0, 1}, {3, 1}, {0, 3}}};
-    std::array<CrossLoad, 3> crosses;
+    std::array<CrossJacobian, 3> crosses;
     for (std::size_t k = 0; k < 3; ++k) {
       crosses[k] = Touch(bodies, pairs[k][0], pairs[k][1], random);
     }
@@ -124,7 +124,7 @@ TEST(CoupledStep, ConservesLinearAndAngularMomentum) {
   std::mt19937_64 random(52);
   for (int trial = 0; trial < 200; ++trial) {
     Bodies bodies = RandomBodies(random, 0.0);
-    const CrossLoad cross = Touch(bodies, 0, 1, random);
+    const CrossJacobian cross = Touch(bodies, 0, 1, random);
     CoupledStep together(2);
     together.Begin();
     for (const std::size_t b : {0U, 1U}) {
@@ -156,7 +156,7 @@ TEST(CoupledStep, ConservesLinearAndAngularMomentum) {
 TEST(CoupledStep, AllocatesNothing) {
   std::mt19937_64 random(53);
   Bodies bodies = RandomBodies(random, 1.0);
-  const CrossLoad cross = Touch(bodies, 0, 2, random);
+  const CrossJacobian cross = Touch(bodies, 0, 2, random);
   CoupledStep together(4);
   const testing::AllocationCounter counter;
   for (int frame = 0; frame < 10; ++frame) {

@@ -17,8 +17,8 @@ Inertia Brick() {
   return {0.3, Vec3(2e-4, 5e-4, 6e-4).asDiagonal()};
 }
 
-Load Spring(const RigidState& state, double k, double b) {
-  Load load;
+LinearizedForce Spring(const RigidState& state, double k, double b) {
+  LinearizedForce load;
   load.force.tail<3>() = -k * state.X_WB.p - b * state.V_WB.v;
   load.stiffness.bottomRightCorner<3, 3>() = k * Mat3::Identity();
   load.damping.bottomRightCorner<3, 3>() = b * Mat3::Identity();
@@ -77,7 +77,7 @@ TEST(ImplicitTwist, ConservesTheAngularMomentumOfATumblingBody) {
     state.V_WB.w = Vec3(0.1, 6.0, 0.05);
     const Vec3 first = momentum(state);
     for (int i = 0; i < static_cast<int>(1.0 / h); ++i) {
-      Advance(state, ImplicitTwist(inertia, state, Load{}, h), h, 0.1, 1e9);
+      Advance(state, ImplicitTwist(inertia, state, LinearizedForce{}, h), h, 0.1, 1e9);
     }
     return (momentum(state) - first).norm() / first.norm();
   };

@@ -37,7 +37,8 @@ std::array<RigidState, 2> Stepped(double h) {
       const Vec3 lever = other.X_WB.q * kHook[1 - b];
       const Anchor anchor{{Quat::Identity(), other.X_WB.p + lever},
                           {Vec3::Zero(), other.V_WB.v + other.V_WB.w.cross(lever)}};
-      const Load load = CouplingLoad(gains, before[b], {Quat::Identity(), kHook[b]}, anchor);
+      const LinearizedForce load =
+          CouplingForce(gains, before[b], {Quat::Identity(), kHook[b]}, anchor);
       Advance(bodies[b], ImplicitTwist(kInertia[b], before[b], load, h), h, 0.1, 1e9);
     }
   }

@@ -54,9 +54,9 @@ class GoalDeviceTest : public ::testing::Test {
       device_.See(part);
       device_.Read();
     }
-    return device_.asked().p.y();
+    return device_.requested().p.y();
   }
-  const WayBack& way() const { return device_.way(); }
+  const PathBacktracker& way() const { return device_.way(); }
 
  private:
   void Publish() {

@@ -10,13 +10,13 @@
 #include <gtest/gtest.h>
 
 #include "engine/voxel/build/voxelize.h"
-#include "tests/support/gated_pages.h"
+#include "tests/support/delayed_pages.h"
 #include "tests/support/shapes.h"
 
 namespace tandem {
 namespace {
 
-using testing::GatedPages;
+using testing::DelayedPages;
 
 constexpr double kVoxel = 0.001;
 constexpr double kMiddle = 0.032;  // middle of a row of hyperchunks
@@ -29,7 +29,7 @@ class ResidentVoxelsTest : public ::testing::Test {
         Voxelize(testing::At(testing::Box(Vec3(20.0, 0.02, 0.02)), Vec3(0, kMiddle, kMiddle)),
                  {.voxel_size = kVoxel});
     TANDEM_CHECK(whole);
-    pages_ = std::make_shared<GatedPages>(*whole);
+    pages_ = std::make_shared<DelayedPages>(*whole);
     const std::uint64_t budget = VoxelArena::FixedBytes(whole_outline()) + (1U << 20U);
     auto made = ResidentVoxels::Make(pages_, budget);
     TANDEM_CHECK(made);
@@ -65,7 +65,7 @@ class ResidentVoxelsTest : public ::testing::Test {
     return false;
   }
 
-  std::shared_ptr<GatedPages> pages_;
+  std::shared_ptr<DelayedPages> pages_;
   std::unique_ptr<ResidentVoxels> voxels_;
   VoxelReader* reader_ = nullptr;
   VoxelReader* wide_ = nullptr;  // its shell is as long as the bar, and not tested at first
@@ -75,7 +75,7 @@ class ResidentVoxelsTest : public ::testing::Test {
 TEST_F(ResidentVoxelsTest, AnnouncedPagesAreLoaded) {
   Go(-9.9);
   EXPECT_FALSE(Announce());
-  voxels_->WaitUntilThere();
+  voxels_->WaitUntilResident();
   EXPECT_TRUE(Announce());
   // free space has no pages
   EXPECT_TRUE(reader_->Announce(At(-9.9) + Vec3(0, 500, 0), 20, 0));
@@ -84,7 +84,7 @@ TEST_F(ResidentVoxelsTest, AnnouncedPagesAreLoaded) {
 TEST_F(ResidentVoxelsTest, PagesInUseAreNeverEvicted) {
   Go(0);
   Announce();
-  voxels_->WaitUntilThere();
+  voxels_->WaitUntilResident();
   ASSERT_TRUE(Announce());
   // hints all along the bar, many more than there is room for
   for (int round = 0; round < 3; ++round) {
@@ -92,7 +92,7 @@ TEST_F(ResidentVoxelsTest, PagesInUseAreNeverEvicted) {
       reader_->Hint(At(x), 10, 0);
       voxels_->BeginFrame();
     }
-    voxels_->WaitUntilThere();
+    voxels_->WaitUntilResident();
     EXPECT_TRUE(Announce()) << round;
   }
 }
@@ -106,7 +106,7 @@ TEST_F(ResidentVoxelsTest, ReadablePagesAreNeverEvicted) {
     for (double x = -9.9; x < 9.9; x += 0.1) {
       if (reader_->Announce(At(x), 10, 0)) there.push_back(x);
     }
-    voxels_->WaitUntilThere();
+    voxels_->WaitUntilResident();
   }
   EXPECT_GT(there.size(), 3U);
   EXPECT_LT(there.size(), 190U) << "all of them have room";
@@ -136,10 +136,10 @@ TEST_F(ResidentVoxelsTest, AnnouncementMakesAHintUrgent) {
 TEST_F(ResidentVoxelsTest, IdleReaderKeepsNoPages) {
   wide_->MoveTo({}, 0);
   for (double x = -9.9; x < 9.9; x += 0.05) wide_->Announce(At(x), 10, 0);
-  voxels_->WaitUntilThere();
+  voxels_->WaitUntilResident();
   Go(9.8);
   Announce();
-  voxels_->WaitUntilThere();
+  voxels_->WaitUntilResident();
   ASSERT_FALSE(Announce()) << "there is room for all";
   EXPECT_TRUE(wide_->Leave());
   EXPECT_TRUE(ComesSoon());
@@ -150,7 +150,7 @@ TEST_F(ResidentVoxelsTest, FindsEvictablePagesAmongPinnedOnes) {
   reader_->Leave();
   wide_->MoveTo({}, 0);
   for (double x = -9.9; x < 9.9; x += 0.05) wide_->Announce(At(x), 10, 0);
-  voxels_->WaitUntilThere();
+  voxels_->WaitUntilResident();
   std::vector<double> there;
   for (double x = -9.9; x < 9.9; x += 0.05) {
     if (wide_->Announce(At(x), 10, 0)) there.push_back(x);
@@ -190,7 +190,7 @@ TEST_F(ResidentVoxelsTest, ReportsWhyPagesAreMissing) {
   pages_->Break();
   Go(1);
   EXPECT_FALSE(Announce());
-  voxels_->WaitUntilThere();
+  voxels_->WaitUntilResident();
   ASSERT_NE(voxels_->fault(), nullptr);
   EXPECT_EQ(*voxels_->fault(), "the disk is broken");
 }

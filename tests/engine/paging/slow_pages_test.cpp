@@ -4,7 +4,7 @@
 
 #include "engine/realtime/clock.h"
 #include "engine/voxel/build/voxelize.h"
-#include "tests/support/gated_pages.h"
+#include "tests/support/delayed_pages.h"
 #include "tests/support/shapes.h"
 
 namespace tandem {
@@ -13,7 +13,7 @@ namespace {
 TEST(SlowPages, DelayIsProportionalToSize) {
   const Result<Voxmap> whole = Voxelize(testing::Sphere(0.5, 4), {.voxel_size = 0.006});
   ASSERT_TRUE(whole);
-  const auto pages = std::make_shared<const testing::GatedPages>(*whole);
+  const auto pages = std::make_shared<const testing::DelayedPages>(*whole);
   constexpr double kBytesPerSecond = 2e6;
   const SlowPages slow(pages, kBytesPerSecond);
   double bytes = 0;

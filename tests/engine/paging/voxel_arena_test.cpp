@@ -7,13 +7,13 @@
 #include <gtest/gtest.h>
 
 #include "engine/voxel/build/voxelize.h"
-#include "tests/support/gated_pages.h"
+#include "tests/support/delayed_pages.h"
 #include "tests/support/shapes.h"
 
 namespace tandem {
 namespace {
 
-using testing::GatedPages;
+using testing::DelayedPages;
 
 Voxmap Ball(const VoxelizeOptions& options) {
   Result<Voxmap> made = Voxelize(testing::Sphere(0.5, 4), options);
@@ -48,7 +48,7 @@ std::size_t Differences(const Voxmap& whole, const Voxmap& part, std::uint32_t r
 TEST(VoxelArena, ReadsAsTheWholeMapAfterAnyHistory) {
   for (const auto& [range, bits] : {std::pair{1, 2}, {8, 4}, {16, 8}}) {
     const Voxmap whole = Ball({.voxel_size = 0.006, .range = range, .bits = bits});
-    const GatedPages pages(whole);
+    const DelayedPages pages(whole);
     std::vector<std::uint32_t> records;
     for (std::uint32_t r = 2; r < whole.header().record_count; ++r) {
       if (pages.HasPage(r)) records.push_back(r);
@@ -80,7 +80,7 @@ TEST(VoxelArena, ReadsAsTheWholeMapAfterAnyHistory) {
 
 TEST(VoxelArena, ClassifiesChunksWithoutPages) {
   const Voxmap whole = Ball({.voxel_size = 0.006});
-  const GatedPages pages(whole);
+  const DelayedPages pages(whole);
   const VoxelArena arena(pages.outline(), 1);
   const auto& size = whole.header().size;
   const auto chunks = [&size](std::size_t axis) {
@@ -97,7 +97,7 @@ TEST(VoxelArena, ClassifiesChunksWithoutPages) {
 
 TEST(VoxelArena, RefusesPagesBeyondItsCapacity) {
   const Voxmap whole = Ball({.voxel_size = 0.006});
-  const GatedPages pages(whole);
+  const DelayedPages pages(whole);
   std::uint32_t record = 2;
   while (!pages.HasPage(record)) ++record;
   VoxelPage page;

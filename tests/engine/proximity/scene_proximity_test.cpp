@@ -209,16 +209,16 @@ TEST(SceneProximity, ReportsUnvoxelizablePartsAndCanBeCancelled) {
   const auto bad = MakeProximityParts(bodies, kSceneVoxel, kDefaultRange, GoOn);
   ASSERT_FALSE(bad.has_value());
   EXPECT_NE(bad.error().what.find("'nothing'"), std::string::npos) << bad.error().what;
-  std::vector<std::string> told;
+  std::vector<std::string> reported;
   const auto given_up =
       MakeProximityParts(bodies, kSceneVoxel, kDefaultRange,
                          [&](std::size_t done, std::size_t total, const std::string& part) {
-                           told.push_back(part);
+                           reported.push_back(part);
                            EXPECT_EQ(total, 2U);
                            return done < 1;
                          });
   EXPECT_FALSE(given_up.has_value());
-  EXPECT_EQ(told, (std::vector<std::string>{"plate", "nothing"}));
+  EXPECT_EQ(reported, (std::vector<std::string>{"plate", "nothing"}));
 }
 
 }  // namespace

@@ -51,7 +51,7 @@ struct Loop {
 
 TEST(RunPeriodically, ReportsEachFramesTime) {
   Loop loop;
-  std::vector<std::int64_t> told;
+  std::vector<std::int64_t> reported;
   RunPeriodically(
       kPeriod, loop.origin,
       [&](std::int64_t frame, std::int64_t) {
@@ -60,11 +60,11 @@ TEST(RunPeriodically, ReportsEachFramesTime) {
       },
       loop.stop, loop.clock, loop.stats,
       [&](std::int64_t start_ns, std::int64_t end_ns, std::int64_t cpu_ns) {
-        told.insert(told.end(), {start_ns - loop.start, end_ns - start_ns, cpu_ns});
+        reported.insert(reported.end(), {start_ns - loop.start, end_ns - start_ns, cpu_ns});
       });
-  EXPECT_EQ(told, (std::vector<std::int64_t>{kPeriod, 300'000, 100'000,      //
-                                             2 * kPeriod, 300'001, 100'001,  //
-                                             3 * kPeriod, 300'002, 100'002}));
+  EXPECT_EQ(reported, (std::vector<std::int64_t>{kPeriod, 300'000, 100'000,      //
+                                                 2 * kPeriod, 300'001, 100'001,  //
+                                                 3 * kPeriod, 300'002, 100'002}));
 }
 
 TEST(RunPeriodically, StartsEachFrameAtItsDeadline) {

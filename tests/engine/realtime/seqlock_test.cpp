@@ -7,8 +7,8 @@
 
 #include <gtest/gtest.h>
 
-#include "engine/realtime/bell.h"
 #include "engine/realtime/clock.h"
+#include "engine/realtime/doorbell.h"
 
 namespace tandem {
 namespace {
@@ -73,16 +73,16 @@ TEST(Seqlock, ReaderOfADeadWriterGetsNothing) {
   EXPECT_EQ(read.n[0], 0U);
 }
 
-TEST(Bell, EndsAWaitByRingingOrByTime) {
-  Bell bell;
-  const std::uint32_t seen = bell.rings();
-  EXPECT_FALSE(bell.WaitBeyond(seen, MonotonicNowNs() + 2'000'000, 100'000));
+TEST(Doorbell, EndsAWaitByRingingOrByTime) {
+  Doorbell doorbell;
+  const std::uint32_t seen = doorbell.rings();
+  EXPECT_FALSE(doorbell.WaitBeyond(seen, MonotonicNowNs() + 2'000'000, 100'000));
   std::thread ringer([&] {
-    bell.Ring();
+    doorbell.Ring();
   });
-  EXPECT_TRUE(bell.WaitBeyond(seen, MonotonicNowNs() + 10'000'000'000, 0));
+  EXPECT_TRUE(doorbell.WaitBeyond(seen, MonotonicNowNs() + 10'000'000'000, 0));
   ringer.join();
-  EXPECT_TRUE(bell.WaitBeyond(seen, 0, 0));
+  EXPECT_TRUE(doorbell.WaitBeyond(seen, 0, 0));
 }
 
 }  // namespace

@@ -18,7 +18,7 @@ double BalanceOfSpring(int late, int steps, PassivityObserver& observer) {
     force.f.x() = -1000 * 0.005 * std::sin(20 * (t - kH * late));
     Twist V;
     V.v.x() = 20 * 0.005 * std::cos(20 * t);
-    observer.See(force, V, kH);
+    observer.Observe(force, V, kH);
   }
   return observer.balance_J();
 }
@@ -45,7 +45,7 @@ TEST(PassivityObserver, LongRestDoesNotCreditLaterShaking) {
   drag.f.x() = -10;
   Twist V;
   V.v.x() = 0.1;
-  for (int i = 0; i < 100'000; ++i) observer.See(drag, V, kH);
+  for (int i = 0; i < 100'000; ++i) observer.Observe(drag, V, kH);
   EXPECT_EQ(observer.balance_J(), PassivityObserver::kMostCredit);
 }
 
@@ -55,11 +55,11 @@ TEST(PassivityObserver, DissipationEndsTheDebtWithinAStepOrIsLimited) {
   push.f.x() = 10;
   Twist V;
   V.v.x() = 0.1;
-  for (int i = 0; i < 60; ++i) observer.See(push, V, kH);  // 60 mJ given, 50 are allowed
-  const Vec3 payment = observer.Payment(V, kH, 1e9);
+  for (int i = 0; i < 60; ++i) observer.Observe(push, V, kH);  // 60 mJ given, 50 are allowed
+  const Vec3 payment = observer.DampingForce(V, kH, 1e9);
   EXPECT_LT(payment.x(), 0);
   EXPECT_NEAR(-payment.x() * 0.1 * kH, 0.01, 1e-9);
-  EXPECT_NEAR(observer.Payment(V, kH, 5).x(), -0.5, 1e-12);
+  EXPECT_NEAR(observer.DampingForce(V, kH, 5).x(), -0.5, 1e-12);
 }
 
 }  // namespace

@@ -16,8 +16,8 @@ using testing::kVoxel;
 using testing::MakeWorldModel;
 
 /// A cube in a hand above a plate, and the contact that the step reports.
-struct Blow {
-  explicit Blow(ContactModel contact, double friction, bool second_moves)
+struct Impact {
+  explicit Impact(ContactModel contact, double friction, bool second_moves)
       : model(MakeModel(contact, friction, second_moves)),
         world(model),
         inputs(FreeInputs(*model)) {
@@ -41,8 +41,8 @@ struct Blow {
     const Twist other = model->bodies.size() > 1 ? world.state(1).V_WB : Twist{};
     const StepReport& report = world.Step(inputs);
     const Twist& after = world.state(0).V_WB;
-    told = report.contact_B_W;
-    most_told = std::max(most_told, told.f.norm());
+    reported = report.contact_B_W;
+    most_told = std::max(most_told, reported.f.norm());
     if ((report.flags & StepReport::kTravelLimited) != 0) return;
     const Inertia& inertia = model->bodies[0].inertia;
     const Vec3& g = model->scene.gravity_W;
@@ -51,21 +51,22 @@ struct Blow {
         inertia.mass * ((after.v - before.V_WB.v) / kFrame - g) - report.hand_B_W.f - ground;
     // a cube's inertia is alike about all axes, so there is no gyroscopic moment
     const Vec3 moment = inertia.I_B(0, 0) * (after.w - before.V_WB.w) / kFrame;
-    worst = std::max({worst, (told.f - rest).norm() / (1 + rest.norm()),
-                      (told.tau + report.hand_B_W.tau - moment).norm() / (0.001 + moment.norm())});
+    worst =
+        std::max({worst, (reported.f - rest).norm() / (1 + rest.norm()),
+                  (reported.tau + report.hand_B_W.tau - moment).norm() / (0.001 + moment.norm())});
     ++checked;
-    pressed += told.f.norm() > 0 ? 1 : 0;
+    pressed += reported.f.norm() > 0 ? 1 : 0;
     if (model->bodies.size() == 1) return;
     // the other body loses what the held body gains
     const Inertia& others = model->bodies[1].inertia;
     const Vec3 on_other = others.mass * ((world.state(1).V_WB.v - other.v) / kFrame - g);
-    worst = std::max(worst, (told.f + on_other).norm() / (1 + on_other.norm()));
+    worst = std::max(worst, (reported.f + on_other).norm() / (1 + on_other.norm()));
   }
 
   std::shared_ptr<const WorldModel> model;
   World world;
   StepInputs inputs;
-  Wrench told;
+  Wrench reported;
   double most_told = 0;  // N
   double worst = 0;      // part of the force or moment that the balance leaves
   int checked = 0;       // frames
@@ -80,7 +81,7 @@ class AppliedContact : public ::testing::TestWithParam<std::tuple<ContactModel, 
 TEST_P(AppliedContact, BalancesTheChangeOfMomentum) {
   kHapticThread.Enter();
   const auto [contact, friction, second_moves] = GetParam();
-  Blow blow(contact, friction, second_moves);
+  Impact blow(contact, friction, second_moves);
   const Quat& q = blow.model->bodies[0].X_WB0.q;
   // the throw at the free plate is gentle, or both bodies are held to the travel limit
   blow.inputs.hand = HandTo(*blow.model, 0, {q, Vec3(0.01, 0.002, second_moves ? 0.0 : -0.05)});
@@ -126,13 +127,13 @@ struct OffCentrePush {
     const Twist& after = world.state(1).V_WB;
     const Vec3 force = inertia.mass * ((after.v - block.V_WB.v) / kFrame - model->scene.gravity_W);
     const Vec3 moment = inertia.I_B(0, 0) * (after.w - block.V_WB.w) / kFrame;
-    const Wrench& told = report.contact_B_W;
+    const Wrench& reported = report.contact_B_W;
     const Vec3 arm = cube.X_WB.p - block.X_WB.p;
-    const Vec3 carried = -(told.tau + arm.cross(told.f));
-    worst_force = std::max(worst_force, (told.f + force).norm() / (1 + force.norm()));
+    const Vec3 carried = -(reported.tau + arm.cross(reported.f));
+    worst_force = std::max(worst_force, (reported.f + force).norm() / (1 + force.norm()));
     worst_moment = std::max(worst_moment, (carried - moment).norm() / (0.01 + moment.norm()));
     most_moment = std::max(most_moment, moment.norm());
-    pressed += told.f.norm() > 0 ? 1 : 0;
+    pressed += reported.f.norm() > 0 ? 1 : 0;
   }
 
   std::shared_ptr<const WorldModel> model;
@@ -173,7 +174,7 @@ INSTANTIATE_TEST_SUITE_P(Cases, AppliedContactOffCentre,
 // At rest the plate bears what the hand presses with and the weight, in each frame.
 TEST(World, ReportsThePressingForceOfARestingPart) {
   kHapticThread.Enter();
-  Blow blow(ContactModel::kRefined, 0.3, false);
+  Impact blow(ContactModel::kRefined, 0.3, false);
   const Quat level = Quat::Identity();
   blow.inputs.hand = HandTo(*blow.model, 0, {level, Vec3(0, 0, 0.0055)});
   for (int frame = 0; frame < 3000; ++frame) blow.Step();
@@ -182,7 +183,7 @@ TEST(World, ReportsThePressingForceOfARestingPart) {
   EXPECT_GT(pressed, 0.1);
   for (int frame = 0; frame < 500; ++frame) {
     blow.Step();
-    ASSERT_NEAR(blow.told.f.z(), 0.3 * 9.81 + pressed, 0.01 * pressed) << frame;
+    ASSERT_NEAR(blow.reported.f.z(), 0.3 * 9.81 + pressed, 0.01 * pressed) << frame;
   }
 }
 

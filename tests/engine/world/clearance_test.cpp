@@ -65,7 +65,7 @@ std::size_t Untested(const World& world, std::size_t number,
                                                  map == kFixture ? BodyMotion{} : before[map]);
   }
   const ContactPair& pair = world.point_pair(number);
-  if (pair.load().bound > 0.5 * kVoxel) return 0;  // far: nothing is tested
+  if (pair.test_demand().bound > 0.5 * kVoxel) return 0;  // far: nothing is tested
   return UntestedPoints(pair.blocks(), pair.voxmap(), pair.schedule());
 }
 
@@ -130,7 +130,7 @@ TEST(Clearance, PlainForcesGrowWithoutAStepFromLayerToLayer) {
   std::mt19937_64 random(4);
   for (int trial = 0; trial < 8; ++trial) {
     Pressed pressed(ContactModel::kPlain, RandomRotation(random));
-    Load before;
+    LinearizedForce before;
     bool first = true;
     int loaded = 0;
     const BodyModel& body = pressed.model->bodies[0];
@@ -142,10 +142,10 @@ TEST(Clearance, PlainForcesGrowWithoutAStepFromLayerToLayer) {
     constexpr double kStep = 0.01;
     for (double layers = 0; layers <= 4; layers += kStep) {
       pair.SetClearance({layers, 0});
-      Load load;
-      Load on_map;
+      LinearizedForce load;
+      LinearizedForce on_map;
       const PairReport report = pair.Collide({X_WB, {}}, {}, load, on_map);
-      loaded += report.loaded_points;
+      loaded += report.pushing_points;
       const double growth = (load.force - before.force).tail<3>().norm();
       // stiffness grows with depth, up to three voxels
       double most = 0;

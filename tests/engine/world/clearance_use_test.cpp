@@ -116,8 +116,8 @@ TEST(Clearance, ShrinkingUntilAPartPassesMeasuresTheFit) {
       return At(Box(kVoxel * Vec3(20, 30, 20)), kVoxel * Vec3(side * (14 + play), 0, -20));
     };
     Held held({wall(-1), wall(1)}, Box(kVoxel * Vec3(8, 8, 8)));
-    double told = 0;
-    for (double reach = 5.5; reach > 0.1 && told == 0; reach -= 0.1) {
+    double reported = 0;
+    for (double reach = 5.5; reach > 0.1 && reported == 0; reach -= 0.1) {
       held.Pull({0, 0, 0});
       held.BeginAt(reach);
       held.touched = false;
@@ -125,12 +125,12 @@ TEST(Clearance, ShrinkingUntilAPartPassesMeasuresTheFit) {
         held.Pull({0, 0, -0.02 * frame});
         held.Step();
       }
-      if (!held.touched) told = reach;
+      if (!held.touched) reported = reach;
     }
     // the clearance falls by tenths, and beyond the fine band contact ends up to half a voxel
     // sooner
-    EXPECT_LE(told, play + 0.001) << play;
-    EXPECT_GE(told, play - 0.65) << play;
+    EXPECT_LE(reported, play + 0.001) << play;
+    EXPECT_GE(reported, play - 0.65) << play;
   }
 }
 

@@ -146,7 +146,7 @@ TEST(FreeBody, BodiesThatCollideKeepTheirMomentum) {
         const Vec3 before = collision.Momentum();
         const StepReport report = collision.Step();
         if ((report.flags & StepReport::kTravelLimited) != 0) continue;
-        pushed += report.loaded_points > 0 ? 1 : 0;
+        pushed += report.pushing_points > 0 ? 1 : 0;
         ASSERT_LT((collision.Momentum() - before).norm(), 1e-12) << "frame " << frame;
       }
       EXPECT_GT(pushed, 0) << "mass " << mass;
@@ -168,7 +168,7 @@ TEST(FreeBody, BallsThatCollideNeverGainEnergy) {
       const double thrown = collision.Energy();
       int pushed = 0;
       for (int frame = 0; frame < 1000; ++frame) {
-        pushed += collision.Step().loaded_points > 0 ? 1 : 0;
+        pushed += collision.Step().pushing_points > 0 ? 1 : 0;
         ASSERT_LE(collision.Energy(), 1.001 * thrown) << "mass " << mass << ", frame " << frame;
       }
       EXPECT_GT(pushed, 0) << "mass " << mass;
@@ -278,7 +278,7 @@ TEST(ConstrainedBody, ADoorTurnsOnItsHingeAndStopsAtABlock) {
     const Pose turned = Pose{RotationBy(Vec3(0, 0, angle)), Vec3::Zero()} * X_WB0;
     const Vec3 aside = 0.03 * Vec3(std::sin(0.01 * frame), 0.3, std::cos(0.013 * frame));
     inputs.hand = HandTo(*model, 0, {RotationBy(Vec3(0.4, 0, 0)) * turned.q, turned.p + aside});
-    loaded += world.Step(inputs).loaded_points > 0 ? 1 : 0;
+    loaded += world.Step(inputs).pushing_points > 0 ? 1 : 0;
     const Pose& X_WB = world.state(0).X_WB;
     drift = std::max(drift, Drift(X_WB0, X_WB, on_axis));
     drift = std::max(drift, Drift(X_WB0, X_WB, on_axis + Vec3(0, 0, 0.02)));
@@ -313,7 +313,7 @@ TEST(ConstrainedBody, PlanarPartStaysInItsPlane) {
   for (int frame = 0; frame < 4000; ++frame) {
     inputs.hand =
         HandTo(*model, 0, {RotationBy(Vec3(0.5, -0.3, 0.8)) * X_WB0.q, Vec3(0.1, 0.02, 0.05)});
-    loaded += world.Step(inputs).loaded_points > 0 ? 1 : 0;
+    loaded += world.Step(inputs).pushing_points > 0 ? 1 : 0;
     const Pose& X_WB = world.state(0).X_WB;
     ASSERT_LT(std::abs(normal.dot(X_WB.p - X_WB0.p)), 1e-12);
     ASSERT_LT(normal.cross(RotationVector(X_WB.q * X_WB0.q.conjugate())).norm(), 1e-12);
@@ -376,7 +376,7 @@ TEST(Pairs, SceneChoosesThePointshell) {
     inputs.instances[0].drive = BodyDrive::kParked;
     inputs.hand = HandTo(*model, 1, {Quat::Identity(), Vec3(0, 0, 0)});
     int loaded = 0;
-    for (int frame = 0; frame < 1000; ++frame) loaded += world.Step(inputs).loaded_points;
+    for (int frame = 0; frame < 1000; ++frame) loaded += world.Step(inputs).pushing_points;
     EXPECT_GT(loaded, 100);
     EXPECT_GT(world.state(1).X_WB.p.z(), 0.010);  // the ball's middle, over the plate's face
   }

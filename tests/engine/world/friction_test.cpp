@@ -205,7 +205,7 @@ TEST(Friction, IsEqualAndOppositeOnTwoBodiesThatMove) {
     for (int frame = 0; frame < 600; ++frame) {
       const Vec3 before = momentum();
       const StepReport& report = world.Step(inputs);
-      pushed += report.loaded_points > 0 ? 1 : 0;
+      pushed += report.pushing_points > 0 ? 1 : 0;
       ASSERT_LE(energy(), 1.001 * energy_thrown) << "mass " << mass << ", frame " << frame;
       if ((report.flags & StepReport::kTravelLimited) != 0) continue;
       ASSERT_LT((momentum() - before).norm(), 1e-12) << "mass " << mass << ", frame " << frame;

@@ -5,7 +5,7 @@
 
 #include "engine/base/hash.h"
 #include "engine/contact/schedule/voxmap_lookup.h"
-#include "engine/realtime/frame_helpers.h"
+#include "engine/realtime/worker_pool.h"
 #include "tests/support/shapes.h"
 #include "tests/support/test_world.h"
 
@@ -38,9 +38,9 @@ std::shared_ptr<const WorldModel> BallAndBlockOnATable(ContactModel contact) {
 std::uint64_t HashOfARun(ContactModel contact, int threads) {
   kHapticThread.Enter();
   const auto model = BallAndBlockOnATable(contact);
-  FrameHelpers helpers({.threads = threads, .priority = 0});
+  WorkerPool workers({.threads = threads, .priority = 0});
   ScheduleOptions schedule;
-  schedule.helpers = threads > 1 ? &helpers : nullptr;
+  schedule.workers = threads > 1 ? &workers : nullptr;
   schedule.shared_from = 40;
   World world(model, schedule);
   StepInputs inputs = testing::FreeInputs(*model);

@@ -23,9 +23,9 @@ using testing::Uniform;
 constexpr int kFramesForFiftyMillimetres = static_cast<int>(0.05 / (0.5 * kTravelFloor * kVoxel));
 
 /// Presses for a second with room to spare, then squeezes the capacity, to nothing or by what a
-/// look costs, and pulls to `out`. Returns how far from there the body is at the end, m.
+/// query costs, and pulls to `out`. Returns how far from there the body is at the end, m.
 double PulledOut(const std::shared_ptr<const WorldModel>& model, int body, const Pose& pressed,
-                 const Pose& out, double capacity = 0, double look_price = 0) {
+                 const Pose& out, double capacity = 0, double query_price = 0) {
   kHapticThread.Enter();
   World world(model);
   StepInputs inputs = FreeInputs(*model);
@@ -34,7 +34,7 @@ double PulledOut(const std::shared_ptr<const WorldModel>& model, int body, const
   for (int frame = 0; frame < 1000; ++frame) contacts = world.Step(inputs).contact_points;
   EXPECT_GT(contacts, 0);
   inputs.capacity = capacity;
-  inputs.look_price = look_price;
+  inputs.query_price = query_price;
   inputs.hand = HandTo(*model, body, out);
   EXPECT_NE(world.Step(inputs).flags & StepReport::kOverCapacity, 0U);
   RunFrames(world, inputs, 2 * kFramesForFiftyMillimetres);
@@ -84,7 +84,7 @@ TEST_P(Overload, BodySeparatesFromAMovingBody) {
   EXPECT_LT(PulledOut(model, 1, Pose{}, {Quat::Identity(), Vec3(0, 0, 0.06)}), 1e-3);
 }
 
-// Looks at what is in contact take all that a frame has room for, but for the last fifth of what
+// Queries of what is in contact take all that a frame has room for, but for the last fifth of what
 // tests have.
 TEST_P(Overload, BodySeparatesWhenQueriesFillItsFrames) {
   const double room = GetParam() == ContactModel::kPlain ? 1000 : 100;

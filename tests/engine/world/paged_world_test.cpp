@@ -14,18 +14,18 @@
 namespace tandem {
 namespace {
 
+using testing::DelayedPages;
 using testing::FreeInputs;
-using testing::GatedPages;
 using testing::HandTo;
 using testing::PagedModel;
 using testing::Washboard;
 
 struct Paged {
   explicit Paged(const WorldModel& whole)
-      : pages(std::make_shared<GatedPages>(whole.fixture)),
+      : pages(std::make_shared<DelayedPages>(whole.fixture)),
         world(std::make_unique<World>(PagedModel(whole, pages))) {}
 
-  std::shared_ptr<GatedPages> pages;
+  std::shared_ptr<DelayedPages> pages;
   std::unique_ptr<World> world;
 };
 
@@ -109,7 +109,7 @@ TEST(PagedWorld, StandsWithoutForceWhileVoxelsAreMissing) {
   }
   EXPECT_EQ(allocations.count(), 0);
   EXPECT_EQ(std::memcmp(&stands, &paged.world->state(0).X_WB, sizeof stands), 0);
-  EXPECT_NE(paged.world->WhyVoxelsLack().find("--voxel-memory"), std::string::npos);
+  EXPECT_NE(paged.world->MissingVoxelsReason().find("--voxel-memory"), std::string::npos);
   paged.pages->Open();
   inputs.hand = HandAt(*model, frame);
   for (int k = 0; k < 20000 && paged.world->Step(inputs).waited > 0; ++k) {
@@ -131,7 +131,7 @@ TEST(PagedWorld, ReportsDiskErrors) {
   for (int k = 0; k < 2000 && paged.world->resident_voxels()->fault() == nullptr; ++k) {
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }
-  EXPECT_EQ(paged.world->WhyVoxelsLack(), "the disk is broken");
+  EXPECT_EQ(paged.world->MissingVoxelsReason(), "the disk is broken");
 }
 
 }  // namespace

@@ -130,7 +130,7 @@ TEST_P(ExactSurfaces, ArePushedApartBeforeTheyMeetAtTheDefaultLayer) {
       const double depth = std::min(0.03, 1e-4 * frame);
       const Quat turned = RotationBy(Vec3(0, 0, 1e-3 * frame)) * X_WB0.q;
       inputs.hand = HandTo(*model, 0, {turned, Vec3(0, 0, 0.02 - depth)});
-      contact_frames += world.Step(inputs).loaded_points > 0 ? 1 : 0;
+      contact_frames += world.Step(inputs).pushing_points > 0 ? 1 : 0;
       deepest = std::max(deepest, DeepestVertex(solid, body, X_WB0, world.state(0).X_WB));
       if (contact_frames < 2) {
         EXPECT_EQ(deepest, 0) << "trial " << trial;
@@ -166,7 +166,7 @@ TEST(World, BothInstancesOfASeparatedBodyStopAtTheFixture) {
   ASSERT_EQ(world.shape_of(kSecondInstance), 0U);
   for (const InstanceIndex instance : {InstanceIndex{0}, kSecondInstance}) {
     StepInputs::InstanceInput& input = inputs.instances[instance];
-    input.drive = BodyDrive::kYielding;
+    input.drive = BodyDrive::kCompliant;
     input.pull = {400, 20, 400 * per_mass, 20 * per_mass};
     input.mirror_WB = {X_WB0.q, Vec3(-0.005, instance == 0 ? 0.03 : -0.03, 0)};
   }

@@ -19,8 +19,8 @@ class LoadedWorld : public ::testing::Test {
     folder_.Write("slab.obj", ObjText(Box(Vec3(0.06, 0.02, 0.02))));
   }
 
-  std::shared_ptr<const WorldModel> Load(const std::string& bodies,
-                                         const std::string& contact = "refined") {
+  std::shared_ptr<const WorldModel> LinearizedForce(const std::string& bodies,
+                                                    const std::string& contact = "refined") {
     const Result<Scene> scene =
         LoadScene(folder_.Write("scene.json", R"({"name": "s", "voxel_m": 0.001, "contact": ")" +
                                                   contact + R"(", "bodies": [)" + bodies + "]}"));
@@ -39,13 +39,13 @@ TEST_F(LoadedWorld, MergedPartsFormOneBodyWithAllMeshes) {
   const auto pose = [](double x) {
     return "\"pose\": {\"p_W\": [" + std::to_string(x) + ", 0, 0], \"q_xyzw\": [0, 0, 1, 0]}";
   };
-  const auto merged =
-      Load(R"({"name": "left", "mesh": "cube.obj", "merge_with": "middle", "colour": "#ff0000",)" +
-           pose(0.08) + R"(}, {"name": "middle", "mesh": "cube.obj", "density_kg_m3": 1000,)" +
-           pose(0.10) + R"(}, {"name": "right", "mesh": "cube.obj", "merge_with": "middle",)" +
-           pose(0.12) + "}");
-  const auto slab =
-      Load(R"({"name": "slab", "mesh": "slab.obj", "density_kg_m3": 1000,)" + pose(0.10) + "}");
+  const auto merged = LinearizedForce(
+      R"({"name": "left", "mesh": "cube.obj", "merge_with": "middle", "colour": "#ff0000",)" +
+      pose(0.08) + R"(}, {"name": "middle", "mesh": "cube.obj", "density_kg_m3": 1000,)" +
+      pose(0.10) + R"(}, {"name": "right", "mesh": "cube.obj", "merge_with": "middle",)" +
+      pose(0.12) + "}");
+  const auto slab = LinearizedForce(
+      R"({"name": "slab", "mesh": "slab.obj", "density_kg_m3": 1000,)" + pose(0.10) + "}");
   ASSERT_EQ(merged->bodies.size(), 1U);
   EXPECT_EQ(merged->body_index, (std::vector<int>{0, 0, 0}));
   EXPECT_EQ(merged->object, (std::vector<std::uint32_t>{1}));
@@ -73,8 +73,8 @@ TEST_F(LoadedWorld, BuildsOnlyWhatItsContactModelReads) {
       R"({"name": "a", "mesh": "cube.obj", "mass_kg": 1},
          {"name": "b", "mesh": "cube.obj", "mass_kg": 1, "pose": {"p_W": [0.05, 0, 0]}},
          {"name": "c", "mesh": "cube.obj", "fixed": true, "pose": {"p_W": [0.1, 0, 0]}})";
-  const auto plain = Load(bodies, "plain");
-  const auto refined = Load(bodies);
+  const auto plain = LinearizedForce(bodies, "plain");
+  const auto refined = LinearizedForce(bodies);
   EXPECT_TRUE(plain->fixture_surface.field.empty());
   EXPECT_FALSE(plain->fixture.empty());
   EXPECT_TRUE(refined->fixture.empty());
@@ -101,9 +101,10 @@ TEST_F(LoadedWorld, BuildsOnlyWhatItsContactModelReads) {
 // Outwards a cube's faces and edges part; inwards they come together.
 TEST_F(LoadedWorld, ReportsDisplacedPointsWithGapsOverAVoxel) {
   const auto remarks = [this](const std::string& shift) {
-    return Load(R"({"name": "c", "mesh": "cube.obj", "mass_kg": 1, "inward_shift_voxels": )" +
-                    shift + "}",
-                "plain")
+    return LinearizedForce(
+               R"({"name": "c", "mesh": "cube.obj", "mass_kg": 1, "inward_shift_voxels": )" +
+                   shift + "}",
+               "plain")
         ->remarks;
   };
   EXPECT_THAT(remarks("0"), ::testing::IsEmpty());
@@ -115,7 +116,7 @@ TEST_F(LoadedWorld, ReportsDisplacedPointsWithGapsOverAVoxel) {
 
 // A cube's faces part by as much as they are displaced; a hundredth of a voxel is nothing to tell.
 TEST_F(LoadedWorld, DoesNotWarnOfAGapOfOneVoxel) {
-  const auto world = Load(R"({"name": "c", "mesh": "cube.obj", "mass_kg": 1})", "plain");
+  const auto world = LinearizedForce(R"({"name": "c", "mesh": "cube.obj", "mass_kg": 1})", "plain");
   const BodyModel& cube = world->bodies[0];
   const double voxel = world->scene.voxel_size;
   const double small = -1e-4 * voxel;
@@ -147,7 +148,8 @@ TEST_F(LoadedWorld, MissingScaleIsSuggestedInsteadOfLargerVoxels) {
 TEST_F(LoadedWorld, GivenScaleIsNotSuggested) {
   folder_.Write("plate.obj", ObjText(Box(Vec3(0.01, 3, 0.01))));
   const auto remarks = [this](const std::string& scale) {
-    return Load(R"({"name": "c", "mesh": "plate.obj", "mass_kg": 1)" + scale + "}")->remarks;
+    return LinearizedForce(R"({"name": "c", "mesh": "plate.obj", "mass_kg": 1)" + scale + "}")
+        ->remarks;
   };
   EXPECT_THAT(remarks(""), ::testing::ElementsAre(::testing::HasSubstr("in millimetres?")));
   EXPECT_THAT(remarks(R"(, "scale": 1)"), ::testing::IsEmpty());
@@ -157,7 +159,8 @@ TEST_F(LoadedWorld, GivenScaleIsNotSuggested) {
 // are the reason (§3.2): 1.4 voxels apart at a spacing of a voxel, half as far at 0.4.
 TEST_F(LoadedWorld, PointsFinerThanVoxelsComeFromTheScene) {
   const auto body = [this](const std::string& keys) {
-    return Load(R"({"name": "c", "mesh": "cube.obj", "mass_kg": 1)" + keys + "}", "plain");
+    return LinearizedForce(R"({"name": "c", "mesh": "cube.obj", "mass_kg": 1)" + keys + "}",
+                           "plain");
   };
   const auto one = body("");
   const auto finer = body(", \"point_spacing_voxels\": 0.4");
@@ -175,7 +178,7 @@ TEST_F(LoadedWorld, PointsFinerThanVoxelsComeFromTheScene) {
 
 // A scene that was made or changed in code is held to what a scene file is.
 TEST_F(LoadedWorld, RefusesALayerThatMissesContacts) {
-  Scene scene = Load(R"({"name": "c", "mesh": "cube.obj", "mass_kg": 1})")->scene;
+  Scene scene = LinearizedForce(R"({"name": "c", "mesh": "cube.obj", "mass_kg": 1})")->scene;
   scene.force_layer = 0;
   const auto refused = LoadWorld(scene);
   ASSERT_FALSE(refused);
@@ -185,7 +188,7 @@ TEST_F(LoadedWorld, RefusesALayerThatMissesContacts) {
 }
 
 TEST_F(LoadedWorld, ConstraintHoldsABodyInPlace) {
-  const auto world = Load(
+  const auto world = LinearizedForce(
       R"({"name": "lid", "mesh": "slab.obj", "mass_kg": 0.2, "pose": {"p_W": [0.03, 0, 0]},
           "constraint": {"hinge": {"p_W": [0, 0, 0], "axis_W": [0, 2, 0]}}},
          {"name": "box", "mesh": "cube.obj", "mass_kg": 0.2, "pose": {"p_W": [0, 0, 0.1]}})");

@@ -189,7 +189,7 @@ TEST(World, FramesAllocateNothing) {
   inputs.hand = HandTo(*model, 0, {Quat::Identity(), Vec3(0, 0, 0.0)});
   int loaded = 0;
   const testing::AllocationCounter counter;
-  for (int frame = 0; frame < 1000; ++frame) loaded += world.Step(inputs).loaded_points;
+  for (int frame = 0; frame < 1000; ++frame) loaded += world.Step(inputs).pushing_points;
   EXPECT_EQ(counter.count(), 0);
   EXPECT_GT(loaded, 0);
 }

@@ -172,7 +172,7 @@ int main(int argc, char** argv) {
   };
   const FloodPlan plan{
       .seconds = std::stod(argv[5]), .most = argc > 6 ? std::stoull(argv[6]) : 0, .per_second = 0};
-  TakeOverCycloneLog();
+  RedirectCycloneLog();
   Qos participant_qos;
   PeerId id = std::stoull(argv[3]);
   std::string key_name;

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <thread>
 
-#include "tests/network/said_program.h"
+#include "tests/network/running_program.h"
 
 namespace tandem::testing {
 

@@ -17,7 +17,7 @@
 
 #include "engine/safety/force_guard.h"
 #include "tests/network/hostile/packet_fuzzer.h"
-#include "tests/network/own_peer.h"
+#include "tests/network/in_process_peer.h"
 #include "tests/network/real_peers.h"
 
 namespace {
@@ -46,7 +46,7 @@ extern "C" ssize_t sendmsg(int socket, const msghdr* message, int flags) {
 namespace tandem {
 namespace {
 
-using testing::OwnPeer;
+using testing::InProcessPeer;
 using testing::Packet;
 using testing::PacketFuzzer;
 using testing::RealPeers;
@@ -132,13 +132,13 @@ long NetworkLinesOf(const std::filesystem::path& file) {
 TEST(Fuzz, SessionSurvivesInvalidPacketsAtEveryPort) {
   constexpr double kLongEnough = 3600;  // s: they are ended
   const TemporaryFolder folder;
-  const std::filesystem::path said = folder.path() / "said";
-  RealPeers peers({.count = 2, .seconds = kLongEnough, .said = said.string()});
+  const std::filesystem::path output = folder.path() / "said";
+  RealPeers peers({.count = 2, .seconds = kLongEnough, .output = output.string()});
 
   // everything that is sent from the first packet on: discovery, matching, motion, membership,
   // scene
   keeping = true;
-  OwnPeer own(peers.session(), 0x1234567890abcdef);
+  InProcessPeer own(peers.session(), 0x1234567890abcdef);
   own.Run(3, [] {
     return false;
   });
@@ -163,7 +163,7 @@ TEST(Fuzz, SessionSurvivesInvalidPacketsAtEveryPort) {
   const std::vector<std::uint16_t> others = testing::UdpPortsOf(peers.peer(1).pid());
   ports.insert(ports.end(), others.begin(), others.end());
 
-  const long lines_before = NetworkLinesOf(said);
+  const long lines_before = NetworkLinesOf(output);
   const std::int64_t begin_ns = MonotonicNowNs();
   std::atomic<bool> done = false;
   std::thread fuzz([&] {
@@ -174,7 +174,7 @@ TEST(Fuzz, SessionSurvivesInvalidPacketsAtEveryPort) {
     return done.load();
   });
   fuzz.join();
-  const long lines = NetworkLinesOf(said) - lines_before;
+  const long lines = NetworkLinesOf(output) - lines_before;
   const double elapsed_s = 1e-9 * static_cast<double>(MonotonicNowNs() - begin_ns);
 
   for (std::size_t i = 0; i < 2; ++i) peers.peer(i).Signal(SIGTERM);

@@ -22,7 +22,7 @@
 #include "collab/dds/security/keys.h"
 #include "tests/network/hostile/flood_growth.h"
 #include "tests/network/hostile/stopped_thread.h"
-#include "tests/network/said_program.h"
+#include "tests/network/running_program.h"
 
 namespace tandem::testing {
 
@@ -101,14 +101,14 @@ class HostileFloods : public ::testing::Test {
   Growth GrowthUnder(const std::string& mode, Program& victim, const std::string& knows = "vic",
                      const std::string& keys = "-") {
     Program attacker = Attack(mode, keys);
-    EXPECT_TRUE(attacker.Says("joined")) << attacker.said();
+    EXPECT_TRUE(attacker.Says("joined")) << attacker.output();
     // it has no scene
     if (!knows.empty()) {
-      EXPECT_TRUE(victim.Says(knows + " is not accepted")) << victim.said();
+      EXPECT_TRUE(victim.Says(knows + " is not accepted")) << victim.output();
     }
     const std::int64_t before = MemoryAtRest(victim);
     EXPECT_GT(before, 0);
-    const std::size_t lines_before = LinesOf(victim.said()).size();
+    const std::size_t lines_before = LinesOf(victim.output()).size();
     const auto begun = std::chrono::steady_clock::now();
     std::optional<StoppedThread> stopped;
     if (!stopped_thread_.empty()) {
@@ -123,9 +123,9 @@ class HostileFloods : public ::testing::Test {
     }
     stopped.reset();
     seconds_ = std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
-    lines_ = LinesOf(victim.said()).size() - lines_before;
-    EXPECT_THAT(attacker.said(), ::testing::HasSubstr("sent "));
-    sent_ = std::stol(attacker.said().substr(attacker.said().find("sent ") + 5));
+    lines_ = LinesOf(victim.output()).size() - lines_before;
+    EXPECT_THAT(attacker.output(), ::testing::HasSubstr("sent "));
+    sent_ = std::stol(attacker.output().substr(attacker.output().find("sent ") + 5));
     if (FullSizeOf(mode) > 0) {
       EXPECT_EQ(sent_, FullSizeOf(mode));
     }

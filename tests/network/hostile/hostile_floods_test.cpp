@@ -13,7 +13,7 @@
 
 #include "collab/controller/controller.h"
 #include "collab/dds/security/keys.h"
-#include "tests/network/said_program.h"
+#include "tests/network/running_program.h"
 #include "tests/network/syscall_count.h"
 
 namespace tandem {
@@ -43,7 +43,7 @@ TEST_F(HostileFloods, StatesOfForgedBodiesTakeNoMemoryAndAreReported) {
   EXPECT_EQ(anna.Wait(), 0);
   const nlohmann::json drops = Report().at("drops");
   EXPECT_GT(drops.at("flood").get<long>() + drops.at("many_keys").get<long>(), sent_ / 4);
-  EXPECT_THAT(anna.said(), HasSubstr("ignored for a second"));
+  EXPECT_THAT(anna.output(), HasSubstr("ignored for a second"));
 }
 
 // Cyclone's thread "gc" frees what readers did not keep. Where it waits for a core that long,
@@ -75,7 +75,7 @@ TEST_F(HostileFloods, ForgedViewersWithAViewersKeysTakeNoMemory) {
   ASSERT_TRUE(anna.Says("is in session"));
   ExpectLittle(GrowthUnder("lookers", anna, "", In("keys-vic").string()));
   EXPECT_GT(sent_, 2000);
-  EXPECT_THAT(anna.said(), Not(HasSubstr("looker-")));
+  EXPECT_THAT(anna.output(), Not(HasSubstr("looker-")));
   anna.process().Signal(SIGTERM);
   EXPECT_EQ(anna.Wait(), 0);
   const nlohmann::json drops = Report().at("drops");
@@ -95,8 +95,8 @@ TEST_F(HostileFloods, StrangersStatesDoNotStarveTheHapticThread) {
   Program anna = Peer();
   ASSERT_EQ(sched_setaffinity(0, sizeof all, &all), 0);
   Program attacker = Attack("flood", "-", 1.5);
-  ASSERT_TRUE(attacker.Says("joined")) << attacker.said();
-  ASSERT_TRUE(anna.Says("you hold peg")) << anna.said();
+  ASSERT_TRUE(attacker.Says("joined")) << attacker.output();
+  ASSERT_TRUE(anna.Says("you hold peg")) << anna.output();
   if (PriorityOf(anna, "haptic") == 0) GTEST_SKIP() << "real-time threads are refused here";
   for (const char* receives : {"recv", "recvUC"}) {
     EXPECT_LT(PriorityOf(anna, receives), PriorityOf(anna, "haptic")) << receives;
@@ -106,7 +106,7 @@ TEST_F(HostileFloods, StrangersStatesDoNotStarveTheHapticThread) {
   anna.process().Signal(SIGTERM);
   EXPECT_EQ(anna.Wait(), 0);
   const nlohmann::json report = Report();
-  const auto sent = std::stol(attacker.said().substr(attacker.said().find("sent ") + 5));
+  const auto sent = std::stol(attacker.output().substr(attacker.output().find("sent ") + 5));
   EXPECT_GT(sent, 20'000);
   EXPECT_GT(report.at("drops").at("flood").get<long>(), sent / 4);
   EXPECT_LE(report.at("judged_missed").get<double>(),
@@ -129,7 +129,7 @@ TEST_F(HostileFloods, MembersForgedNamesTakeNoMemoryAndAreNotShown) {
   ASSERT_TRUE(anna.Says("is in session"));
   ExpectLittle(GrowthUnder("names", anna, "ben", In("keys-ben").string()));
   EXPECT_GT(sent_, 2000);
-  EXPECT_THAT(anna.said(), Not(HasSubstr("vic-")));
+  EXPECT_THAT(anna.output(), Not(HasSubstr("vic-")));
   anna.process().Signal(SIGTERM);
   EXPECT_EQ(anna.Wait(), 0);
 }
@@ -148,7 +148,7 @@ TEST_F(HostileFloods, ForgedHostsDoNotFillAController) {
   ASSERT_TRUE(anna.Says("is in session"));
   ExpectLittle(GrowthUnder("hosts", anna, ""));
   EXPECT_GT(sent_, 5000);
-  EXPECT_THAT(anna.said(), HasSubstr("floods the controller"));
+  EXPECT_THAT(anna.output(), HasSubstr("floods the controller"));
   anna.process().Signal(SIGTERM);
   EXPECT_EQ(anna.Wait(), 0);
 }
@@ -168,9 +168,9 @@ TEST_F(HostileFloods, HostAttachesDuringAFloodOfForgedHosts) {
   Program anna = Peer({"--control", session_});
   ASSERT_TRUE(anna.Says("is in session"));
   Program attacker = Attack("hosts");
-  ASSERT_TRUE(attacker.Says("joined")) << attacker.said();
+  ASSERT_TRUE(attacker.Says("joined")) << attacker.output();
   attacker.process().Signal(SIGUSR1);
-  ASSERT_TRUE(anna.Says("floods the controller")) << anna.said();
+  ASSERT_TRUE(anna.Says("floods the controller")) << anna.output();
   Controller::Options options;
   options.timeout_s = 10;
   Result<Controller> host = Controller::Attach(session_, options);
@@ -190,11 +190,11 @@ TEST_F(HostileFloods, ForgedAnnouncementsAreDroppedBeforeDdsAndReportedOnce) {
   anna.process().Signal(SIGTERM);
   EXPECT_EQ(anna.Wait(), 0);
   EXPECT_GT(Report().at("packets_refused").at("new_sender").get<long>(), 1000);
-  int told = 0;
-  for (const std::string& line : LinesOf(anna.said())) {
-    told += line.find("announces more programs than there can be") != std::string::npos ? 1 : 0;
+  int reported = 0;
+  for (const std::string& line : LinesOf(anna.output())) {
+    reported += line.find("announces more programs than there can be") != std::string::npos ? 1 : 0;
   }
-  EXPECT_EQ(told, 1) << anna.said();
+  EXPECT_EQ(reported, 1) << anna.output();
 }
 
 TEST_F(HostileFloods, StrangersAnnouncementsTakeNoMemoryInASecuredSession) {
@@ -217,7 +217,7 @@ TEST_F(HostileFloods, ForgedDisposalsTakeNoMemoryAndDelayNoPeer) {
   Program ben = Program({TANDEM_PROGRAM, "watch", "--session", session_, "--interface", "lo",
                          "--domain", kDomain, "--name", "ben"},
                         In("ben"));
-  EXPECT_TRUE(anna.Says("ben (viewer) joined", 20)) << anna.said();
+  EXPECT_TRUE(anna.Says("ben (viewer) joined", 20)) << anna.output();
   ben.process().Signal(SIGTERM);
   EXPECT_EQ(ben.Wait(), 0);
   anna.process().Signal(SIGTERM);
@@ -239,13 +239,13 @@ TEST_F(HostileFloods, InvalidNameLeavesReportAndLogReadable) {
   ASSERT_TRUE(anna.Says("is in session"));
   Program attacker = Attack("name", "-", 0);
   // each byte that is no text, and each character that must not be shown, is one question mark
-  ASSERT_TRUE(anna.Says("b???d")) << anna.said();
+  ASSERT_TRUE(anna.Says("b???d")) << anna.output();
   attacker.process().Signal(SIGUSR1);
   EXPECT_EQ(attacker.Wait(), 0);
   anna.process().Signal(SIGTERM);
   EXPECT_EQ(anna.Wait(), 0);
   EXPECT_TRUE(Report().is_object());
-  EXPECT_THAT(anna.said(), Not(HasSubstr("\xff")));
+  EXPECT_THAT(anna.output(), Not(HasSubstr("\xff")));
 }
 
 TEST_F(HostileFloods, ForgedManifestsDoNotFillARelay) {
@@ -268,7 +268,7 @@ TEST_F(HostileFloods, ForgedBodiesDoNotFillAViewer) {
   EXPECT_GT(sent_, 2000);
   watch.process().Signal(SIGTERM);
   EXPECT_EQ(watch.Wait(), 0);
-  for (const std::string& line : LinesOf(watch.said())) EXPECT_LT(line.size(), 2000U);
+  for (const std::string& line : LinesOf(watch.output())) EXPECT_LT(line.size(), 2000U);
 }
 
 }  // namespace

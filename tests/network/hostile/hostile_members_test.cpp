@@ -20,7 +20,7 @@
 #include "app/process/child_processes.h"
 #include "collab/dds/security/keys.h"
 #include "tests/network/hostile/flood_growth.h"
-#include "tests/network/said_program.h"
+#include "tests/network/running_program.h"
 
 namespace tandem {
 namespace {
@@ -37,8 +37,8 @@ using ::testing::SizeIs;
 constexpr const char* kEachSeconds = "0.6";            // duration of each flood
 constexpr std::int64_t kMostOfEach = 2 * 1024 * 1024;  // bytes that a flood may take at once
 
-std::vector<std::string> LinesWith(const std::string& said, const std::string& words) {
-  std::vector<std::string> lines = LinesOf(said);
+std::vector<std::string> LinesWith(const std::string& output, const std::string& words) {
+  std::vector<std::string> lines = LinesOf(output);
   std::erase_if(lines, [&words](const std::string& line) {
     return line.find(words) == std::string::npos;
   });
@@ -64,7 +64,7 @@ class HostileMembers : public ::testing::Test {
     Start("rita", {"relay", "--audience-secure", In("keys-audience").string()});
     Start("wes", {"watch"});
     // a peer that is here before her would be asked for it
-    ASSERT_TRUE(victims_.at("anna")->Says("you hold peg")) << victims_.at("anna")->said();
+    ASSERT_TRUE(victims_.at("anna")->Says("you hold peg")) << victims_.at("anna")->output();
   }
   void Start(const std::string& name, const std::vector<std::string>& what) {
     std::vector<std::string> words{TANDEM_PROGRAM};
@@ -93,10 +93,10 @@ TEST_F(HostileMembers, TakeNoMemoryAndFewLinesWhateverTheyFloodWith) {
     attackers[name] = Attack(name, "ends+events+flap+scenes+views");
   Program& anna = *victims_.at("anna");
   for (const auto& [name, attacker] : attackers) {
-    ASSERT_TRUE(attacker->Says("joined")) << attacker->said();
+    ASSERT_TRUE(attacker->Says("joined")) << attacker->output();
   }
-  ASSERT_TRUE(anna.Says("vic (viewer) joined")) << anna.said();
-  ASSERT_TRUE(anna.Says("carl joined")) << anna.said();
+  ASSERT_TRUE(anna.Says("vic (viewer) joined")) << anna.output();
+  ASSERT_TRUE(anna.Says("carl joined")) << anna.output();
   std::map<std::string, std::int64_t> before;
   MemoryAtRest(anna);
   for (const auto& [name, victim] : victims_) before[name] = victim->Memory();
@@ -107,7 +107,7 @@ TEST_F(HostileMembers, TakeNoMemoryAndFewLinesWhateverTheyFloodWith) {
     const auto lines_of = [&](const std::string& words) {
       std::map<std::string, std::size_t> lines;
       for (const auto& [name, victim] : victims_) {
-        lines[name] = LinesWith(victim->said(), words).size();
+        lines[name] = LinesWith(victim->output(), words).size();
       }
       return lines;
     };
@@ -121,7 +121,7 @@ TEST_F(HostileMembers, TakeNoMemoryAndFewLinesWhateverTheyFloodWith) {
     for (const auto& [name, attacker] : attackers) attacker->process().Signal(SIGUSR1);
     const auto goes_on = [&] {
       return std::ranges::any_of(attackers, [&](const auto& one) {
-        return LinesWith(one.second->said(), "sent ").size() <= flood;
+        return LinesWith(one.second->output(), "sent ").size() <= flood;
       });
     };
     std::chrono::duration<double> lasted{};
@@ -133,8 +133,8 @@ TEST_F(HostileMembers, TakeNoMemoryAndFewLinesWhateverTheyFloodWith) {
       lasted = std::chrono::steady_clock::now() - begun;
     }
     for (const auto& [name, attacker] : attackers) {
-      const std::vector<std::string> sent = LinesWith(attacker->said(), "sent ");
-      ASSERT_THAT(sent, SizeIs(flood + 1)) << name << ": " << attacker->said();
+      const std::vector<std::string> sent = LinesWith(attacker->output(), "sent ");
+      ASSERT_THAT(sent, SizeIs(flood + 1)) << name << ": " << attacker->output();
       sent_by[name][modes[flood]] = std::stol(sent.back().substr(sent.back().find("sent ") + 5));
       EXPECT_GT(sent_by[name][modes[flood]], 20) << name;
     }
@@ -151,7 +151,7 @@ TEST_F(HostileMembers, TakeNoMemoryAndFewLinesWhateverTheyFloodWith) {
   }
   // the thread that hears them all goes on
   attackers.clear();
-  EXPECT_TRUE(anna.Says("carl is lost")) << anna.said();
+  EXPECT_TRUE(anna.Says("carl is lost")) << anna.output();
   for (const auto& [name, victim] : victims_) {
     std::int64_t kept = victim->Memory() - before[name];
     for (double waited = 0; kept > kMostKept && waited < kGivenBackSeconds; waited += 0.1) {
@@ -164,9 +164,9 @@ TEST_F(HostileMembers, TakeNoMemoryAndFewLinesWhateverTheyFloodWith) {
   }
   for (const auto& [name, victim] : victims_) {
     EXPECT_EQ(victim->Wait(), 0) << name;
-    for (const std::string& line : LinesOf(victim->said())) EXPECT_LT(line.size(), 2000U) << name;
+    for (const std::string& line : LinesOf(victim->output())) EXPECT_LT(line.size(), 2000U) << name;
   }
-  EXPECT_THAT(anna.said(), Not(HasSubstr("let go of it")));
+  EXPECT_THAT(anna.output(), Not(HasSubstr("let go of it")));
   std::ifstream stream(In("report"));
   const nlohmann::json drops = nlohmann::json::parse(stream, nullptr, false).at("drops");
   EXPECT_GT(drops.at("flood").get<long>(), sent_by["carl"]["events"] / 2);

@@ -20,7 +20,7 @@
 
 #include "tests/network/hostile/packet_fuzzer.h"
 #include "tests/network/real_peers.h"
-#include "tests/network/said_program.h"
+#include "tests/network/running_program.h"
 
 namespace tandem {
 namespace {
@@ -190,9 +190,9 @@ std::map<std::string, Octets> WhatStandsInFront(std::uint64_t sender) {
 
 TEST(HostilePackets, PrecedingSubmessagesDoNotHideAForgedAnnouncement) {
   const TemporaryFolder folder;
-  const std::filesystem::path said = folder.path() / "said";
-  RealPeers peers({.count = 1, .seconds = 3600, .said = said.string()});
-  for (int i = 0; i < 1000 && TextOf(said).find("is in session") == std::string::npos; ++i) {
+  const std::filesystem::path output = folder.path() / "said";
+  RealPeers peers({.count = 1, .seconds = 3600, .output = output.string()});
+  for (int i = 0; i < 1000 && TextOf(output).find("is in session") == std::string::npos; ++i) {
     std::this_thread::sleep_for(std::chrono::milliseconds(20));
   }
   const std::vector<std::uint16_t> ports = UdpPortsOf(peers.peer(0).pid());
@@ -215,8 +215,8 @@ TEST(HostilePackets, PrecedingSubmessagesDoNotHideAForgedAnnouncement) {
     for (Announced& one : bad) one.program = sender;
     bad.push_back({.program = ++number});
     const LoopbackSocket of_sound;
-    bool heard = false;
-    for (int round = 0; round < kRounds && !heard; ++round) {
+    bool received = false;
+    for (int round = 0; round < kRounds && !received; ++round) {
       for (Announced one : bad) {
         one.sender = sender;
         one.port = of_forged.port();
@@ -224,9 +224,9 @@ TEST(HostilePackets, PrecedingSubmessagesDoNotHideAForgedAnnouncement) {
       }
       send(Packet({.sender = sender, .program = sender, .port = of_sound.port()}, peers.session(),
                   front));
-      heard = of_sound.Hears(ports, std::chrono::seconds(1));
+      received = of_sound.Hears(ports, std::chrono::seconds(1));
     }
-    EXPECT_TRUE(heard) << name;
+    EXPECT_TRUE(received) << name;
     forged += static_cast<long>(bad.size());
   }
   EXPECT_FALSE(of_forged.Hears(ports, std::chrono::milliseconds(200)))

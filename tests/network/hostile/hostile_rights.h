@@ -23,7 +23,7 @@
 #include "collab/dds/security/signing.h"
 #include "tests/collab/dds/child_peer.h"
 #include "tests/collab/dds/live_peer.h"
-#include "tests/network/said_program.h"
+#include "tests/network/running_program.h"
 
 namespace tandem::testing {
 
@@ -62,11 +62,11 @@ class Orders {
 /// signal, and how it ends says nothing of what it went through.
 class PeerWithOrders : private Orders, private Program {
  public:
-  using Program::said;
+  using Program::output;
   using Program::Says;
   using Program::Wait;
-  PeerWithOrders(const std::vector<std::string>& command, const std::filesystem::path& said)
-      : Program(command, said, Input()) {}
+  PeerWithOrders(const std::vector<std::string>& command, const std::filesystem::path& output)
+      : Program(command, output, Input()) {}
 
   void Quit() const { Order("quit"); }
   /// Orders it to end, and returns its exit code.
@@ -85,7 +85,7 @@ class HostileRights : public ::testing::Test {
   void EndAll() {
     for (auto& [name, program] : programs_) program->Quit();
     for (auto& [name, program] : programs_) {
-      EXPECT_EQ(program->Wait(PeerWithOrders::kQuitWithin), 0) << program->said();
+      EXPECT_EQ(program->Wait(PeerWithOrders::kQuitWithin), 0) << program->output();
     }
     programs_.clear();
   }
@@ -140,7 +140,7 @@ class HostileRights : public ::testing::Test {
   /// Attacks the peer that holds the ball, with those keys and no check of the attacker's own ("-":
   /// none).
   void Attack(const std::string& mode, const std::string& keys) {
-    const Recorder::Heard before = heard_.Now();
+    const Recorder::Heard before = received_.Now();
     ChildPeer attacker = Attacker(mode, keys);
     EXPECT_TRUE(attacker.Says("attacking")) << mode;
     const auto ends_of = [this](const Recorder::Heard& h) {
@@ -153,7 +153,7 @@ class HostileRights : public ::testing::Test {
       }
       return ends;
     };
-    EXPECT_FALSE(heard_.WaitFor(
+    EXPECT_FALSE(received_.WaitFor(
         [&](const Recorder::Heard& h) {
           return ends_of(h) != ends_of(before);
         },
@@ -176,11 +176,11 @@ class HostileRights : public ::testing::Test {
 
   /// Returns how often a user was told such words of the attacker.
   int Told(const std::string& name, const std::string& words) const {
-    int told = 0;
-    for (const std::string& line : LinesOf(programs_.at(name)->said())) {
-      told += line.find(words) != std::string::npos ? 1 : 0;
+    int reported = 0;
+    for (const std::string& line : LinesOf(programs_.at(name)->output())) {
+      reported += line.find(words) != std::string::npos ? 1 : 0;
     }
-    return told;
+    return reported;
   }
   nlohmann::json ReportOf(const std::string& name) {
     EXPECT_EQ(programs_.at(name)->QuitAndWait(), 0);
@@ -215,10 +215,10 @@ class HostileRights : public ::testing::Test {
   /// Expects that the words of the program so far are text, without a control character or a change
   /// of direction.
   void ExpectReadable(const std::string& name) const {
-    const std::string said = programs_.at(name)->said();
-    EXPECT_NO_THROW(static_cast<void>(nlohmann::json(said).dump())) << "no UTF-8";
+    const std::string output = programs_.at(name)->output();
+    EXPECT_NO_THROW(static_cast<void>(nlohmann::json(output).dump())) << "no UTF-8";
     for (const char* bad : {"\x1b", "\xc2\x9b", "\xe2\x80\xae"}) {
-      EXPECT_THAT(said, ::testing::Not(::testing::HasSubstr(bad)));
+      EXPECT_THAT(output, ::testing::Not(::testing::HasSubstr(bad)));
     }
   }
 
@@ -226,14 +226,14 @@ class HostileRights : public ::testing::Test {
     using ::testing::AllOf;
     using ::testing::HasSubstr;
     using ::testing::Not;
-    const Recorder::Heard now = heard_.Now();
+    const Recorder::Heard now = received_.Now();
     for (const char* name : {"anna", "ben"}) {
       const PeerId id = ids_.at(name);
-      EXPECT_TRUE(heard_.WaitFor([&](const Recorder::Heard& h) {
+      EXPECT_TRUE(received_.WaitFor([&](const Recorder::Heard& h) {
         return h.views.at(id).seq > now.views.at(id).seq && Holds(h, id);
       })) << mode
           << ": " << name << " holds nothing any more";
-      EXPECT_THAT(programs_.at(name)->said(),
+      EXPECT_THAT(programs_.at(name)->output(),
                   AllOf(Not(HasSubstr("let go of it")), Not(HasSubstr("anna left")),
                         Not(HasSubstr("anna is lost")), Not(HasSubstr("ben left")),
                         Not(HasSubstr("ben is lost"))))
@@ -242,15 +242,15 @@ class HostileRights : public ::testing::Test {
   }
 
   void Begin(const DdsOptions& looks_on) {
-    auto joined = JoinOverDds(looks_on, heard_);
+    auto joined = JoinOverDds(looks_on, received_);
     ASSERT_TRUE(joined.has_value()) << joined.error().what;
     looker_ = *std::move(joined);
     programs_["anna"] = Peer("anna", {"--hold", "ball"});
-    ASSERT_TRUE(programs_.at("anna")->Says("you hold ball")) << programs_.at("anna")->said();
+    ASSERT_TRUE(programs_.at("anna")->Says("you hold ball")) << programs_.at("anna")->output();
     programs_["ben"] = Peer("ben", {"--hold", "socket"});
-    ASSERT_TRUE(programs_.at("ben")->Says("you hold socket")) << programs_.at("ben")->said();
+    ASSERT_TRUE(programs_.at("ben")->Says("you hold socket")) << programs_.at("ben")->output();
     for (const char* name : {"anna", "ben"}) {
-      EXPECT_TRUE(heard_.WaitFor([&](const Recorder::Heard& h) {
+      EXPECT_TRUE(received_.WaitFor([&](const Recorder::Heard& h) {
         for (const auto& [id, info] : h.infos) {
           if (info.name == name) ids_[name] = id;
         }
@@ -259,9 +259,9 @@ class HostileRights : public ::testing::Test {
     }
   }
 
-  static bool Holds(const Recorder::Heard& heard, PeerId peer) {
-    if (!heard.views.contains(peer)) return false;
-    const ViewFrame& view = heard.views.at(peer);
+  static bool Holds(const Recorder::Heard& received, PeerId peer) {
+    if (!received.views.contains(peer)) return false;
+    const ViewFrame& view = received.views.at(peer);
     for (std::uint32_t i = 0; i < view.count; ++i) {
       if ((view.bodies[i].flags & ViewBody::kHeld) != 0) return true;
     }
@@ -271,7 +271,7 @@ class HostileRights : public ::testing::Test {
   const TemporaryFolder folder_;
   bool secured_ = false;
   std::map<std::string, PeerId> ids_;
-  Recorder heard_;
+  Recorder received_;
   std::unique_ptr<Transport> looker_;
 
  protected:

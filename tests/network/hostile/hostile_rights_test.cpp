@@ -13,7 +13,7 @@
 
 #include "app/common/exit_codes.h"
 #include "tests/collab/dds/child_peer.h"
-#include "tests/network/said_program.h"
+#include "tests/network/running_program.h"
 
 namespace tandem::testing {
 namespace {
@@ -39,38 +39,38 @@ TEST_F(HostileRights, OutsidersCannotTakeBodiesOrBlockJoining) {
   for (ChildPeer* attacker : {&others, &friction, &crowd}) {
     ASSERT_TRUE(attacker->Says("attacking"));
   }
-  ASSERT_TRUE(programs_.at("anna")->Says("shown as mallory (6)")) << programs_.at("anna")->said();
+  ASSERT_TRUE(programs_.at("anna")->Says("shown as mallory (6)")) << programs_.at("anna")->output();
   const std::unique_ptr<PeerWithOrders> dave = Peer("dave", {});
-  EXPECT_TRUE(dave->Says("is in session")) << dave->said();
+  EXPECT_TRUE(dave->Says("is in session")) << dave->output();
   // it is in the session before the others have heard of it, and nobody is told of one that leaves
   // as early as that
-  EXPECT_TRUE(programs_.at("anna")->Says("dave joined")) << programs_.at("anna")->said();
-  EXPECT_EQ(dave->QuitAndWait(), 0) << dave->said();
-  EXPECT_THAT(dave->said(), Not(HasSubstr("this peer adopts them")));
+  EXPECT_TRUE(programs_.at("anna")->Says("dave joined")) << programs_.at("anna")->output();
+  EXPECT_EQ(dave->QuitAndWait(), 0) << dave->output();
+  EXPECT_THAT(dave->output(), Not(HasSubstr("this peer adopts them")));
 
   // more of them take all places, and none of those who have one
   ChildPeer second = Attacker("crowd_slowly", "-", 2000);
   ChildPeer third = Attacker("crowd_slowly", "-", 3000);
-  ASSERT_TRUE(programs_.at("anna")->Says("mallory (15)")) << programs_.at("anna")->said();
+  ASSERT_TRUE(programs_.at("anna")->Says("mallory (15)")) << programs_.at("anna")->output();
   const std::unique_ptr<PeerWithOrders> carl = Peer("carl", {});
-  EXPECT_EQ(carl->Wait(40), kExitNetwork) << carl->said();
-  EXPECT_THAT(carl->said(), HasSubstr("active peers, the maximum: look on with"));
+  EXPECT_EQ(carl->Wait(40), kExitNetwork) << carl->output();
+  EXPECT_THAT(carl->output(), HasSubstr("active peers, the maximum: look on with"));
   ExpectNobodyLetGo("crowd");
 
   // anna is alone with one attacker
   for (ChildPeer* attacker : {&others, &crowd, &second, &third}) attacker->Command("end");
   EndAll();
   const std::unique_ptr<PeerWithOrders> eve = Peer("eve", {});
-  EXPECT_TRUE(eve->Says("this peer adopts them")) << eve->said();
-  EXPECT_TRUE(eve->Says("is in session")) << eve->said();
-  EXPECT_EQ(eve->QuitAndWait(), 0) << eve->said();
+  EXPECT_TRUE(eve->Says("this peer adopts them")) << eve->output();
+  EXPECT_TRUE(eve->Says("is in session")) << eve->output();
+  EXPECT_EQ(eve->QuitAndWait(), 0) << eve->output();
 }
 
 TEST_F(HostileRights, ViewerCannotTakeAHeldBody) {
   BeginSecured();
   AttackByAllMeans("vic");
   // the plug-ins let nothing through of what its permissions do not name
-  EXPECT_EQ(Told("anna", "vic"), 0) << programs_.at("anna")->said();
+  EXPECT_EQ(Told("anna", "vic"), 0) << programs_.at("anna")->output();
 }
 
 TEST_F(HostileRights, MemberCannotTakeAHeldBodyAndIsReportedOnce) {
@@ -83,30 +83,30 @@ TEST_F(HostileRights, MemberCannotTakeAHeldBodyAndIsReportedOnce) {
   const std::unique_ptr<PeerWithOrders> emil = Peer("emil", {});
   MakeKeysFor("dora", lasts);
   ChildPeer dora = Attacker("say_badly_slowly", "dora");
-  ASSERT_TRUE(programs_.at("anna")->Says("emil joined")) << emil->said();
+  ASSERT_TRUE(programs_.at("anna")->Says("emil joined")) << emil->output();
   ASSERT_TRUE(dora.Says("attacking"));
-  ASSERT_TRUE(programs_.at("anna")->Says("dora uses other")) << programs_.at("anna")->said();
+  ASSERT_TRUE(programs_.at("anna")->Says("dora uses other")) << programs_.at("anna")->output();
 
   AttackByAllMeans("carl");
   EXPECT_EQ(Told("anna", "carl claims bodies that others have and have not given away: refused"), 1)
-      << programs_.at("anna")->said();
+      << programs_.at("anna")->output();
   EXPECT_EQ(Told("anna", "carl claims bodies with a greater epoch"), 1)
-      << programs_.at("anna")->said();
-  EXPECT_EQ(Told("anna", "carl speaks in another's name"), 1) << programs_.at("anna")->said();
+      << programs_.at("anna")->output();
+  EXPECT_EQ(Told("anna", "carl speaks in another's name"), 1) << programs_.at("anna")->output();
 
   for (const char* name : {"anna", "ben"}) {
     const PeerWithOrders& here = *programs_.at(name);
-    EXPECT_TRUE(here.Says("emil left", 120)) << here.said();
-    EXPECT_TRUE(here.Says("dora is lost", 120)) << here.said();
+    EXPECT_TRUE(here.Says("emil left", 120)) << here.output();
+    EXPECT_TRUE(here.Says("dora is lost", 120)) << here.output();
   }
-  EXPECT_EQ(emil->Wait(), kExitSecurity) << emil->said();
-  EXPECT_THAT(emil->said(),
+  EXPECT_EQ(emil->Wait(), kExitSecurity) << emil->output();
+  EXPECT_THAT(emil->output(),
               AllOf(HasSubstr("the keys of emil have ended"), Not(HasSubstr("anna is lost"))));
   const std::unique_ptr<PeerWithOrders> again = Peer("emil", {});
-  EXPECT_EQ(again->Wait(), kExitSecurity) << again->said();
-  EXPECT_THAT(again->said(), HasSubstr("these keys ended on"));
+  EXPECT_EQ(again->Wait(), kExitSecurity) << again->output();
+  EXPECT_THAT(again->output(), HasSubstr("these keys ended on"));
   // dora goes on to write all the time
-  EXPECT_THAT(programs_.at("anna")->said(),
+  EXPECT_THAT(programs_.at("anna")->output(),
               AllOf(Not(HasSubstr("dora is back")), Not(HasSubstr("emil is back"))));
 
   ExpectReadable("anna");
@@ -123,13 +123,13 @@ TEST_F(HostileRights, NewcomerJoinsTheMajoritysScene) {
   BeginSecured();
   ChildPeer carl = Attacker("offer_fine_slowly", "carl");
   ASSERT_TRUE(carl.Says("attacking"));
-  ASSERT_TRUE(programs_.at("anna")->Says("carl joined")) << programs_.at("anna")->said();
+  ASSERT_TRUE(programs_.at("anna")->Says("carl joined")) << programs_.at("anna")->output();
   const std::unique_ptr<PeerWithOrders> dave = Peer("dave", {"--seconds", "1"});
-  EXPECT_EQ(dave->Wait(40), 0) << dave->said();
-  EXPECT_THAT(dave->said(), AllOf(HasSubstr("is in session"), Not(HasSubstr("0.03 mm"))));
-  EXPECT_THAT(programs_.at("anna")->said(), HasSubstr("dave joined"));
+  EXPECT_EQ(dave->Wait(40), 0) << dave->output();
+  EXPECT_THAT(dave->output(), AllOf(HasSubstr("is in session"), Not(HasSubstr("0.03 mm"))));
+  EXPECT_THAT(programs_.at("anna")->output(), HasSubstr("dave joined"));
   carl.Command("end");
-  EXPECT_TRUE(programs_.at("anna")->Says("carl is lost")) << programs_.at("anna")->said();
+  EXPECT_TRUE(programs_.at("anna")->Says("carl is lost")) << programs_.at("anna")->output();
 }
 
 TEST_F(HostileRights, SecondUserOfTheSameKeysLeavesAndTheFirstStays) {
@@ -138,8 +138,9 @@ TEST_F(HostileRights, SecondUserOfTheSameKeysLeavesAndTheFirstStays) {
                   TANDEM_SCENES "/ball_and_socket.json", "--brief", "--hold", "ball", "--secure",
                   In("keys-anna").string()},
                  In("second"));
-  EXPECT_EQ(second.Wait(40), kExitSecurity) << second.said();
-  EXPECT_THAT(second.said(), HasSubstr("another program in this session already uses these keys"));
+  EXPECT_EQ(second.Wait(40), kExitSecurity) << second.output();
+  EXPECT_THAT(second.output(),
+              HasSubstr("another program in this session already uses these keys"));
   ExpectNobodyLetGo("twin");
 }
 

@@ -14,13 +14,13 @@
 #include "collab/session/drop_counts.h"
 #include "engine/safety/force_guard.h"
 #include "tandem.h"  // idlc's
-#include "tests/network/own_peer.h"
+#include "tests/network/in_process_peer.h"
 #include "tests/network/real_peers.h"
 
 namespace tandem {
 namespace {
 
-using testing::OwnPeer;
+using testing::InProcessPeer;
 using testing::RealPeers;
 
 constexpr std::uint32_t kDomain = 42;
@@ -113,7 +113,7 @@ class HostileWriters {
 TEST(Hostile, InvalidSamplesAreDroppedAndCountedByReason) {
   RealPeers peers({.count = 1, .seconds = 120});
   {
-    OwnPeer known(peers.session(), kHostile, OwnPeer::Stepped{});
+    InProcessPeer known(peers.session(), kHostile, InProcessPeer::Stepped{});
     HostileWriters hostile;
     ASSERT_TRUE(known.StepUntilCoupled());
     for (int tenth = 0; tenth < 600 && !hostile.AreHeard(); ++tenth) known.StepFrames(100);

@@ -212,7 +212,7 @@ class Fake {
   std::int64_t tick_ = 0;
 };
 
-Fake& Of(TandemDevice* device) {
+Fake& FakeOf(TandemDevice* device) {
   return *reinterpret_cast<Fake*>(device);
 }
 
@@ -245,29 +245,29 @@ const TandemDriver tandem_driver = {
       return static_cast<std::int32_t>(TANDEM_OK);
     },
     [](TandemDevice* device) {
-      delete &tandem::driver::Of(device);
+      delete &tandem::driver::FakeOf(device);
     },
     [](TandemDevice* device, TandemDeviceCapabilities* can) {
-      *can = tandem::driver::Of(device).can();
+      *can = tandem::driver::FakeOf(device).can();
       return static_cast<std::int32_t>(TANDEM_OK);
     },
     [](TandemDevice* device) {
-      tandem::driver::Of(device).Start();
+      tandem::driver::FakeOf(device).Start();
       return static_cast<std::int32_t>(TANDEM_OK);
     },
     [](TandemDevice* device, TandemDeviceState* state) {
-      return tandem::driver::Of(device).Read(*state);
+      return tandem::driver::FakeOf(device).Read(*state);
     },
     [](TandemDevice* device, const TandemDeviceForce* force) {
-      tandem::driver::Of(device).Write(*force);
+      tandem::driver::FakeOf(device).Write(*force);
       return static_cast<std::int32_t>(TANDEM_OK);
     },
     [](TandemDevice* device) {
-      tandem::driver::Of(device).Stop();
+      tandem::driver::FakeOf(device).Stop();
     },
     [](TandemDevice* device, char* text, std::uint32_t room) {
-      const char* said =
+      const char* message =
           device == nullptr ? tandem::driver::fault.c_str() : "the driver was asked to fail";
-      return tandem::driver::Put(text, room, said);
+      return tandem::driver::Put(text, room, message);
     },
     nullptr};

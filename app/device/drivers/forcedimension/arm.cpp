@@ -46,9 +46,9 @@ std::string Arm::Open() {
   id_ = static_cast<char>(settings_.calibrates ? dhd_.drdOpenID(index) : dhd_.OpenID(index));
   if (id_ < 0) {
     const int fault = dhd_.ErrorGetLast();
-    const char* said = dhd_.ErrorGetLastStr();
+    const char* message = dhd_.ErrorGetLastStr();
     std::string why = "the device does not open: ";
-    why += said != nullptr ? said : "no reason given";
+    why += message != nullptr ? message : "no reason given";
     if (fault == kDhdNoDriver) {
       why += ": you have no right to use its USB driver: see 'tandem devices'";
     } else if (fault == kDhdBusy || fault == kDhdInUse) {
@@ -92,9 +92,9 @@ std::string Arm::Prepare() {
   }
   if (dhd_.SetBrakes(0, id_) < 0 || dhd_.EnableForce(1, id_) < 0 ||
       dhd_.SetForceAndTorque(0, 0, 0, 0, 0, 0, id_) < 0) {
-    const char* said = dhd_.ErrorGetLastStr();
+    const char* message = dhd_.ErrorGetLastStr();
     return std::string("the motors of the device cannot be switched on: ") +
-           (said != nullptr ? said : "no reason given");
+           (message != nullptr ? message : "no reason given");
   }
   // active while forces are sent; a device without it goes without
   dhd_.SetGravityCompensation(1, id_);

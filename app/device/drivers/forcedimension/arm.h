@@ -67,7 +67,7 @@ class Arm {
   /// Opens a device that is back.
   void Reopen(std::int64_t now_ns) noexcept;
   /// Checks why the device gives no force; TANDEM_OK: it gives force.
-  std::int32_t LookAtStatus() noexcept;
+  std::int32_t ReadStatus() noexcept;
   void Lose(const char* why) noexcept;
   void Close() noexcept;
 

@@ -45,7 +45,7 @@ void Arm::Turn(std::int64_t now_ns) noexcept {
   // before the force: a device that was switched off and on may have lost its reference
   if (now_ns - status_ns_ >= kStatusNs) {
     status_ns_ = now_ns;
-    status_ = LookAtStatus();
+    status_ = ReadStatus();
     if (lost_) return;
   }
   HandleSample sample;
@@ -68,10 +68,10 @@ bool Arm::TakeFault(std::int64_t now_ns) noexcept {
     Lose("the device does not answer: plug it in and switch it on");
     return true;
   }
-  const char* said = dhd_.ErrorGetLastStr();
+  const char* message = dhd_.ErrorGetLastStr();
   char line[160];
   std::snprintf(line, sizeof line, "a call to the device failed (%s): switch it off and on",
-                said != nullptr ? said : "no reason given");
+                message != nullptr ? message : "no reason given");
   trouble_.Say(line);
   return false;
 }
@@ -130,7 +130,7 @@ bool Arm::WriteForce() noexcept {
   return dhd_.SetForceAndTorque(f[2], f[0], f[1], t[2], t[0], t[1], id_) >= 0;
 }
 
-std::int32_t Arm::LookAtStatus() noexcept {
+std::int32_t Arm::ReadStatus() noexcept {
   int status[17] = {};
   if (dhd_.GetStatus(status, id_) < 0) {
     if (status_ == TANDEM_FAILED) {

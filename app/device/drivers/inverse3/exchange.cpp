@@ -88,27 +88,27 @@ void Exchange::Talk() {
 bool Exchange::TalkWhileConnected(std::string& fault) {
   std::string text, why, line;
   const auto period_ns = static_cast<std::int64_t>(1e9 / place_.rate_hz);
-  bool heard = false;
+  bool received = false;
   bool first = true;
   int unsound = 0;
   unanswered_ = 0;
   ignored_ = false;
-  told_ = {};
+  reported_ = {};
   if (!socket_.Receive(text, kLimitNs)) return false;  // the first message, unasked
   for (std::int64_t due_ns = MonotonicNowNs(); !ending_.load();) {
-    const Vec3 asked = ForceNow();
-    WriteCommand(choice_, asked, std::exchange(first, false), text);
-    if (!socket_.Send(text, kLimitNs) || !socket_.Receive(text, kLimitNs)) return heard;
+    const Vec3 requested = ForceNow();
+    WriteCommand(choice_, requested, std::exchange(first, false), text);
+    if (!socket_.Send(text, kLimitNs) || !socket_.Receive(text, kLimitNs)) return received;
     for (int i = 0; i < kMostAtOnce && socket_.pending(); ++i) {
-      if (!socket_.Receive(text, kLimitNs)) return heard;
+      if (!socket_.Receive(text, kLimitNs)) return received;
     }
     const std::int64_t now_ns = MonotonicNowNs();
-    const Quat before = told_.orientation;
-    if (ReadState(text, choice_, told_, why)) {
-      heard = true;
+    const Quat before = reported_.orientation;
+    if (ReadState(text, choice_, reported_, why)) {
+      received = true;
       unsound = 0;
       TurnFrom(before, 1e-9 * static_cast<double>(now_ns - reading_.time_ns));
-      CheckForce(asked);
+      CheckForce(requested);
       ++reading_.number;
       reading_.time_ns = now_ns;
       const std::int32_t condition = ConditionOf(line);
@@ -126,7 +126,7 @@ bool Exchange::TalkWhileConnected(std::string& fault) {
   }
   WriteCommand(choice_, Vec3::Zero(), false, text);
   socket_.Close(kByeNs, text);
-  return heard;
+  return received;
 }
 
 Vec3 Exchange::ForceNow() {
@@ -144,24 +144,24 @@ std::int32_t Exchange::ConditionOf(std::string& line) {
     line = note.line;
     return note.condition;
   }
-  if (!told_.arm) {
+  if (!reported_.arm) {
     line = "the Inverse3 '" + choice_.arm + "' is not connected: plug in its USB cable";
     return TANDEM_UNPLUGGED;
   }
-  if (!told_.powered) {
+  if (!reported_.powered) {
     line = "the Inverse3 has no power: plug in its power supply";
     return TANDEM_UNPLUGGED;
   }
-  if (!told_.calibrated) {
+  if (!reported_.calibrated) {
     line =
         "the Inverse3 is not calibrated: lay its arm into the rest position, as in Haply's guide";
     return TANDEM_UNCALIBRATED;
   }
-  if (!told_.ready) {
+  if (!reported_.ready) {
     line = "the Inverse3 is not ready: wait; if that does not help, look into Haply Hub";
     return TANDEM_UNPLUGGED;
   }
-  if (choice_.grip && !told_.grip) {
+  if (choice_.grip && !reported_.grip) {
     line = "the VerseGrip '" + choice_.grip->id + "' does not answer: press one of its buttons";
     return TANDEM_UNPLUGGED;
   }
@@ -175,9 +175,9 @@ std::int32_t Exchange::ConditionOf(std::string& line) {
   return TANDEM_OK;
 }
 
-void Exchange::CheckForce(const Vec3& asked) {
-  if (!told_.force || asked.norm() < kNoticeable) return;
-  unanswered_ = told_.force->norm() < kFollows * asked.norm() ? unanswered_ + 1 : 0;
+void Exchange::CheckForce(const Vec3& requested) {
+  if (!reported_.force || requested.norm() < kNoticeable) return;
+  unanswered_ = reported_.force->norm() < kFollows * requested.norm() ? unanswered_ + 1 : 0;
   ignored_ = ignored_ || unanswered_ >= kUnanswered;
 }
 
@@ -186,20 +186,20 @@ void Exchange::TurnFrom(const Quat& before, double seconds) {
     turning_ = Vec3::Zero();
     return;
   }
-  const Vec3 now = RotationVector(told_.orientation * before.conjugate()) / seconds;
+  const Vec3 now = RotationVector(reported_.orientation * before.conjugate()) / seconds;
   turning_ += seconds / (seconds + kTurnSeconds) * (now - turning_);
 }
 
 void Exchange::Publish(std::int32_t condition) {
   reading_.condition = condition;
   const bool moves = condition == TANDEM_OK;
-  reading_.buttons = moves ? told_.buttons : 0;
+  reading_.buttons = moves ? reported_.buttons : 0;
   for (int i = 0; i < 3; ++i) {
-    reading_.position[i] = told_.position[i];
-    reading_.velocity[i] = moves ? told_.velocity[i] : 0;
+    reading_.position[i] = reported_.position[i];
+    reading_.velocity[i] = moves ? reported_.velocity[i] : 0;
     reading_.angular_velocity[i] = moves ? turning_[i] : 0;
   }
-  for (int i = 0; i < 4; ++i) reading_.orientation[i] = told_.orientation.coeffs()[i];
+  for (int i = 0; i < 4; ++i) reading_.orientation[i] = reported_.orientation.coeffs()[i];
   newest_.Write(reading_);
 }
 

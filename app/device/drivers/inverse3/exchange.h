@@ -70,7 +70,7 @@ class Exchange {
   /// Returns the device's condition by its newest state; `line` says why.
   std::int32_t ConditionOf(std::string& line);
   /// Compares the force that acts, as the service reports it, with the force that was asked for.
-  void CheckForce(const Vec3& asked);
+  void CheckForce(const Vec3& requested);
   void TurnFrom(const Quat& before, double seconds);
   void Publish(std::int32_t condition);
   void TellUnplugged(const std::string& line);
@@ -89,7 +89,7 @@ class Exchange {
 
   // used by the sending thread alone
   WebSocket socket_;
-  Told told_;
+  ReportedState reported_;
   Reading reading_;
   Vec3 turning_ = Vec3::Zero();  // rad/s in V, smoothed
   int unanswered_ = 0;           // messages in a row after which no force acted

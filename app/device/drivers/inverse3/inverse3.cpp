@@ -48,15 +48,16 @@ std::string VersionOn(int port) {
 
 /// Chooses the grip that is asked for: by its identity, by its kind, or any. False: it is not
 /// there.
-bool ChooseGrip(const std::vector<Named>& found, const std::string& asked,
+bool ChooseGrip(const std::vector<Named>& found, const std::string& requested,
                 std::optional<Named>& grip) {
-  if (asked == "none") return true;
+  if (requested == "none") return true;
   for (const Named& one : found) {
     if (one.kind == "inverse3" || grip) continue;
     const bool wireless = one.kind == "wireless_verse_grip";
-    if (asked.empty() || asked == one.id || asked == (wireless ? "wireless" : "wired")) grip = one;
+    if (requested.empty() || requested == one.id || requested == (wireless ? "wireless" : "wired"))
+      grip = one;
   }
-  return grip.has_value() || asked.empty();
+  return grip.has_value() || requested.empty();
 }
 
 class Inverse3 {

@@ -88,30 +88,30 @@ const json* Find(const json& message, const std::string& kind, const std::string
 }
 
 /// Reads the state of the grip.
-bool ReadGrip(const json& message, const Named& grip, Told& told, std::string& why) {
+bool ReadGrip(const json& message, const Named& grip, ReportedState& reported, std::string& why) {
   const json* device = Find(message, grip.kind, grip.id);
-  told.grip = device != nullptr;
-  told.buttons = 0;
+  reported.grip = device != nullptr;
+  reported.buttons = 0;
   if (device == nullptr) return true;
   const json* status = Member(device, "status");
   for (const char* condition : {"connected", "awake"}) {
     bool is_so = true;
     ReadFlag(status, condition, is_so);
-    told.grip = told.grip && is_so;
+    reported.grip = reported.grip && is_so;
   }
-  if (!told.grip) return true;
+  if (!reported.grip) return true;
   const json* state = Member(device, "state");
-  if (!ReadOrientation(Member(state, "orientation"), told.orientation)) {
+  if (!ReadOrientation(Member(state, "orientation"), reported.orientation)) {
     why = "the grip's orientation is missing or invalid";
     return false;
   }
   const json* buttons = Member(state, "buttons");
   if (IsPressed(state, "button") || IsPressed(state, "button_0") || IsPressed(buttons, "a") ||
       IsPressed(buttons, "button_0")) {
-    told.buttons |= TANDEM_BUTTON_CLUTCH;
+    reported.buttons |= TANDEM_BUTTON_CLUTCH;
   }
   if (IsPressed(state, "button_1") || IsPressed(buttons, "b") || IsPressed(buttons, "button_1")) {
-    told.buttons |= TANDEM_BUTTON_STOP;
+    reported.buttons |= TANDEM_BUTTON_STOP;
   }
   return true;
 }
@@ -142,13 +142,14 @@ std::optional<std::vector<Named>> ReadInventory(std::string_view text) {
   return found;
 }
 
-bool ReadState(std::string_view text, const Choice& choice, Told& told, std::string& why) {
+bool ReadState(std::string_view text, const Choice& choice, ReportedState& reported,
+               std::string& why) {
   const json message = json::parse(text, nullptr, false);
   if (!message.is_object()) {
     why = "it is not a JSON object";
     return false;
   }
-  Told next = told;
+  ReportedState next = reported;
   next.force.reset();
   const json* arm = Find(message, "inverse3", choice.arm);
   next.arm = arm != nullptr;
@@ -170,7 +171,7 @@ bool ReadState(std::string_view text, const Choice& choice, Told& told, std::str
     ReadFlag(status, "power_supply", next.powered);
   }
   if (choice.grip && !ReadGrip(message, *choice.grip, next, why)) return false;
-  told = next;
+  reported = next;
   return true;
 }
 
@@ -216,12 +217,12 @@ Event ReadEvent(std::string_view text, const std::string& arm) {
        {"device-busy", Event::Kind::kBusy},
        {"device-safety-triggered", Event::Kind::kSafety},
        {"device-calibration-failed", Event::Kind::kCalibration}}};
-  const auto& said = name->get_ref<const std::string&>();
+  const auto& event_name = name->get_ref<const std::string&>();
   Event event;
   for (const auto& [ending, kind] : kNames) {
     // with or without the first word, as in "safety-triggered"
     const std::string_view short_name = ending.substr(ending.find('-') + 1);
-    if (said == ending || said == short_name) event.kind = kind;
+    if (event_name == ending || event_name == short_name) event.kind = kind;
   }
   const json* words = Member(&message, "message");
   if (words != nullptr && words->is_string()) {

@@ -33,7 +33,7 @@ struct Choice {
 };
 
 /// The content of the messages so far. A value that a message omits stays as it was.
-struct Told {
+struct ReportedState {
   bool arm = false;  // true: the arm is listed
   Vec3 position = Vec3::Zero();
   Vec3 velocity = Vec3::Zero();
@@ -46,9 +46,10 @@ struct Told {
   std::uint32_t buttons = 0;  // TANDEM_BUTTON_…
 };
 
-/// Updates `told` with a message. False: the message is unsound, `told` is unchanged, and `why`
-/// says what is wrong.
-bool ReadState(std::string_view text, const Choice& choice, Told& told, std::string& why);
+/// Updates `reported` with a message. False: the message is unsound, `reported` is unchanged, and
+/// `why` says what is wrong.
+bool ReadState(std::string_view text, const Choice& choice, ReportedState& reported,
+               std::string& why);
 
 /// Writes a message that asks for a force, and so for a state. The first message of a connection
 /// also names this program and its axes, and asks for the whole state.

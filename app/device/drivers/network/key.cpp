@@ -64,7 +64,7 @@ bool Key::Make() {
   return getrandom(secret_.data(), secret_.size(), 0) == static_cast<ssize_t>(secret_.size());
 }
 
-Key::Code Key::Of(std::span<const std::uint8_t> text) const {
+Key::Code Key::CodeOf(std::span<const std::uint8_t> text) const {
   Code code{};
   unsigned int length = 0;
   HMAC(EVP_sha256(), secret_.data(), static_cast<int>(secret_.size()), text.data(), text.size(),
@@ -73,7 +73,7 @@ Key::Code Key::Of(std::span<const std::uint8_t> text) const {
 }
 
 bool Key::Holds(std::span<const std::uint8_t> text, std::span<const std::uint8_t> code) const {
-  const Code right = Of(text);
+  const Code right = CodeOf(text);
   return code.size() == right.size() && CRYPTO_memcmp(code.data(), right.data(), right.size()) == 0;
 }
 

@@ -25,7 +25,7 @@ class Key {
   /// Makes a random secret. False: the machine gives no random numbers.
   bool Make();
   bool empty() const { return secret_.empty(); }
-  Code Of(std::span<const std::uint8_t> text) const;
+  Code CodeOf(std::span<const std::uint8_t> text) const;
   /// Returns whether the code is right, in a time that does not depend on the code.
   bool Holds(std::span<const std::uint8_t> text, std::span<const std::uint8_t> code) const;
 

@@ -122,21 +122,21 @@ std::unique_ptr<NetworkDevice> NetworkDevice::Open(const char* text, const Tande
 }
 
 std::string NetworkDevice::Capabilities(TandemDeviceCapabilities& can) const {
-  const Hello& told = link_->session().hello();
-  can.freedoms_in = told.freedoms_in;
-  can.freedoms_out = told.freedoms_out;
-  can.asks = told.freedoms_out == 0 ? 0 : 1;
-  can.rate_hz = told.rate_hz;
-  can.peak_force = told.peak_force;
-  can.peak_moment = told.peak_moment;
-  can.continuous_force = told.continuous_force;
-  can.continuous_moment = told.continuous_moment;
-  can.stiffness = told.stiffness;
-  can.damping = told.damping;
-  can.rotation_stiffness = told.rotation_stiffness;
-  can.rotation_damping = told.rotation_damping;
-  std::ranges::copy(told.workspace_min, can.workspace_min);
-  std::ranges::copy(told.workspace_max, can.workspace_max);
+  const Hello& reported = link_->session().hello();
+  can.freedoms_in = reported.freedoms_in;
+  can.freedoms_out = reported.freedoms_out;
+  can.asks = reported.freedoms_out == 0 ? 0 : 1;
+  can.rate_hz = reported.rate_hz;
+  can.peak_force = reported.peak_force;
+  can.peak_moment = reported.peak_moment;
+  can.continuous_force = reported.continuous_force;
+  can.continuous_moment = reported.continuous_moment;
+  can.stiffness = reported.stiffness;
+  can.damping = reported.damping;
+  can.rotation_stiffness = reported.rotation_stiffness;
+  can.rotation_damping = reported.rotation_damping;
+  std::ranges::copy(reported.workspace_min, can.workspace_min);
+  std::ranges::copy(reported.workspace_max, can.workspace_max);
   return {};
 }
 

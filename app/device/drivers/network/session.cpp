@@ -112,14 +112,14 @@ std::uint64_t Session::NumberFor(std::uint64_t device_session) const {
   std::array<std::uint8_t, 16> text{};
   std::memcpy(text.data(), &device_session, sizeof device_session);
   std::memcpy(text.data() + 8, &sessions_, sizeof sessions_);
-  const Key::Code code = secret_.Of(text);
+  const Key::Code code = secret_.CodeOf(text);
   std::uint64_t number = 0;
   std::memcpy(&number, code.data(), sizeof number);
   return number | 1U;  // never 0
 }
 
 void Session::Seal(PacketWriter& packet) const {
-  if (!key_.empty()) std::ranges::copy(key_.Of(packet.text()), packet.code().begin());
+  if (!key_.empty()) std::ranges::copy(key_.CodeOf(packet.text()), packet.code().begin());
 }
 
 PacketWriter Session::ForcePacket(const Force& force, std::int64_t based_on_ns,

@@ -42,8 +42,9 @@ std::string Stylus::Init() {
       return {};
     }
     device_ = kHdNoDevice;
-    const char* said = hd_.GetErrorString(code);
-    why = "'" + name + "' does not open (" + (said != nullptr ? said : "no reason given") + ")";
+    const char* message = hd_.GetErrorString(code);
+    why =
+        "'" + name + "' does not open (" + (message != nullptr ? message : "no reason given") + ")";
     if (code == kHdNoLicence) return why + ": the vendor's licence is missing or has ended";
     if (code == kHdAlreadyInitiated) return why + ": another program uses it: end that one";
   }
@@ -89,8 +90,8 @@ std::string Stylus::BeginScheduler(bool is_first) {
   const auto fault_of = [this](const char* what) {
     const unsigned code = TakeErrors(hd_);
     if (!EndsWork(code)) return std::string();
-    const char* said = hd_.GetErrorString(code);
-    return std::string(what) + ": " + (said != nullptr ? said : "no reason given") +
+    const char* message = hd_.GetErrorString(code);
+    return std::string(what) + ": " + (message != nullptr ? message : "no reason given") +
            ": end other programs that use the vendor's library, and try again";
   };
   last_ns_ = 0;

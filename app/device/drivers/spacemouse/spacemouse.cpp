@@ -132,7 +132,7 @@ class SpaceMouse : public RateHandDriver {
     const DaemonLink::Devices devices = link_.AskDevices([this](const DaemonEvent& event) {
       Take(event);
     });
-    asked_ = std::chrono::steady_clock::now();
+    requested_ = std::chrono::steady_clock::now();
     if (devices == DaemonLink::Devices::kNoAnswer) return false;
     const bool is_there = devices == DaemonLink::Devices::kSome;
     if (!is_there) now_ = {};
@@ -176,7 +176,7 @@ class SpaceMouse : public RateHandDriver {
         Take(event);
       });
       // a daemon that hangs would leave the hand at its last rate for ever
-      const bool is_due = std::chrono::steady_clock::now() - asked_ > kAskEvery;
+      const bool is_due = std::chrono::steady_clock::now() - requested_ > kAskEvery;
       if (is_there && (asks_ || is_due)) is_there = Ask();
       if (is_there) continue;
       link_.Close();
@@ -205,7 +205,7 @@ class SpaceMouse : public RateHandDriver {
   DaemonLink link_;
   Push now_;
   bool asks_ = false;  // true: ask which devices are there
-  std::chrono::steady_clock::time_point asked_{};
+  std::chrono::steady_clock::time_point requested_{};
 
   // used by the loop alone
   Push newest_;

@@ -5,7 +5,7 @@
 #include <optional>
 #include <string>
 
-#include "app/reach/hand_request.h"
+#include "app/connection/hand_request.h"
 #include "collab/controller/requests.h"
 #include "collab/controller/snapshot.h"
 #include "engine/base/result.h"

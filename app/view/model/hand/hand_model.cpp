@@ -133,7 +133,7 @@ void HandModel::Poll() {
   } else if (attached && state_ == State::kLost) {
     SetState(State::kReady);
   }
-  TakeNews();
+  TakeNotifications();
   const ControllerSnapshot& now = link_->snapshot();
   if (now.frame == frame_seen_) return;
   frame_seen_ = now.frame;
@@ -142,7 +142,7 @@ void HandModel::Poll() {
   Q_EMIT SnapshotCame();
 }
 
-void HandModel::TakeNews() {
+void HandModel::TakeNotifications() {
   const ControllerSnapshot& now = link_->snapshot();
   if (now.news_count == news_seen_) return;
   news_seen_ = now.news_count;
@@ -221,9 +221,9 @@ void HandModel::Grab(std::size_t body, const Vec3& p_W) {
   goal_ = Pose{Quat::Identity(), p_W};
   grab_pending_ = true;
   grab_answered_ = false;
-  const std::uint64_t asked = ++grabs_asked_;
-  link_->Send(grab, [this, asked, name = grab.body](const Answer& answer) {
-    if (asked != grabs_asked_) return;  // a later grab replaced this one
+  const std::uint64_t requested = ++grabs_asked_;
+  link_->Send(grab, [this, requested, name = grab.body](const Answer& answer) {
+    if (requested != grabs_asked_) return;  // a later grab replaced this one
     if (answer.ok) {
       grab_answered_ = true;  // the goal stays this hand's until a snapshot shows the grab
       if (!answer.reason.empty()) Tell(QString::fromStdString(answer.reason));
@@ -310,7 +310,7 @@ void HandModel::SetView(const Mat3& R_WV) {
 
 void HandModel::Tell(const QString& word) {
   word_ = word;
-  Q_EMIT Told(word);
+  Q_EMIT Notified(word);
 }
 
 void HandModel::SetState(State state, const QString& trouble) {

@@ -86,14 +86,14 @@ class HandModel : public QObject {
  Q_SIGNALS:
   void StateChanged();
   void SnapshotCame();
-  void Told(const QString& word);
+  void Notified(const QString& word);
 
  private:
   void Poll();
   void TryToAttach();
   void OnAttachEnded();
   void SetState(State state, const QString& trouble = {});
-  void TakeNews();
+  void TakeNotifications();
   /// Makes the goal the controller's, and ignores the answer to a pending grab.
   void ForgetGoal();
 

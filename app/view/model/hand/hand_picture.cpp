@@ -43,7 +43,7 @@ ViewedPeer Self(const ControllerSnapshot& snapshot, const std::string& name) {
   self.info.name = name;
   self.info.role = Role::kActive;
   self.seq = static_cast<std::uint32_t>(snapshot.frame);
-  self.heard_ns = snapshot.time_ns;
+  self.received_ns = snapshot.time_ns;
   for (std::size_t i = 0; i < snapshot.bodies.size(); ++i) {
     const SnapshotBody& body = snapshot.bodies[i];
     if (body.fixed || ShownOf(snapshot, i) != 0) continue;
@@ -67,7 +67,7 @@ ViewedPeer Other(const ControllerSnapshot& snapshot, const SnapshotPeer& peer) {
   other.delay_ms = 1e3 * peer.delay_s;
   other.link_force = peer.link_force_N;
   other.seq = static_cast<std::uint32_t>(snapshot.frame);
-  other.heard_ns = snapshot.time_ns;
+  other.received_ns = snapshot.time_ns;
   const auto add = [&](std::size_t body, const PlainPose& X_W) {
     ViewBody shown;
     shown.object = static_cast<ObjectId>(body);

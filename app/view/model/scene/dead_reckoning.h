@@ -20,7 +20,7 @@ class DeadReckoning {
   static constexpr double kSettle = 0.05;    // s; time constant of the error
   static constexpr double kJump = 0.1;       // m; larger errors are not smoothed
 
-  struct Told {
+  struct ReceivedMotion {
     std::uint32_t seq = 0;  // number of the frame
     Pose X_W;               // displacement from the body's first place
     Twist V_W;              // its velocity
@@ -28,16 +28,16 @@ class DeadReckoning {
 
   /// Returns the pose to draw. `middle_W`: the body's middle in its first place. `now_s`: a clock
   /// that does not jump.
-  Pose Show(const Told& told, const Vec3& middle_W, double now_s);
+  Pose Show(const ReceivedMotion& reported, const Vec3& middle_W, double now_s);
 
  private:
-  Pose Ahead(const Vec3& middle_W, double now_s) const;
+  Pose Extrapolate(const Vec3& middle_W, double now_s) const;
 
   bool begun_ = false;
-  Told told_;
+  ReceivedMotion reported_;
   double told_s_ = 0;
   double shown_s_ = 0;
-  Vec3 off_ = Vec3::Zero();     // m; error of the middle, relative to Ahead()
+  Vec3 off_ = Vec3::Zero();     // m; error of the middle, relative to Extrapolate()
   Vec3 turned_ = Vec3::Zero();  // rad; error of the rotation
 };
 

@@ -42,7 +42,7 @@ LabelPlace At(QRectF box, const QPointF& anchor, const QSizeF& picture) {
 }
 
 /// Returns the places to try, the best first.
-std::vector<QRectF> Candidates(const LabelWish& wish) {
+std::vector<QRectF> Candidates(const LabelRequest& wish) {
   const double width = wish.size.width();
   const double height = wish.size.height();
   const double step = height + kGap;
@@ -66,7 +66,8 @@ std::vector<QRectF> Candidates(const LabelWish& wish) {
 
 }  // namespace
 
-std::vector<LabelPlace> PlaceLabels(const std::vector<LabelWish>& wishes, const QSizeF& picture) {
+std::vector<LabelPlace> PlaceLabels(const std::vector<LabelRequest>& wishes,
+                                    const QSizeF& picture) {
   std::vector<LabelPlace> placed;
   const auto off_boxes = [&](const LabelPlace& place) {
     const QRectF room = place.box.adjusted(-kGap, -kGap, kGap, kGap);
@@ -76,7 +77,7 @@ std::vector<LabelPlace> PlaceLabels(const std::vector<LabelWish>& wishes, const 
   };
   const auto off_all = [&](const LabelPlace& place, const QPointF& anchor) {
     const QRectF room = place.box.adjusted(-kAnchorRoom, -kAnchorRoom, kAnchorRoom, kAnchorRoom);
-    const bool on_anchor = std::any_of(wishes.begin(), wishes.end(), [&](const LabelWish& wish) {
+    const bool on_anchor = std::any_of(wishes.begin(), wishes.end(), [&](const LabelRequest& wish) {
       return room.contains(wish.anchor);
     });
     if (on_anchor) return false;
@@ -86,7 +87,7 @@ std::vector<LabelPlace> PlaceLabels(const std::vector<LabelWish>& wishes, const 
     }
     return true;
   };
-  for (const LabelWish& wish : wishes) {
+  for (const LabelRequest& wish : wishes) {
     const std::vector<QRectF> boxes = Candidates(wish);
     const LabelPlace* second_best = nullptr;
     std::vector<LabelPlace> tried;

@@ -8,7 +8,7 @@
 namespace tandem {
 
 /// A label to place in the picture. Lengths are in logical pixels.
-struct LabelWish {
+struct LabelRequest {
   QPointF anchor;  // point that its line leads to
   double top = 0;  // topmost pixel of the labelled body
   QSizeF size;
@@ -24,6 +24,6 @@ struct LabelPlace {
 /// below, or at the picture's edge. Labels stay in the picture and apart. No line crosses another
 /// box, and no box covers an anchor. Where that is impossible, boxes only stay apart and in the
 /// picture.
-std::vector<LabelPlace> PlaceLabels(const std::vector<LabelWish>& wishes, const QSizeF& picture);
+std::vector<LabelPlace> PlaceLabels(const std::vector<LabelRequest>& wishes, const QSizeF& picture);
 
 }  // namespace tandem

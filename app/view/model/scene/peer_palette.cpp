@@ -2,7 +2,7 @@
 
 namespace tandem {
 
-Colour PeerPalette::Of(PeerId peer) {
+Colour PeerPalette::ColourOf(PeerId peer) {
   static constexpr std::array<Colour, 8> kColours{{{0.00F, 0.45F, 0.70F},    // blue
                                                    {0.75F, 0.25F, 0.60F},    // purple
                                                    {0.00F, 0.62F, 0.45F},    // green

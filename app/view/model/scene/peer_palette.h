@@ -15,7 +15,7 @@ using Colour = std::array<float, 3>;  // red, green, blue, 0 to 1
 /// each colour.
 class PeerPalette {
  public:
-  Colour Of(PeerId peer);
+  Colour ColourOf(PeerId peer);
 
  private:
   std::map<PeerId, std::size_t> order_;

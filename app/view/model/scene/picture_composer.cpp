@@ -29,9 +29,9 @@ std::map<std::pair<ObjectId, PeerId>, int> NamedForBodies(const std::vector<View
   std::map<std::pair<ObjectId, PeerId>, int> named;
   for (const ViewedPeer& peer : peers) {
     if (peer.presence != Presence::kHere) continue;
-    std::set<ObjectId> said;
+    std::set<ObjectId> output;
     for (const Belief& belief : peer.info.beliefs) {
-      const bool first = said.insert(belief.object).second;
+      const bool first = output.insert(belief.object).second;
       if (first && belief.peer != peer.info.peer) ++named[{belief.object, belief.peer}];
     }
   }
@@ -71,7 +71,7 @@ Owners OwnersOf(const std::vector<ViewedPeer>& peers, std::size_t bodies) {
     for (const ViewedPeer& peer : peers) {
       if (BodyOf(peer, body) == nullptr) continue;
       const ViewedPeer* const before = owners[body];
-      if (before == nullptr || peer.heard_ns > before->heard_ns) owners[body] = &peer;
+      if (before == nullptr || peer.received_ns > before->received_ns) owners[body] = &peer;
       if (peer.presence != Presence::kHere) continue;
       owners[body] = &peer;
       break;
@@ -152,11 +152,11 @@ float PictureComposer::Opacity(const ViewedPeer& peer, double now_s) {
 
 Pose PictureComposer::Shown(const ViewedPeer& peer, const ViewBody& body,
                             const std::vector<BodyLook>& bodies, double now_s) {
-  DeadReckoning::Told told{peer.seq, body.X_W, {}};
+  DeadReckoning::ReceivedMotion reported{peer.seq, body.X_W, {}};
   const bool free = (body.flags & (ViewBody::kInContact | ViewBody::kTrapped)) == 0;
   const bool held = (body.flags & ViewBody::kHeld) != 0;
-  if (held && free && peer.presence == Presence::kHere) told.V_W = peer.V_W;
-  return ahead_[{peer.info.peer, body.object}].Show(told, bodies[body.object].middle_W, now_s);
+  if (held && free && peer.presence == Presence::kHere) reported.V_W = peer.V_W;
+  return ahead_[{peer.info.peer, body.object}].Show(reported, bodies[body.object].middle_W, now_s);
 }
 
 void PictureComposer::Forget(const ViewerPicture& picture) {
@@ -191,12 +191,12 @@ DrawList PictureComposer::Compose(const ViewerPicture& picture, const std::vecto
     const ViewedPeer* owner = bodies[body].fixed ? nullptr : owners[whole];
     if (owner != nullptr) solid.X_W = shown.at({owner->info.peer, whole});
     list.solids.push_back(solid);
-    list.told.push_back(owner != nullptr ? BodyOf(*owner, whole)->X_W : Pose{});
+    list.reported.push_back(owner != nullptr ? BodyOf(*owner, whole)->X_W : Pose{});
   }
   for (const ViewedPeer& peer : picture.peers) {
     const float opacity = Opacity(peer, now_s);
     if (opacity <= 0) continue;
-    const Colour colour = palette.Of(LastingId(peer));
+    const Colour colour = palette.ColourOf(LastingId(peer));
     const ViewBody* named = nullptr;  // body beside which the name stands: a held one first
     for (const ViewBody& body : peer.bodies) {
       if (body.object >= bodies.size() || bodies[body.object].fixed) continue;

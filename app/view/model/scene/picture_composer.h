@@ -34,7 +34,7 @@ struct DrawList {
   std::vector<BodyInstance> solids;  // one for each body, by body
   std::vector<BodyInstance> ghosts;  // other peers' instances of the same bodies
   std::vector<InstanceLabel> labels;
-  std::vector<Pose> told;         // poses of the solids as received; not compared
+  std::vector<Pose> reported;     // poses of the solids as received; not compared
   std::vector<std::size_t> held;  // bodies in the hands of peers that are here; not compared
 };
 bool operator==(const BodyInstance& a, const BodyInstance& b);

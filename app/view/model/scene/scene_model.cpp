@@ -5,7 +5,7 @@
 #include <mutex>
 #include <utility>
 
-#include "app/reach/scene_search.h"
+#include "app/connection/scene_search.h"
 #include "collab/session/scene_agreement.h"
 
 namespace tandem {

@@ -46,7 +46,7 @@ void PeerTableModel::Update(const std::vector<ViewedPeer>& peers, PeerPalette& p
     for (const std::string& line : Explain(limits)) {
       row.limits_mean += (row.limits_mean.isEmpty() ? "" : "\n") + QString::fromStdString(line);
     }
-    row.colour = palette.Of(LastingId(peer));
+    row.colour = palette.ColourOf(LastingId(peer));
     rows.push_back(row);
   }
   std::sort(rows.begin(), rows.end(), [](const Row& a, const Row& b) {

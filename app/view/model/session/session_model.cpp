@@ -25,7 +25,7 @@ SessionModel::SessionModel(JoinFunction join, ListenFunction listen, QObject* pa
     : QObject(parent), join_(std::move(join)), listen_(std::move(listen)) {
   beat_timer_.setInterval(kBeatMs);
   connect(&beat_timer_, &QTimer::timeout, this, &SessionModel::PublishPresence);
-  connect(&beat_timer_, &QTimer::timeout, this, &SessionModel::ListenForCompany);
+  connect(&beat_timer_, &QTimer::timeout, this, &SessionModel::ListenForPeers);
 }
 
 SessionModel::~SessionModel() {
@@ -41,7 +41,7 @@ void SessionModel::Join(const JoinRequest& request) {
   request_ = request;
   peer_ = request.peer != 0 ? request.peer : RandomPeerId();
   viewer_ = std::make_unique<Viewer>();
-  heard_ = false;
+  received_ = false;
   nobody_heard_ =
       tr("no peer answers yet in session %1").arg(QString::fromStdString(request.session));
   SetState(State::kJoining);
@@ -67,10 +67,10 @@ void SessionModel::OnJoinEnded() {
   SetState(State::kJoined);
 }
 
-void SessionModel::ListenForCompany() {
-  if (heard_ || transport_ == nullptr) return;
-  heard_ = !viewer_->Picture().peers.empty();
-  if (heard_) {
+void SessionModel::ListenForPeers() {
+  if (received_ || transport_ == nullptr) return;
+  received_ = !viewer_->Picture().peers.empty();
+  if (received_) {
     nearby_.reset();
     nobody_heard_.clear();
     Q_EMIT StateChanged();

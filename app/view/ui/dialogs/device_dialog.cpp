@@ -66,11 +66,11 @@ void DeviceDialog::Look(const QString& program) {
   mend_->setText(tr("Looking for devices\u2026"));
   process_ = new QProcess(this);
   const auto ended = [this](const QString& fault) {
-    const QByteArray said = process_->readAllStandardOutput();
+    const QByteArray output = process_->readAllStandardOutput();
     process_->deleteLater();
     process_ = nullptr;
     look_->setEnabled(true);
-    ShowDevices(said);
+    ShowDevices(output);
     if (!fault.isEmpty()) mend_->setText(fault);
   };
   connect(process_, &QProcess::finished, this, [ended](int, QProcess::ExitStatus) {

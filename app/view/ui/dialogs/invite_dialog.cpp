@@ -150,7 +150,7 @@ void InviteDialog::Check() {
 
 void InviteDialog::Make() {
   answer_.clear();
-  told_.clear();
+  reported_.clear();
   line_->clear();
   process_ = new QProcess(this);
   connect(process_, &QProcess::readyReadStandardOutput, this, [this] {
@@ -163,7 +163,7 @@ void InviteDialog::Make() {
   });
   connect(process_, &QProcess::errorOccurred, this, [this](QProcess::ProcessError error) {
     if (error != QProcess::FailedToStart) return;
-    told_ = tr("%1 cannot be started: %2").arg(program_, process_->errorString());
+    reported_ = tr("%1 cannot be started: %2").arg(program_, process_->errorString());
     OnEnd(1);
   });
   Check();
@@ -189,7 +189,7 @@ void InviteDialog::ShowLine(const QByteArray& json) {
 void InviteDialog::OnWords() {
   const QStringList lines = QString::fromUtf8(process_->readAllStandardError())
                                 .split(QLatin1Char('\n'), Qt::SkipEmptyParts);
-  if (!lines.isEmpty()) told_ = lines.last().section(QStringLiteral("tandem: "), 1);
+  if (!lines.isEmpty()) reported_ = lines.last().section(QStringLiteral("tandem: "), 1);
 }
 
 void InviteDialog::OnEnd(int exit_code) {
@@ -200,7 +200,7 @@ void InviteDialog::OnEnd(int exit_code) {
   // the line of a plain session stays valid
   if (exit_code != 0 || secured) {
     line_->clear();
-    state_->setText(told_);
+    state_->setText(reported_);
   }
 }
 

@@ -8,7 +8,7 @@
 #include <QProcess>
 #include <QPushButton>
 
-#include "app/reach/hand_request.h"
+#include "app/connection/hand_request.h"
 
 namespace tandem {
 
@@ -46,7 +46,7 @@ class InviteDialog : public QDialog {
   QPushButton* make_;
   QProcess* process_ = nullptr;  // process that makes the line and waits for its use; null: none
   QByteArray answer_;
-  QString told_;  // newest line that the process has said
+  QString reported_;  // newest line that the process has said
 };
 
 }  // namespace tandem

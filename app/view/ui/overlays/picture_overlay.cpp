@@ -41,7 +41,7 @@ std::vector<PlacedLabel> Placed(const QFontMetricsF& metrics, const QSize& size,
                                 const CameraModel& camera, const DrawnScene& scene,
                                 const DrawList& list) {
   std::vector<const InstanceLabel*> labels;
-  std::vector<LabelWish> wishes;
+  std::vector<LabelRequest> wishes;
   for (const InstanceLabel& label : list.labels) {
     if (label.body >= scene.bodies.size()) continue;
     const Bounds& bounds_W = scene.bodies[label.body].bounds_W;

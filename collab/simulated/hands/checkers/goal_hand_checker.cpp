@@ -26,7 +26,7 @@ void GoalHandChecker::Set(const std::string& name, double value, std::int64_t no
   limit = {.now = value, .before = limit.At(now_ns), .changed_ns = now_ns};
 }
 
-void GoalHandChecker::Look(const HandSight& sight) {
+void GoalHandChecker::Check(const HandObservation& sight) {
   const bool same = sight.attached && sight.held == held_;
   frames_ = same && !sight.led ? frames_ + 1 : 0;
   held_ = sight.attached ? sight.held : -1;
@@ -38,24 +38,24 @@ void GoalHandChecker::Look(const HandSight& sight) {
   // within a frame the handle moves first, then the part
   const double lead = (sight.handle.p - sight.X_WG.p).norm();
   if (lead > force / kCouplingStiffness + 1.5 * kFrameS * at_grasp + 1e-6) {
-    breakages_->Add("a goal leads its part by more than the force limit", id_,
-                    Text("%.2f mm at %.1f N", 1e3 * lead, force));
+    violations_->Add("a goal leads its part by more than the force limit", id_,
+                     Text("%.2f mm at %.1f N", 1e3 * lead, force));
   }
   const double turn = sight.handle.q.angularDistance(sight.X_WG.q);
   if (turn > kMostLead + 1.5 * kFrameS * V.w.norm() + 1e-6) {
-    breakages_->Add("a goal is turned too far ahead of its part", id_, Text("%.3f rad", turn));
+    violations_->Add("a goal is turned too far ahead of its part", id_, Text("%.3f rad", turn));
   }
   const double pull = sight.pull_B_W.f.norm();
   const double most =
       2 * force + kCouplingDamping * (speed + at_grasp) + kCouplingStiffness * kFrameS * at_grasp;
   if (pull > 1.02 * most + 0.1) {
-    breakages_->Add("a hand pulls with more than its limit", id_,
-                    Text("%.2f N in place of %.2f", pull, most));
+    violations_->Add("a hand pulls with more than its limit", id_,
+                     Text("%.2f N in place of %.2f", pull, most));
   }
   const double fastest = speed + force / std::sqrt(kCouplingStiffness * sight.mass) + kPushed;
   if (sight.alone && V.v.norm() > fastest) {
-    breakages_->Add("a part is faster than its goal makes it", id_,
-                    Text("%.2f m/s in place of %.2f", V.v.norm(), fastest));
+    violations_->Add("a part is faster than its goal makes it", id_,
+                     Text("%.2f m/s in place of %.2f", V.v.norm(), fastest));
   }
 }
 

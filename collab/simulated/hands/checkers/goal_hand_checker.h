@@ -3,13 +3,13 @@
 #include <cstdint>
 #include <string>
 
-#include "collab/simulated/checkers/breakages.h"
+#include "collab/simulated/checkers/violations.h"
 #include "engine/dynamics/rigid_body.h"
 
 namespace tandem {
 
 /// The state of a hand that hosts move, as seen from outside after a frame.
-struct HandSight {
+struct HandObservation {
   std::int64_t now_ns = 0;  // true time
   int held = -1;            // index of the moving body in hand
   int wanted = -1;          // index of the moving body asked for
@@ -19,7 +19,7 @@ struct HandSight {
   double mass = 0;          // kg, mass of that body
   RigidState body;          // state of that body
   Pose X_WG;                // grasp frame
-  Pose asked;               // goal
+  Pose requested;           // goal
   Pose handle;              // pose towards which the coupling pulls
   Wrench pull_B_W;          // wrench of the coupling on the body, at its centre
 };
@@ -35,12 +35,12 @@ struct HandSight {
 /// counts.
 class GoalHandChecker {
  public:
-  GoalHandChecker(PeerId id, Breakages& breakages) : id_(id), breakages_(&breakages) {}
+  GoalHandChecker(PeerId id, Violations& violations) : id_(id), violations_(&violations) {}
 
   /// Notes that a host's request to change a number was granted.
   void Set(const std::string& name, double value, std::int64_t now_ns);
   /// Judges a frame; call it after every frame.
-  void Look(const HandSight& sight);
+  void Check(const HandObservation& sight);
   /// Returns the highest speed of the goal, m/s.
   double MostSpeed(std::int64_t now_ns) const { return speed_.At(now_ns); }
 
@@ -53,7 +53,7 @@ class GoalHandChecker {
   };
 
   PeerId id_;
-  Breakages* breakages_;
+  Violations* violations_;
   Limit force_{10, 10, 0};  // N
   Limit speed_{1, 1, 0};    // m/s
   int frames_ = 0;          // number of frames in which this part is grasped

@@ -57,22 +57,22 @@ void HostChecker::OnGoal(HostId host, const HostGoal& goal, std::int64_t now_ns)
   if (goal.kind == HostGoal::Kind::kGoodbye) return Lose(host, now_ns);
   Host& known = hosts_[host];
   // after a silence the hand may go to the host's goal again
-  if (now_ns - known.heard_ns > kQuietNs - kLooksNs && known.said)
+  if (now_ns - known.received_ns > kQuietNs - kLooksNs && known.stated)
     known.moved_ns = now_ns + kLooksNs;
-  known.heard_ns = now_ns;
+  known.received_ns = now_ns;
   const bool newer = goal.seq > std::exchange(known.seq, std::max(known.seq, goal.seq));
   if (goal.kind == HostGoal::Kind::kBeat || !newer) return;
-  known.said.reset();
+  known.stated.reset();
   if (!IsPlace(goal)) return;
   const bool lasts = goal.kind != HostGoal::Kind::kPose;
-  known.said = lasts ? std::nullopt : std::optional(Pose{goal.X_WG.q.normalized(), goal.X_WG.p});
+  known.stated = lasts ? std::nullopt : std::optional(Pose{goal.X_WG.q.normalized(), goal.X_WG.p});
   known.said_ns = now_ns;
   known.moved_ns = std::max(known.moved_ns, now_ns + kFewFrames + (lasts ? kRateNs : 0));
 }
 
 void HostChecker::OnRequest(HostId host, std::uint64_t number, const ControlRequest& request,
                             bool refused, std::int64_t now_ns) {
-  hosts_[host].heard_ns = now_ns;
+  hosts_[host].received_ns = now_ns;
   const bool again = waiting_.contains({host, number}) || answered_.contains({host, number});
   if (again) return;
   Waiting& waiting = waiting_[{host, number}];
@@ -80,11 +80,11 @@ void HostChecker::OnRequest(HostId host, std::uint64_t number, const ControlRequ
   if (std::holds_alternative<EmergencyStopRequest>(request) && !refused) OnStop(true, now_ns);
   if (std::holds_alternative<ResumeRequest>(request) && !refused) OnStop(false, now_ns);
   if (!TakesHand(request) || refused) return;
-  if (stop_) breakages_->Add("something is taken during an emergency stop", id_);
+  if (stop_) violations_->Add("something is taken during an emergency stop", id_);
   const bool in_use = owner_ != 0 && owner_ != host && Silence(now_ns) < 0.4 &&
                       now_ns - owner_ns_ > kLooksNs && held_ns_ != 0 &&
                       now_ns - held_ns_ > kLooksNs && now_ns - woken_ns_ > kLooksNs;
-  if (in_use && !device_hand_) breakages_->Add("a host takes the hand that another has", id_);
+  if (in_use && !device_hand_) violations_->Add("a host takes the hand that another has", id_);
   if (owner_ != host) owner_ns_ = now_ns;
   asked_ns_ = now_ns;
   owner_ = host;
@@ -95,9 +95,9 @@ void HostChecker::OnAnswer(HostId host, std::uint64_t number, bool ok, std::int6
   static_cast<void>(ok);
   const auto waiting = waiting_.find({host, number});
   if (waiting == waiting_.end()) {
-    breakages_->Add(answered_.contains({host, number}) ? "a request has two answers"
-                                                       : "an answer to what nobody asked",
-                    id_, Text("number %llu", static_cast<unsigned long long>(number)));
+    violations_->Add(answered_.contains({host, number}) ? "a request has two answers"
+                                                        : "an answer to what nobody asked",
+                     id_, Text("number %llu", static_cast<unsigned long long>(number)));
     return;
   }
   if (waiting->second.back) back_ns_ = now_ns;
@@ -112,7 +112,7 @@ void HostChecker::OnStop(bool stop, std::int64_t now_ns) {
 
 void HostChecker::OnWoken(std::int64_t halted_ns, std::int64_t now_ns) {
   woken_ns_ = now_ns;
-  for (auto& [asked, waiting] : waiting_) waiting.since_ns += halted_ns;
+  for (auto& [requested, waiting] : waiting_) waiting.since_ns += halted_ns;
   // a rate lasts for a number of frames
   for (auto& [id, host] : hosts_) host.moved_ns += halted_ns;
 }
@@ -127,10 +127,10 @@ void HostChecker::Lose(HostId host, std::int64_t now_ns) {
 double HostChecker::Silence(std::int64_t now_ns) const {
   const auto owner = hosts_.find(owner_);
   // a controller that stood still gets the messages of that time when it is woken
-  return owner == hosts_.end() ? 0 : ToSeconds(now_ns - owner->second.heard_ns);
+  return owner == hosts_.end() ? 0 : ToSeconds(now_ns - owner->second.received_ns);
 }
 
-void HostChecker::Look(const HandSight& sight, double way_m, double speed) {
+void HostChecker::Check(const HandObservation& sight, double way_m, double speed) {
   if (sight.held < 0) {
     held_ns_ = 0;
   } else if (held_ns_ == 0 || (before_ && before_->held != sight.held)) {
@@ -138,46 +138,46 @@ void HostChecker::Look(const HandSight& sight, double way_m, double speed) {
   }
   const bool same = before_ && before_->attached && sight.attached && before_->held == sight.held;
   if (!same) grasped_ns_ = sight.now_ns;
-  LookAtAnswers(sight, way_m);
-  LookAtStop(sight);
+  CheckAnswers(sight, way_m);
+  CheckStop(sight);
   if (!device_hand_) {
-    LookAtSilence(sight, speed);
-    LookAtGoal(sight);
-    LookAtNewestGoal(sight);
+    CheckSilence(sight, speed);
+    CheckGoal(sight);
+    CheckNewestGoal(sight);
   }
   before_ = sight;
 }
 
-void HostChecker::LookAtAnswers(const HandSight& sight, double way_m) {
-  for (const auto& [asked, waiting] : waiting_) {
+void HostChecker::CheckAnswers(const HandObservation& sight, double way_m) {
+  for (const auto& [requested, waiting] : waiting_) {
     if (waiting.back) back_ns_ = sight.now_ns;
     const double most_s = waiting.most_s + (waiting.back ? way_m / kWayBackSpeed + 10 : 0);
     const double waits_s = ToSeconds(sight.now_ns - waiting.since_ns);
     if (waits_s <= most_s) continue;
-    breakages_->Add(
+    violations_->Add(
         "a request has no answer", id_,
-        Text("number %llu for %.2f s", static_cast<unsigned long long>(asked.second), waits_s));
+        Text("number %llu for %.2f s", static_cast<unsigned long long>(requested.second), waits_s));
   }
 }
 
-void HostChecker::LookAtStop(const HandSight& sight) {
+void HostChecker::CheckStop(const HandObservation& sight) {
   if (!stop_ || sight.now_ns - std::max(stopped_ns_, woken_ns_) < kLooksNs) return;
   if (sight.held >= 0 || sight.wanted >= 0) {
-    breakages_->Add("a part is in hand during an emergency stop", id_);
+    violations_->Add("a part is in hand during an emergency stop", id_);
   }
 }
 
-void HostChecker::LookAtSilence(const HandSight& sight, double speed) {
+void HostChecker::CheckSilence(const HandObservation& sight, double speed) {
   const std::int64_t now_ns = sight.now_ns;
   if (woken_ns_ != 0 && now_ns - woken_ns_ < kFewFrames) return;  // it reads its messages first
   for (auto host = hosts_.begin(); host != hosts_.end();) {
     const auto next = std::next(host);
-    if (now_ns - host->second.heard_ns > kLostNs) Lose(host->first, now_ns);
+    if (now_ns - host->second.received_ns > kLostNs) Lose(host->first, now_ns);
     host = next;
   }
   if (sight.held < 0 && sight.wanted < 0) lost_ns_ = 0;
   if (lost_ns_ != 0 && now_ns - std::max(lost_ns_, woken_ns_) > kLostAgoNs) {
-    breakages_->Add("a hand holds on though its host is gone", id_);
+    violations_->Add("a hand holds on though its host is gone", id_);
     lost_ns_ = 0;
   }
   // by then the goal is held, and has been for too short a time to drift
@@ -185,63 +185,64 @@ void HostChecker::LookAtSilence(const HandSight& sight, double speed) {
   const bool judged = silent_s > 0.18 && silent_s < 0.19 && now_ns - grasped_ns_ > 2 * kLooksNs &&
                       now_ns - woken_ns_ > 2 * kLooksNs && now_ns - back_ns_ > 2 * kLooksNs;
   if (!judged || !sight.attached || sight.led) return;
-  const double ahead = (sight.asked.p - sight.handle.p).norm();
+  const double ahead = (sight.requested.p - sight.handle.p).norm();
   if (ahead > 0.05 * speed + 2e-3) {
-    breakages_->Add("the goal of a silent host is not held", id_, Text("%.1f mm", 1e3 * ahead));
+    violations_->Add("the goal of a silent host is not held", id_, Text("%.1f mm", 1e3 * ahead));
   }
 }
 
-bool HostChecker::MayMove(const HandSight& sight) const {
+bool HostChecker::MayMove(const HandObservation& sight) const {
   const std::int64_t now_ns = sight.now_ns;
   if (now_ns - grasped_ns_ < kLooksNs || now_ns - back_ns_ < kLooksNs) return true;
   if (now_ns - woken_ns_ < kLooksNs || now_ns - owner_ns_ < kLooksNs) return true;
   const auto owner = hosts_.find(owner_);
   if (owner == hosts_.end()) return lost_ns_ != 0;
   if (now_ns <= owner->second.moved_ns) return true;
-  const std::int64_t silent_ns = now_ns - owner->second.heard_ns;
+  const std::int64_t silent_ns = now_ns - owner->second.received_ns;
   return silent_ns >= kQuietNs && silent_ns < kQuietNs + kLooksNs;
 }
 
-void HostChecker::LookAtGoal(const HandSight& sight) {
-  const Pose& asked = sight.asked;
-  if (!IsSound(asked.p)) {
-    breakages_->Add("a goal that is no place is gone to", id_);
+void HostChecker::CheckGoal(const HandObservation& sight) {
+  const Pose& requested = sight.requested;
+  if (!IsSound(requested.p)) {
+    violations_->Add("a goal that is no place is gone to", id_);
     return;
   }
   const bool moved = before_ && before_->attached && sight.attached &&
-                     before_->held == sight.held && !SamePlace(before_->asked, asked);
+                     before_->held == sight.held && !SamePlace(before_->requested, requested);
   if (!moved) return;
   if (!MayMove(sight)) {
-    breakages_->Add("a goal moves without a word of its host", id_,
-                    Text("by %.2f mm, its host silent for %.3f s",
-                         1e3 * (asked.p - before_->asked.p).norm(), Silence(sight.now_ns)));
+    violations_->Add(
+        "a goal moves without a word of its host", id_,
+        Text("by %.2f mm, its host silent for %.3f s",
+             1e3 * (requested.p - before_->requested.p).norm(), Silence(sight.now_ns)));
   }
   const auto owner = hosts_.find(owner_);
-  const bool own = owner != hosts_.end() && owner->second.said &&
-                   SamePlace(*owner->second.said, asked);  // both hosts may have sent the pose of a
-                                                           // body
+  const bool own = owner != hosts_.end() && owner->second.stated &&
+                   SamePlace(*owner->second.stated, requested);  // both hosts may have sent the
+                                                                 // pose of a body
   for (const auto& [host, known] : hosts_) {
-    if (own || host == owner_ || !known.said || !SamePlace(*known.said, asked)) continue;
+    if (own || host == owner_ || !known.stated || !SamePlace(*known.stated, requested)) continue;
     if (sight.now_ns - owner_ns_ < kLooksNs) continue;
     // a way back ends where the part was taken, which another host may have asked for too
     if (sight.now_ns - back_ns_ < kLooksNs) continue;
-    breakages_->Add("a hand follows a host that does not have it", id_,
-                    "that is host " + std::to_string(host) + ", not " + std::to_string(owner_));
+    violations_->Add("a hand follows a host that does not have it", id_,
+                     "that is host " + std::to_string(host) + ", not " + std::to_string(owner_));
   }
 }
 
-void HostChecker::LookAtNewestGoal(const HandSight& sight) {
+void HostChecker::CheckNewestGoal(const HandObservation& sight) {
   const auto owner = hosts_.find(owner_);
-  if (owner == hosts_.end() || !owner->second.said || !sight.attached || sight.led) return;
+  if (owner == hosts_.end() || !owner->second.stated || !sight.attached || sight.led) return;
   const std::int64_t now_ns = sight.now_ns;
   const std::int64_t said_ns = owner->second.said_ns;
   const bool judged = said_ns > asked_ns_ && now_ns - said_ns > kFewFrames &&
-                      now_ns - owner->second.heard_ns < kQuietNs - kLooksNs &&
+                      now_ns - owner->second.received_ns < kQuietNs - kLooksNs &&
                       now_ns >= owner->second.moved_ns && now_ns - grasped_ns_ > kLooksNs &&
                       now_ns - woken_ns_ > kLooksNs && back_ns_ < said_ns;
-  if (!judged || SamePlace(*owner->second.said, sight.asked)) return;
-  breakages_->Add("the goal of the host that has the hand is not gone to", id_,
-                  Text("%.2f mm", 1e3 * (owner->second.said->p - sight.asked.p).norm()));
+  if (!judged || SamePlace(*owner->second.stated, sight.requested)) return;
+  violations_->Add("the goal of the host that has the hand is not gone to", id_,
+                   Text("%.2f mm", 1e3 * (owner->second.stated->p - sight.requested.p).norm()));
 }
 
 }  // namespace tandem

@@ -27,8 +27,8 @@ namespace tandem {
 /// Time in which the controller is stopped counts for no host.
 class HostChecker {
  public:
-  HostChecker(PeerId id, bool device_hand, Breakages& breakages)
-      : id_(id), device_hand_(device_hand), breakages_(&breakages) {}
+  HostChecker(PeerId id, bool device_hand, Violations& violations)
+      : id_(id), device_hand_(device_hand), violations_(&violations) {}
 
   // the controller's inputs
   void OnGoal(HostId host, const HostGoal& goal, std::int64_t now_ns);
@@ -43,7 +43,7 @@ class HostChecker {
 
   /// Judges a frame; call it after every frame. `way_m` is how far this hand has moved parts so
   /// far, `speed` the highest speed of the goal.
-  void Look(const HandSight& sight, double way_m, double speed);
+  void Check(const HandObservation& sight, double way_m, double speed);
   /// Returns whether a request waits for its answer.
   bool waits() const { return !waiting_.empty(); }
 
@@ -54,26 +54,26 @@ class HostChecker {
     bool back = false;
   };
   struct Host {
-    std::int64_t heard_ns = 0;
-    std::uint32_t seq = 0;      // number of its newest goal
-    std::int64_t said_ns = 0;   // time of its newest goal
-    std::optional<Pose> said;   // its newest goal
-    std::int64_t moved_ns = 0;  // time until which that goal may move the hand's goal; 0: there is
-                                // none
+    std::int64_t received_ns = 0;
+    std::uint32_t seq = 0;       // number of its newest goal
+    std::int64_t said_ns = 0;    // time of its newest goal
+    std::optional<Pose> stated;  // its newest goal
+    std::int64_t moved_ns = 0;   // time until which that goal may move the hand's goal; 0: there is
+                                 // none
   };
 
   void Lose(HostId host, std::int64_t now_ns);
-  void LookAtAnswers(const HandSight& sight, double way_m);
-  void LookAtStop(const HandSight& sight);
-  void LookAtSilence(const HandSight& sight, double speed);
-  void LookAtGoal(const HandSight& sight);
-  void LookAtNewestGoal(const HandSight& sight);
-  bool MayMove(const HandSight& sight) const;
+  void CheckAnswers(const HandObservation& sight, double way_m);
+  void CheckStop(const HandObservation& sight);
+  void CheckSilence(const HandObservation& sight, double speed);
+  void CheckGoal(const HandObservation& sight);
+  void CheckNewestGoal(const HandObservation& sight);
+  bool MayMove(const HandObservation& sight) const;
   double Silence(std::int64_t now_ns) const;
 
   PeerId id_;
   bool device_hand_;
-  Breakages* breakages_;
+  Violations* violations_;
   std::map<HostId, Host> hosts_;
   std::map<std::pair<HostId, std::uint64_t>, Waiting> waiting_;
   std::set<std::pair<HostId, std::uint64_t>> answered_;
@@ -88,7 +88,7 @@ class HostChecker {
   bool stop_ = false;
   std::int64_t held_ns_ = 0;     // time since which something is in hand; 0: nothing is
   std::int64_t grasped_ns_ = 0;  // time since which it is grasped
-  std::optional<HandSight> before_;
+  std::optional<HandObservation> before_;
 };
 
 }  // namespace tandem

@@ -21,10 +21,10 @@ constexpr double kFastTurn = 20;       // rad/s
 }  // namespace
 
 void MotorChecker::Break(const char* sort, const Wrench& given) {
-  breakages_->Add(sort, id_, Text("%.3f N, %.4f N m", given.f.norm(), given.tau.norm()));
+  violations_->Add(sort, id_, Text("%.3f N, %.4f N m", given.f.norm(), given.tau.norm()));
 }
 
-bool MotorChecker::Beyond(const Wrench& given, double share) const {
+bool MotorChecker::Exceeds(const Wrench& given, double share) const {
   const double most = std::max(0.0, share);
   return given.f.norm() > most * limits_.force + kRounding ||
          given.tau.norm() > most * limits_.moment + kRounding;
@@ -33,16 +33,16 @@ bool MotorChecker::Beyond(const Wrench& given, double share) const {
 void MotorChecker::Note(const MotorTick& tick, bool now, Ended& ended) {
   if (now && !ended.now) {
     ended.ticks = 0;
-    ended.asked = tick.ramps + tick.resumes;
+    ended.requested = tick.ramps + tick.resumes;
   }
   if (now) ended.last_ns = tick.now_ns;
   ended.now = now;
   ++ended.ticks;
 }
 
-void MotorChecker::Look(const MotorTick& tick) {
+void MotorChecker::Check(const MotorTick& tick) {
   if (!tick.given.f.allFinite() || !tick.given.tau.allFinite()) {
-    return breakages_->Add("what a motor gets is not finite", id_);
+    return violations_->Add("what a motor gets is not finite", id_);
   }
   const std::int64_t gap_ns = before_ ? tick.now_ns - before_->now_ns : 0;
   const std::int64_t age_ns = tick.input_ns < 0 ? kSilent : tick.now_ns - tick.input_ns;
@@ -62,34 +62,35 @@ void MotorChecker::Look(const MotorTick& tick) {
   Note(tick, age_ns >= kLate && age_ns < kSilent, late_);
   begun_ = begun_ || tick.ramps > 0;
 
-  LookAtSize(tick, silent);
-  if (!begun_ && Beyond(tick.given, 0)) Break("a motor has force before anybody began", tick.given);
-  if (silent && Beyond(tick.given, 0))
+  CheckSize(tick, silent);
+  if (!begun_ && Exceeds(tick.given, 0))
+    Break("a motor has force before anybody began", tick.given);
+  if (silent && Exceeds(tick.given, 0))
     Break("a motor has force that nobody stands for", tick.given);
-  if (late_.now) LookAtDamping(tick, age_ns);
-  LookAtEnded(tick, stopped_, true, "a motor has force during a stop");
-  LookAtEnded(tick, faulty_, true, "a motor has force in spite of a fault");
-  LookAtEnded(tick, fast_, false, "a motor has force though the handle is too fast");
-  if (!silent_.now && silent_.last_ns >= 0 && tick.ramps + tick.resumes == silent_.asked &&
-      Beyond(tick.given, 0)) {
+  if (late_.now) CheckDamping(tick, age_ns);
+  CheckEnded(tick, stopped_, true, "a motor has force during a stop");
+  CheckEnded(tick, faulty_, true, "a motor has force in spite of a fault");
+  CheckEnded(tick, fast_, false, "a motor has force though the handle is too fast");
+  if (!silent_.now && silent_.last_ns >= 0 && tick.ramps + tick.resumes == silent_.requested &&
+      Exceeds(tick.given, 0)) {
     Break("a motor's force comes back by itself", tick.given);
   }
   for (const Ended* ended : {&stopped_, &faulty_, &silent_, &fast_}) {
-    LookAtRamp(tick, *ended, kRamp, 0);
+    CheckRamp(tick, *ended, kRamp, 0);
   }
-  LookAtRamp(tick, late_, kShortRamp, kDampingShare);
+  CheckRamp(tick, late_, kShortRamp, kDampingShare);
   before_ = tick;
 }
 
-void MotorChecker::LookAtSize(const MotorTick& tick, bool may_drop) {
-  if (Beyond(tick.given, 1)) Break("a motor's force is beyond the clamp", tick.given);
+void MotorChecker::CheckSize(const MotorTick& tick, bool may_drop) {
+  if (Exceeds(tick.given, 1)) Break("a motor's force is beyond the clamp", tick.given);
   const Wrench last = before_ ? before_->given : Wrench{};
   const Wrench step{tick.given.tau - last.tau, tick.given.f - last.f};
-  if (may_drop && !Beyond(tick.given, 0)) return;
-  if (Beyond(step, 1 / kSlewTicks)) Break("a motor's force jumps", step);
+  if (may_drop && !Exceeds(tick.given, 0)) return;
+  if (Exceeds(step, 1 / kSlewTicks)) Break("a motor's force jumps", step);
 }
 
-void MotorChecker::LookAtDamping(const MotorTick& tick, std::int64_t age_ns) {
+void MotorChecker::CheckDamping(const MotorTick& tick, std::int64_t age_ns) {
   // damping ends at 12 ms: a little before and after, both damping and no damping are right
   Vec3 damping = -kLateDamping * tick.V_WD.v;
   const double most = kDampingShare * limits_.force;
@@ -111,25 +112,25 @@ void MotorChecker::LookAtDamping(const MotorTick& tick, std::int64_t age_ns) {
   }
 }
 
-void MotorChecker::LookAtEnded(const MotorTick& tick, const Ended& ended, bool for_good,
-                               const char* sort) {
-  if (ended.now && Beyond(tick.given, 1 - ended.ticks / kSlewTicks)) Break(sort, tick.given);
+void MotorChecker::CheckEnded(const MotorTick& tick, const Ended& ended, bool for_good,
+                              const char* sort) {
+  if (ended.now && Exceeds(tick.given, 1 - ended.ticks / kSlewTicks)) Break(sort, tick.given);
   // it is over, and no ramp-in was asked for
   if (ended.now || !for_good || ended.last_ns < 0) return;
-  const bool asked = tick.ramps + tick.resumes != ended.asked;
+  const bool requested = tick.ramps + tick.resumes != ended.requested;
   const double share = 1 - ended.ticks / kSlewTicks;
-  if (!asked && Beyond(tick.given, share)) Break(sort, tick.given);
+  if (!requested && Exceeds(tick.given, share)) Break(sort, tick.given);
 }
 
-void MotorChecker::LookAtRamp(const MotorTick& tick, const Ended& ended, double ramp_s,
-                              double floor) {
+void MotorChecker::CheckRamp(const MotorTick& tick, const Ended& ended, double ramp_s,
+                             double floor) {
   if (ended.now || ended.last_ns < 0) return;
   const double since_s = 1e-9 * static_cast<double>(tick.now_ns - ended.last_ns);
   // the former force still falls towards the ramp
   const double falling = std::max(0.0, 1 - ended.ticks / kSlewTicks);
   const double share = falling + floor + since_s / ramp_s;
-  if (share < 1 && Beyond(tick.given, share)) {
-    breakages_->Add(
+  if (share < 1 && Exceeds(tick.given, share)) {
+    violations_->Add(
         "a motor's force comes back faster than its ramp", id_,
         Text("%.3f N, %d ticks after ", tick.given.f.norm(), ended.ticks) + CauseOf(ended));
   }

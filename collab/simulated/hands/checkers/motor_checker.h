@@ -4,7 +4,7 @@
 #include <optional>
 #include <string>
 
-#include "collab/simulated/checkers/breakages.h"
+#include "collab/simulated/checkers/violations.h"
 #include "engine/base/spatial.h"
 #include "engine/safety/device_limits.h"
 
@@ -39,34 +39,34 @@ struct MotorTick {
 ///   After lateness of less than 20 ms it grows over a tenth of a second.
 class MotorChecker {
  public:
-  MotorChecker(PeerId id, const DeviceLimits& limits, Breakages& breakages)
-      : id_(id), limits_(limits), breakages_(&breakages) {}
+  MotorChecker(PeerId id, const DeviceLimits& limits, Violations& violations)
+      : id_(id), limits_(limits), violations_(&violations) {}
 
   /// Judges a tick; call it after every tick of the device.
-  void Look(const MotorTick& tick);
+  void Check(const MotorTick& tick);
 
  private:
   /// A reason that takes the force away, and its times.
   struct Ended {
     bool now = false;
-    std::int64_t last_ns = -1;  // time when it last held
-    int ticks = 0;              // number of ticks since it began
-    std::uint32_t asked = 0;    // number of ramp-ins and resumes asked for when it began
+    std::int64_t last_ns = -1;    // time when it last held
+    int ticks = 0;                // number of ticks since it began
+    std::uint32_t requested = 0;  // number of ramp-ins and resumes asked for when it began
   };
 
-  void LookAtSize(const MotorTick& tick, bool may_drop);
-  void LookAtDamping(const MotorTick& tick, std::int64_t age_ns);
-  void LookAtEnded(const MotorTick& tick, const Ended& ended, bool for_good, const char* sort);
-  void LookAtRamp(const MotorTick& tick, const Ended& ended, double ramp_s, double floor);
+  void CheckSize(const MotorTick& tick, bool may_drop);
+  void CheckDamping(const MotorTick& tick, std::int64_t age_ns);
+  void CheckEnded(const MotorTick& tick, const Ended& ended, bool for_good, const char* sort);
+  void CheckRamp(const MotorTick& tick, const Ended& ended, double ramp_s, double floor);
   std::string CauseOf(const Ended& ended) const;
   static void Note(const MotorTick& tick, bool now, Ended& ended);
   /// Returns whether the wrench is beyond a share of the limits.
-  bool Beyond(const Wrench& given, double share) const;
+  bool Exceeds(const Wrench& given, double share) const;
   void Break(const char* sort, const Wrench& given);
 
   PeerId id_;
   DeviceLimits limits_;
-  Breakages* breakages_;
+  Violations* violations_;
   std::optional<MotorTick> before_;
   Ended stopped_;
   Ended faulty_;

@@ -30,13 +30,13 @@ void ViewChecker::OnSnapshot(const std::vector<HostId>& hosts, const ControllerS
     const auto seen = seen_ns_.find(host);
     if (seen != seen_ns_.end()) seen->second = now_ns;
   }
-  LookAtBodies(snapshot);
-  LookAtHolders(snapshot, holders, now_ns);
+  CheckBodies(snapshot);
+  CheckHolders(snapshot, holders, now_ns);
 }
 
-void ViewChecker::LookAtBodies(const ControllerSnapshot& snapshot) {
+void ViewChecker::CheckBodies(const ControllerSnapshot& snapshot) {
   if (snapshot.bodies.size() != model_->scene.bodies.size()) {
-    return breakages_->Add("a snapshot lacks a body", id_);
+    return violations_->Add("a snapshot lacks a body", id_);
   }
   const SnapshotHand& hand = snapshot.hand;
   bool finite = IsFinite(hand.X_WG) && IsFinite(hand.goal) && IsFinite(hand.limited_goal) &&
@@ -44,36 +44,36 @@ void ViewChecker::LookAtBodies(const ControllerSnapshot& snapshot) {
   for (const SnapshotBody& body : snapshot.bodies) {
     finite = finite && IsFinite(body.X_WB) && IsFinite(body.X_W);
   }
-  if (!finite) return breakages_->Add("a snapshot is not finite", id_);
+  if (!finite) return violations_->Add("a snapshot is not finite", id_);
   const Frame& frame = frames_[snapshot.frame % kKept];
   if (snapshot.frame == 0) return;
-  if (frame.number != snapshot.frame) return breakages_->Add("a snapshot is of long ago", id_);
+  if (frame.number != snapshot.frame) return violations_->Add("a snapshot is of long ago", id_);
   for (std::size_t i = 0; i < snapshot.bodies.size(); ++i) {
     const int moving = model_->body_index[i];
     if (moving < 0) continue;
     const auto b = static_cast<std::size_t>(moving);
     const bool right = SameAs(snapshot.bodies[i].X_WB, frame.poses[b]) &&
                        snapshot.bodies[i].in_hand == (frame.held == moving);
-    if (!right) breakages_->Add("a snapshot has a body elsewhere", id_, model_->bodies[b].name);
+    if (!right) violations_->Add("a snapshot has a body elsewhere", id_, model_->bodies[b].name);
   }
 }
 
-void ViewChecker::LookAtHolders(const ControllerSnapshot& snapshot, const TrueHolders& holders,
-                                std::int64_t now_ns) {
+void ViewChecker::CheckHolders(const ControllerSnapshot& snapshot, const TrueHolders& holders,
+                               std::int64_t now_ns) {
   if (snapshot.frame == 0 || now_ns - holders.since_ns < holders.known_after_ns) return;
   for (std::size_t i = 0; i < snapshot.bodies.size(); ++i) {
     const int moving = model_->body_index[i];
     if (moving < 0) continue;
-    std::vector<PeerId> told = snapshot.bodies[i].holders;
-    std::ranges::sort(told);
-    if (told == holders.of[static_cast<std::size_t>(moving)]) continue;
-    breakages_->Add("a snapshot has the wrong holders", id_,
-                    model_->bodies[static_cast<std::size_t>(moving)].name);
+    std::vector<PeerId> reported = snapshot.bodies[i].holders;
+    std::ranges::sort(reported);
+    if (reported == holders.of[static_cast<std::size_t>(moving)]) continue;
+    violations_->Add("a snapshot has the wrong holders", id_,
+                     model_->bodies[static_cast<std::size_t>(moving)].name);
   }
 }
 
-void ViewChecker::Look(std::uint64_t frame, const World& world, int held,
-                       const std::vector<bool>& parked, std::int64_t now_ns) {
+void ViewChecker::Check(std::uint64_t frame, const World& world, int held,
+                        const std::vector<bool>& parked, std::int64_t now_ns) {
   Frame& kept = frames_[frame % kKept];
   kept.number = frame;
   kept.held = held;
@@ -90,13 +90,13 @@ void ViewChecker::Look(std::uint64_t frame, const World& world, int held,
     if (now_ns < left.from_ns) left.X_WB = X_WB;
     const double moved = (X_WB.p - left.X_WB.p).norm();
     if (left.watched && moved > 1e-9) {
-      breakages_->Add("a body that was let go of moves", id_,
-                      model_->bodies[b].name + Text(", by %.3f mm", 1e3 * moved));
+      violations_->Add("a body that was let go of moves", id_,
+                       model_->bodies[b].name + Text(", by %.3f mm", 1e3 * moved));
     }
   }
   held_ = held;
   for (const auto& [host, seen_ns] : seen_ns_) {
-    if (now_ns - seen_ns > kMostNs) breakages_->Add("a host sees no snapshot", id_);
+    if (now_ns - seen_ns > kMostNs) violations_->Add("a host sees no snapshot", id_);
   }
 }
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "collab/controller/control_server.h"
-#include "collab/simulated/checkers/breakages.h"
+#include "collab/simulated/checkers/violations.h"
 #include "engine/world/world.h"
 
 namespace tandem {
@@ -29,8 +29,8 @@ struct TrueHolders {
 ///   body must stay only from when the peer has heard of others' releases.
 class ViewChecker {
  public:
-  ViewChecker(PeerId id, const WorldModel& model, Breakages& breakages)
-      : id_(id), model_(&model), breakages_(&breakages) {}
+  ViewChecker(PeerId id, const WorldModel& model, Violations& violations)
+      : id_(id), model_(&model), violations_(&violations) {}
 
   void OnHost(HostId host, std::int64_t now_ns) { seen_ns_.try_emplace(host, now_ns); }
   void OnHostGone(HostId host) { seen_ns_.erase(host); }
@@ -42,21 +42,21 @@ class ViewChecker {
 
   /// Judges a frame of that number; call it after every frame. `parked` marks the moving bodies
   /// that this peer answers for and that nobody holds.
-  void Look(std::uint64_t frame, const World& world, int held, const std::vector<bool>& parked,
-            std::int64_t now_ns);
+  void Check(std::uint64_t frame, const World& world, int held, const std::vector<bool>& parked,
+             std::int64_t now_ns);
 
  private:
   static constexpr std::size_t kKept = 128;  // frames
   static constexpr std::int64_t kMostNs = 2'000'000'000;
   static constexpr std::int64_t kNewsNs = 1'000'000'000;  // until the peer has heard of a release
 
-  void LookAtBodies(const ControllerSnapshot& snapshot);
-  void LookAtHolders(const ControllerSnapshot& snapshot, const TrueHolders& holders,
-                     std::int64_t now_ns);
+  void CheckBodies(const ControllerSnapshot& snapshot);
+  void CheckHolders(const ControllerSnapshot& snapshot, const TrueHolders& holders,
+                    std::int64_t now_ns);
 
   PeerId id_;
   const WorldModel* model_;
-  Breakages* breakages_;
+  Violations* violations_;
   std::map<HostId, std::int64_t> seen_ns_;  // time of the newest snapshot, by host
   struct Frame {
     std::uint64_t number = 0;

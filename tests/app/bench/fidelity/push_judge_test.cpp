@@ -26,7 +26,7 @@ Pose CubeAt(double voxels) {
   return {Quat::Identity(), Vec3(0.003, 0.002, 0.005 + voxels * kVoxel)};
 }
 
-Vec3 Turned(double degrees, const Vec3& way) {
+Vec3 Rotated(double degrees, const Vec3& way) {
   return RotationBy(degrees * M_PI / 180 * Vec3::UnitX()) * way;
 }
 
@@ -38,7 +38,7 @@ TEST(PushJudge, MeasuresFaceDistanceOnEitherBody) {
       const JudgedPush up = judge.Judge(p_W, kUp, X_WB);
       EXPECT_NEAR(up.distance_voxels, voxels, 1e-9);
       EXPECT_NEAR(up.askew_deg, 0, 1e-5);
-      EXPECT_NEAR(judge.Judge(p_W, Turned(17, kUp), X_WB).askew_deg, 17, 1e-5);
+      EXPECT_NEAR(judge.Judge(p_W, Rotated(17, kUp), X_WB).askew_deg, 17, 1e-5);
       EXPECT_NEAR(judge.Judge(p_W, -kUp, X_WB).askew_deg, 180, 1e-5);
     }
   }
@@ -96,7 +96,7 @@ TEST(PushJudge, AcceptsDirectionsBetweenEquallyNearFaces) {
   for (const Vec3& way : {Vec3(1, 0, 0), Vec3(0, 0, 1), Vec3(1, 0, 2), Vec3(3, 0, 1)}) {
     EXPECT_NEAR(askew(0.300, 0.310, way.normalized()), 0, 1e-5) << way.transpose();
   }
-  EXPECT_NEAR(askew(0.300, 0.310, Turned(25, kUp)), 25, 1e-4);
+  EXPECT_NEAR(askew(0.300, 0.310, Rotated(25, kUp)), 25, 1e-4);
   // the slab alone is near
   EXPECT_NEAR(askew(0.4, 0.3, kUp), 0, 1e-5);
   EXPECT_NEAR(askew(0.4, 0.3, Vec3::UnitX()), 90, 1e-5);
@@ -106,7 +106,7 @@ TEST(PushJudge, AcceptsDirectionsBetweenEquallyNearFaces) {
 TEST(AngleFromCone, IsMeasuredFromTheNearestSideOrEdge) {
   const std::vector<Vec3> quadrant{Vec3::UnitX(), Vec3::UnitY(), kUp};
   EXPECT_NEAR(AngleFromCone(Vec3(1, 2, 3).normalized(), quadrant), 0, 1e-6);
-  EXPECT_NEAR(AngleFromCone(Turned(30, kUp), quadrant), 30, 1e-6);
+  EXPECT_NEAR(AngleFromCone(Rotated(30, kUp), quadrant), 30, 1e-6);
   EXPECT_NEAR(AngleFromCone(Vec3(1, 1, -std::sqrt(2.0)).normalized(), quadrant), 45, 1e-6);
   EXPECT_NEAR(AngleFromCone(-kUp, {kUp}), 180, 1e-6);
 }

@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/engine/contact/schedule/swim.h"
+#include "tests/engine/contact/schedule/random_walk.h"
 #include "tests/support/allocation_counter.h"
 
 namespace tandem {
@@ -15,7 +15,7 @@ using testing::kVoxel;
 using testing::Outcome;
 using testing::PointFrames;
 using testing::Rods;
-using testing::Swim;
+using testing::RunRandomWalk;
 
 // The same pushes go to the same bodies, each held to the travel that its own schedule allows.
 TEST(PrintedSchedule, MissesContactsThatOurScheduleFinds) {
@@ -28,9 +28,9 @@ TEST(PrintedSchedule, MissesContactsThatOurScheduleFinds) {
     ScheduleOptions options{.experiments = {.chunks = (trial & 1) == 0, .drift = (trial & 2) == 0}};
     const double capacity = ((trial & 4) == 0 ? 0.1 : 0.2) * points;
     const auto seed = 177 + static_cast<std::uint64_t>(trial);
-    const Outcome ours = Swim(bodies, options, capacity, frames, seed);
+    const Outcome ours = RunRandomWalk(bodies, options, capacity, frames, seed);
     options.experiments.schedule = MakePrintedSchedule;
-    const Outcome printed = Swim(bodies, options, capacity, frames, seed);
+    const Outcome printed = RunRandomWalk(bodies, options, capacity, frames, seed);
     EXPECT_EQ(ours.missed, 0U) << "trial " << trial;
     // the printed schedule works, but for being late
     EXPECT_GT(printed.contacts, 0.3) << "trial " << trial;

@@ -29,7 +29,7 @@ void RecordHand(const std::filesystem::path& file, int frames) {
     handle.X_WA.p.x() = 0.001 * i;
     handle.V_WA.v.x() = 1;
     (*recorder)->Begin(1'000'000 * i, 1000);
-    (*recorder)->Felt(handle);
+    (*recorder)->OnDevice(handle);
     (*recorder)->End(7);
   }
   ASSERT_TRUE((*recorder)->Close());
@@ -62,10 +62,10 @@ TEST(RecordedDevice, ReportsInvalidRecordings) {
   const TemporaryFolder folder;
   const std::filesystem::path file = folder.path() / "text";
   std::ofstream(file) << "no recording";
-  for (const std::string& asked : {std::string("recorded"), "recorded:" + file.string(),
-                                   "recorded:" + (folder.path() / "none").string()}) {
-    const auto hand = OpenDriver(asked, Pose{});
-    ASSERT_FALSE(hand) << asked;
+  for (const std::string& requested : {std::string("recorded"), "recorded:" + file.string(),
+                                       "recorded:" + (folder.path() / "none").string()}) {
+    const auto hand = OpenDriver(requested, Pose{});
+    ASSERT_FALSE(hand) << requested;
     EXPECT_THAT(hand.error().what, ::testing::StartsWith("recorded: "));
   }
   RecordHand(folder.path() / "empty", 0);

@@ -21,8 +21,8 @@ namespace {
 
 using nlohmann::json;
 using ::testing::HasSubstr;
+using testing::ProgramOutput;
 using testing::RunTandem;
-using testing::Said;
 
 double LiveFigure(const json& out, const std::string& name) {
   for (const json& row : out.at("comparison")) {
@@ -36,17 +36,17 @@ TEST(StabilityLive, RealPeersMatchVirtualTime) {
   const ScratchFolder scratch;
   const auto file = scratch.Write("case.json", R"({"name": "a move", "hands": ["relaxed"],
       "motion": "move", "delay_s": 0.1, "seconds": 5, "law": {"name": "p+d", "gate": false}})");
-  const Said said = RunTandem("stability live --json --bar 0.5 --keep " +
-                              (scratch.path() / "kept").string() + " " + file.string());
-  ASSERT_EQ(said.exit_code, kExitOk) << said.err;
-  const json out = json::parse(said.out);
+  const ProgramOutput output = RunTandem("stability live --json --bar 0.5 --keep " +
+                                         (scratch.path() / "kept").string() + " " + file.string());
+  ASSERT_EQ(output.exit_code, kExitOk) << output.err;
+  const json out = json::parse(output.out);
   EXPECT_EQ(out.at("within"), true);
   EXPECT_EQ(out.at("metrics_live").at("frames"), 5000);
   // a loop is two delays, and some more
   EXPECT_GT(LiveFigure(out, "loop age"), 200);
   EXPECT_GT(LiveFigure(out, "divergence at the most"), 30);
   // the kept recordings can be replayed, with the gate off
-  const Said replayed =
+  const ProgramOutput replayed =
       RunTandem("replay --json " + out.at("kept").get<std::string>() + "/user-0.recording");
   EXPECT_EQ(replayed.exit_code, kExitOk) << replayed.err;
 }
@@ -57,9 +57,9 @@ TEST(StabilityLive, RealPacketDelayMatchesTheConditioner) {
   const ScratchFolder scratch;
   const auto file = scratch.Write("case.json", R"({"hands": ["relaxed"], "motion": "move",
       "delay_s": 0.06, "seconds": 5, "law": {"name": "p+d"}})");
-  const Said said = RunTandem("stability live --json --bar 0.5 --tap " + file.string());
-  ASSERT_EQ(said.exit_code, kExitOk) << said.err;
-  const json out = json::parse(said.out);
+  const ProgramOutput output = RunTandem("stability live --json --bar 0.5 --tap " + file.string());
+  ASSERT_EQ(output.exit_code, kExitOk) << output.err;
+  const json out = json::parse(output.out);
   EXPECT_EQ(out.at("network"), "TAP hub");
   EXPECT_GT(LiveFigure(out, "loop age"), 120);
   EXPECT_GT(LiveFigure(out, "divergence at the most"), 20);
@@ -89,10 +89,10 @@ TEST(StabilityLive, DelaysThatDifferByDirectionAndOwnGainsReachThePeers) {
   const auto file = scratch.Write("case.json", R"({"hands": ["relaxed"], "motion": "kick",
       "delay_s": 0.1, "network": "asymmetric", "seconds": 4,
       "law": {"name": "constant", "limits": {"constant_stiffness": 77, "constant_damping": 10}}})");
-  const Said said = RunTandem("stability live --json --bar 0.5 --keep " +
-                              (scratch.path() / "kept").string() + " " + file.string());
-  ASSERT_EQ(said.exit_code, kExitOk) << said.err;
-  const json out = json::parse(said.out);
+  const ProgramOutput output = RunTandem("stability live --json --bar 0.5 --keep " +
+                                         (scratch.path() / "kept").string() + " " + file.string());
+  ASSERT_EQ(output.exit_code, kExitOk) << output.err;
+  const json out = json::parse(output.out);
   EXPECT_NEAR(LiveFigure(out, "stiffness at the end"), 77, 1e-6);
   EXPECT_GT(LiveFigure(out, "loop age"), 200);
   EXPECT_LT(LiveFigure(out, "loop age"), 260);
@@ -109,9 +109,9 @@ TEST(StabilityLive, DelaysThatChangeAndARatioOfTheLawReachThePeers) {
   const auto file = scratch.Write("case.json", R"({"hands": ["relaxed"], "motion": "kick",
       "delay_s": 0.02, "network": {"schedule": [{"at_s": 2, "delay_s": 0.12}]}, "seconds": 5,
       "law": {"name": "p+dd", "ratio": 0.5}})");
-  const Said said = RunTandem("stability live --json --bar 0.5 " + file.string());
-  ASSERT_EQ(said.exit_code, kExitOk) << said.err;
-  const json out = json::parse(said.out);
+  const ProgramOutput output = RunTandem("stability live --json --bar 0.5 " + file.string());
+  ASSERT_EQ(output.exit_code, kExitOk) << output.err;
+  const json out = json::parse(output.out);
   EXPECT_GT(LiveFigure(out, "loop age"), 240);
   EXPECT_LT(LiveFigure(out, "loop age"), 300);
   const auto stiffness = [](double loop_s) {
@@ -134,10 +134,10 @@ TEST(StabilityLive, ImpossibleCasesAreRefusedInOneLine) {
         std::pair(outage.string(), "a live peer cannot simulate an outage"),
         std::pair("--tap " + jump.string(),
                   "the delays of real packets cannot change: leave --tap out")}) {
-    const Said said = RunTandem("stability live " + arguments);
-    EXPECT_EQ(said.exit_code, kExitUsage);
-    EXPECT_THAT(said.err, HasSubstr(std::string("cannot run live: ") + why));
-    EXPECT_EQ(std::count(said.err.begin(), said.err.end(), '\n'), 1) << said.err;
+    const ProgramOutput output = RunTandem("stability live " + arguments);
+    EXPECT_EQ(output.exit_code, kExitUsage);
+    EXPECT_THAT(output.err, HasSubstr(std::string("cannot run live: ") + why));
+    EXPECT_EQ(std::count(output.err.begin(), output.err.end(), '\n'), 1) << output.err;
   }
 }
 

@@ -11,8 +11,8 @@ namespace tandem {
 namespace {
 
 using ::testing::HasSubstr;
+using testing::ProgramOutput;
 using testing::RunTandem;
-using testing::Said;
 
 constexpr const char* kReportedSweep = R"({"name": "six", "blocks": [
     {"hands": "heavy", "delay_s": [0.05, 0.1],
@@ -29,9 +29,10 @@ TEST(StabilityReport, SweepReportHasItsMapAndReproducibleCells) {
   const ScratchFolder folder;
   const std::string sweep = folder.Write("six.json", kReportedSweep).string();
   const std::filesystem::path out = folder.path() / "report";
-  const Said said = RunTandem("stability sweep " + sweep + " --json --report " + out.string());
-  ASSERT_EQ(nlohmann::json::parse(said.out)["cells"], 6) << said.err;
-  EXPECT_THAT(said.err, HasSubstr("report.html"));
+  const ProgramOutput output =
+      RunTandem("stability sweep " + sweep + " --json --report " + out.string());
+  ASSERT_EQ(nlohmann::json::parse(output.out)["cells"], 6) << output.err;
+  EXPECT_THAT(output.err, HasSubstr("report.html"));
   const auto report = nlohmann::json::parse(ReportContent(out / "report.json"));
   EXPECT_EQ(report["sweeps"][0]["cells"].size(), 6U);
   bool compared = false;
@@ -49,8 +50,8 @@ TEST(StabilityReport, SweepReportHasItsMapAndReproducibleCells) {
     EXPECT_TRUE(std::filesystem::exists(out / one["csv"].get<std::string>()));
   }
   // the same results give the same page
-  const Said again = RunTandem("stability report " + out.string() + " --series 0 --out " +
-                               (folder.path() / "again").string());
+  const ProgramOutput again = RunTandem("stability report " + out.string() + " --series 0 --out " +
+                                        (folder.path() / "again").string());
   EXPECT_EQ(again.exit_code, kExitOk) << again.err;
   EXPECT_EQ(ReportContent(folder.path() / "again" / "six-cells.csv"),
             ReportContent(out / "six-cells.csv"));
@@ -60,9 +61,9 @@ TEST(StabilityReport, ReportsInvalidInput) {
   const ScratchFolder folder;
   const std::string file = folder.Write("a.json", "[1]").string();
   const std::string out = " --out " + (folder.path() / "out").string();
-  const Said said = RunTandem("stability report " + file + out);
-  EXPECT_EQ(said.exit_code, kExitFile);
-  EXPECT_THAT(said.err, HasSubstr("a.json: is neither"));
+  const ProgramOutput output = RunTandem("stability report " + file + out);
+  EXPECT_EQ(output.exit_code, kExitFile);
+  EXPECT_THAT(output.err, HasSubstr("a.json: is neither"));
   EXPECT_FALSE(std::filesystem::exists(folder.path() / "out"));
   EXPECT_EQ(RunTandem("stability report " + out).exit_code, kExitUsage);
 }

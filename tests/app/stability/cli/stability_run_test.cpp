@@ -13,11 +13,11 @@ namespace {
 
 using ::testing::ContainsRegex;
 using ::testing::HasSubstr;
+using testing::ProgramOutput;
 using testing::RunTandem;
-using testing::Said;
 
-Said RunFile(const ScratchFolder& folder, const std::string& text,
-             const std::string& options = "") {
+ProgramOutput RunFile(const ScratchFolder& folder, const std::string& text,
+                      const std::string& options = "") {
   folder.Write("case.json", text);
   return RunTandem("stability run " + (folder.path() / "case.json").string() + " " + options);
 }
@@ -25,10 +25,11 @@ Said RunFile(const ScratchFolder& folder, const std::string& text,
 TEST(StabilityRun, ReportsAllMetricsAndWritesTheSeries) {
   const ScratchFolder folder;
   const std::string csv = (folder.path() / "course.csv").string();
-  const Said said = RunFile(folder, R"({"name": "knock", "law": {"name": "p+d", "gate": false}})",
-                            "--json --series " + csv + " --every-ms 10");
-  ASSERT_EQ(said.exit_code, kExitOk) << said.err;
-  const auto out = nlohmann::json::parse(said.out);
+  const ProgramOutput output =
+      RunFile(folder, R"({"name": "knock", "law": {"name": "p+d", "gate": false}})",
+              "--json --series " + csv + " --every-ms 10");
+  ASSERT_EQ(output.exit_code, kExitOk) << output.err;
+  const auto out = nlohmann::json::parse(output.out);
   EXPECT_EQ(out["name"], "knock");
   EXPECT_EQ(out["verdict"], "stable");
   EXPECT_EQ(out["predicted"]["stable"], true);
@@ -56,13 +57,13 @@ TEST(StabilityRun, ReportsAllMetricsAndWritesTheSeries) {
 // A script that tries a user's own gains can go by the exit code.
 TEST(StabilityRun, UnstableCaseExitsWithOne) {
   const ScratchFolder folder;
-  const Said said =
+  const ProgramOutput output =
       RunFile(folder, R"({"hands": ["off"], "law": {"name": "constant", "gate": false}})");
-  EXPECT_EQ(said.exit_code, kExitFailed);
-  EXPECT_THAT(said.out, HasSubstr("case: unstable"));
+  EXPECT_EQ(output.exit_code, kExitFailed);
+  EXPECT_THAT(output.out, HasSubstr("case: unstable"));
   // docs/stability.md, section 1: it blows up before a growth can be told
-  EXPECT_THAT(said.out, ContainsRegex("  ended +[0-9.]+ s after the loops closed, 0.5 m apart"));
-  EXPECT_THAT(said.out, HasSubstr("  growth            not measured: the run ended too early"));
+  EXPECT_THAT(output.out, ContainsRegex("  ended +[0-9.]+ s after the loops closed, 0.5 m apart"));
+  EXPECT_THAT(output.out, HasSubstr("  growth            not measured: the run ended too early"));
 }
 
 /// Returns the `number`th part of a document that is fenced as code.
@@ -78,14 +79,14 @@ std::string FencedIn(const std::string& document, int number) {
 TEST(StabilityRun, GuidesExampleWorks) {
   const std::string guide = TANDEM_SOURCE_DIR "/docs/stability.md";
   const ScratchFolder folder;
-  const Said said = RunFile(folder, FencedIn(guide, 1));
-  EXPECT_EQ(said.exit_code, kExitFailed);
+  const ProgramOutput output = RunFile(folder, FencedIn(guide, 1));
+  EXPECT_EQ(output.exit_code, kExitFailed);
   std::istringstream shown(FencedIn(guide, 2));
   int lines = 0;
   for (std::string line; std::getline(shown, line);) {
     if (line == "  ...") continue;
     ++lines;
-    EXPECT_THAT(said.out, HasSubstr(line + "\n"));
+    EXPECT_THAT(output.out, HasSubstr(line + "\n"));
   }
   EXPECT_EQ(lines, 9);
 }
@@ -93,12 +94,12 @@ TEST(StabilityRun, GuidesExampleWorks) {
 // 120 N/m among three are 60 N/m a link.
 TEST(StabilityRun, DistinguishesLinkFromUserStiffness) {
   const ScratchFolder folder;
-  const Said said = RunFile(folder, R"({"users": 3, "hands": ["heavy"], "delay_s": 0.1,
+  const ProgramOutput output = RunFile(folder, R"({"users": 3, "hands": ["heavy"], "delay_s": 0.1,
       "law": {"name": "constant", "gate": false,
               "limits": {"constant_stiffness": 60, "constant_damping": 10}}})");
-  EXPECT_EQ(said.exit_code, kExitOk) << said.out;
-  EXPECT_THAT(said.out, HasSubstr("30.0 N/m of a link at the end"));
-  EXPECT_THAT(said.out, HasSubstr("60.0 N/m of all links of a user"));
+  EXPECT_EQ(output.exit_code, kExitOk) << output.out;
+  EXPECT_THAT(output.out, HasSubstr("30.0 N/m of a link at the end"));
+  EXPECT_THAT(output.out, HasSubstr("60.0 N/m of all links of a user"));
 }
 
 // The case's own length is 12 s, after which it swings by 2.2 mm/s and falls by a third a second.
@@ -108,13 +109,13 @@ TEST(StabilityRun, ContinuesAnUnsettledDecay) {
       "network": {"jitter_ms": 20, "loss": 0.05},
       "law": {"name": "constant", "gate": false,
               "limits": {"constant_stiffness": 120, "constant_damping": 6}}})";
-  const Said said = RunFile(folder, "{" + text);
-  EXPECT_EQ(said.exit_code, kExitOk) << said.out;
-  EXPECT_THAT(said.out, HasSubstr("case: stable"));
-  EXPECT_THAT(said.out,
+  const ProgramOutput output = RunFile(folder, "{" + text);
+  EXPECT_EQ(output.exit_code, kExitOk) << output.out;
+  EXPECT_THAT(output.out, HasSubstr("case: stable"));
+  EXPECT_THAT(output.out,
               ContainsRegex("  extended +[0-9.]+ s instead of 12.00 s, because it decayed"));
   // a case that gives its length is not made longer
-  const Said early = RunFile(folder, R"({"seconds": 12, )" + text);
+  const ProgramOutput early = RunFile(folder, R"({"seconds": 12, )" + text);
   EXPECT_EQ(early.exit_code, kExitFailed);
   EXPECT_THAT(early.out, HasSubstr("case: undecided"));
   EXPECT_THAT(early.out, HasSubstr("it decays but is not at rest: give the case more seconds"));
@@ -122,11 +123,11 @@ TEST(StabilityRun, ContinuesAnUnsettledDecay) {
 
 TEST(StabilityRun, InvalidCaseIsReportedInOneLine) {
   const ScratchFolder folder;
-  const Said said = RunFile(folder, R"({"hand": ["off"]})");
-  EXPECT_EQ(said.exit_code, kExitFile);
-  EXPECT_THAT(said.err, HasSubstr("case.json: hand: unknown key; did you mean hands?\n"));
-  EXPECT_EQ(std::count(said.err.begin(), said.err.end(), '\n'), 1);
-  const Said scene = RunFile(folder, R"({"scene": "nowhere.json"})");
+  const ProgramOutput output = RunFile(folder, R"({"hand": ["off"]})");
+  EXPECT_EQ(output.exit_code, kExitFile);
+  EXPECT_THAT(output.err, HasSubstr("case.json: hand: unknown key; did you mean hands?\n"));
+  EXPECT_EQ(std::count(output.err.begin(), output.err.end(), '\n'), 1);
+  const ProgramOutput scene = RunFile(folder, R"({"scene": "nowhere.json"})");
   EXPECT_EQ(scene.exit_code, kExitFile);
   EXPECT_THAT(scene.err, HasSubstr("nowhere.json"));
 }
@@ -135,27 +136,28 @@ TEST(StabilityRun, InvalidCaseIsReportedInOneLine) {
 // and no drag it holds at none.
 TEST(StabilityRun, PapersLawIsStableWhenSoftAndElseDetectedUnstable) {
   const ScratchFolder folder;
-  const Said said = RunTandem("stability sweep " TANDEM_SCENES "/stability/paper.json --json");
-  ASSERT_EQ(said.exit_code, kExitOk) << said.out << said.err;
-  const auto out = nlohmann::json::parse(said.out);
+  const ProgramOutput output =
+      RunTandem("stability sweep " TANDEM_SCENES "/stability/paper.json --json");
+  ASSERT_EQ(output.exit_code, kExitOk) << output.out << output.err;
+  const auto out = nlohmann::json::parse(output.out);
   EXPECT_EQ(out["cells"], 26);
   EXPECT_EQ(out["positive_controls_caught"], 2);
 }
 
 TEST(StabilityRun, UnusedGainsAreRefusedByAPeerToo) {
-  const Said said = RunTandem(
+  const ProgramOutput output = RunTandem(
       "peer --session gains --scene peg_in_slot --lab --law p+d --gain constant_stiffness=80");
-  EXPECT_EQ(said.exit_code, kExitUsage);
-  EXPECT_THAT(said.err, HasSubstr("--gain constant_stiffness: the law 'p+d' does not use it: it "
-                                  "uses damping_budget, stiffness, margin and ratio"));
+  EXPECT_EQ(output.exit_code, kExitUsage);
+  EXPECT_THAT(output.err, HasSubstr("--gain constant_stiffness: the law 'p+d' does not use it: it "
+                                    "uses damping_budget, stiffness, margin and ratio"));
 }
 
 // 10 ms of jitter in the mean and lost samples age what is applied. So the boundary lies lower than
 // on a clean line, for which theory gives it.
 TEST(StabilityRandom, JudgesRandomCasesAndPrintsAnyOfThem) {
-  const Said said = RunTandem("stability random --seeds 2 --first 5 --jobs 2 --json");
-  ASSERT_EQ(said.exit_code, kExitOk) << said.out << said.err;
-  const auto out = nlohmann::json::parse(said.out);
+  const ProgramOutput output = RunTandem("stability random --seeds 2 --first 5 --jobs 2 --json");
+  ASSERT_EQ(output.exit_code, kExitOk) << output.out << output.err;
+  const auto out = nlohmann::json::parse(output.out);
   EXPECT_EQ(out["cells"], 2);
   EXPECT_EQ(out["not_stable"], 0);
   EXPECT_EQ(out["predicted_stable_measured_unstable"], 0);
@@ -167,17 +169,17 @@ TEST(StabilityRandom, JudgesRandomCasesAndPrintsAnyOfThem) {
       nlohmann::json::parse(RunTandem("stability random --seeds 2 --first 5 --jobs 1 --json").out);
   EXPECT_EQ(alone["digest"], out["digest"]);
   const ScratchFolder folder;
-  const Said printed = RunTandem("stability random --print 5");
-  const Said run = RunFile(folder, printed.out, "--json");
+  const ProgramOutput printed = RunTandem("stability random --print 5");
+  const ProgramOutput run = RunFile(folder, printed.out, "--json");
   EXPECT_EQ(run.exit_code, kExitOk) << run.err;
   EXPECT_EQ(nlohmann::json::parse(run.out)["name"], "random 5");
 }
 
 TEST(StabilityBoundary, AcceptsJitterLossAndSeeds) {
   const std::string options = " --hands off --delays 0.1 --seconds 30 --publish-hz 100 --json";
-  const Said clean = RunTandem("stability boundary" + options);
+  const ProgramOutput clean = RunTandem("stability boundary" + options);
   ASSERT_EQ(clean.exit_code, kExitOk) << clean.out << clean.err;
-  const Said lossy =
+  const ProgramOutput lossy =
       RunTandem("stability boundary --jitter-ms 40 --loss 0.1 --seeds 1,2" + options);
   ASSERT_EQ(lossy.exit_code, kExitOk) << lossy.out << lossy.err;
   const auto one = nlohmann::json::parse(clean.out)["boundary"];

@@ -9,8 +9,8 @@
 namespace tandem {
 namespace {
 
+using testing::ProgramOutput;
 using testing::RunTandem;
-using testing::Said;
 
 // four cells of the default law, in free space and at a wall, and a control
 constexpr const char* kSweep = R"({"name": "five", "blocks": [
@@ -20,7 +20,7 @@ constexpr const char* kSweep = R"({"name": "five", "blocks": [
      "law": {"name": "constant", "gate": false,
              "limits": {"constant_stiffness": 200, "constant_damping": 0}}}]})";
 
-Said RunSweep(const ScratchFolder& folder, const std::string& arguments) {
+ProgramOutput RunSweep(const ScratchFolder& folder, const std::string& arguments) {
   return RunTandem("stability sweep " + (folder.path() / "five.json").string() + " " + arguments);
 }
 
@@ -36,7 +36,7 @@ TEST(StabilitySweep, ResultIsIndependentOfJobsAndShards) {
   const auto out = [&folder](const char* name) {
     return " --out " + (folder.path() / name).string();
   };
-  const Said one = RunSweep(folder, "--jobs 1 --json" + out("one"));
+  const ProgramOutput one = RunSweep(folder, "--jobs 1 --json" + out("one"));
   ASSERT_EQ(one.exit_code, kExitOk) << one.out << one.err;
   const auto summary = nlohmann::json::parse(one.out);
   EXPECT_EQ(summary["cells"], 5);
@@ -47,7 +47,7 @@ TEST(StabilitySweep, ResultIsIndependentOfJobsAndShards) {
   EXPECT_GT(summary["max_tail_rms_mm_s"], 0.0);
   EXPECT_EQ(nlohmann::json::parse(ContentOf(folder.path() / "one" / "summary.json")), summary);
 
-  const Said three = RunSweep(folder, "--jobs 3 --json");
+  const ProgramOutput three = RunSweep(folder, "--jobs 3 --json");
   EXPECT_EQ(nlohmann::json::parse(three.out)["digest"], summary["digest"]);
 
   EXPECT_EQ(RunSweep(folder, "--shard 1/2" + out("a")).exit_code, kExitOk);
@@ -55,18 +55,19 @@ TEST(StabilitySweep, ResultIsIndependentOfJobsAndShards) {
   const auto path = [&folder](const char* name) {
     return (folder.path() / name).string() + " ";
   };
-  const Said merged = RunTandem("stability merge --json " + path("a") + path("b") + out("merged"));
+  const ProgramOutput merged =
+      RunTandem("stability merge --json " + path("a") + path("b") + out("merged"));
   ASSERT_EQ(merged.exit_code, kExitOk) << merged.err;
   EXPECT_EQ(nlohmann::json::parse(merged.out)["digest"], summary["digest"]);
   EXPECT_EQ(nlohmann::json::parse(merged.out)["rows"], summary["rows"]);
 
   // merging one shard alone names the missing cells
-  const Said part = RunTandem("stability merge " + path("b"));
+  const ProgramOutput part = RunTandem("stability merge " + path("b"));
   EXPECT_EQ(part.exit_code, kExitFailed);
   EXPECT_NE(part.err.find("3 of 5 cells are missing: "), std::string::npos) << part.err;
 
   // all cells are there: nothing is run
-  const Said again = RunSweep(folder, "--json" + out("one"));
+  const ProgramOutput again = RunSweep(folder, "--json" + out("one"));
   EXPECT_NE(again.err.find("5 cells are done already"), std::string::npos) << again.err;
   EXPECT_EQ(nlohmann::json::parse(again.out)["digest"], summary["digest"]);
   // the finished log is not taken for a shard's
@@ -76,10 +77,10 @@ TEST(StabilitySweep, ResultIsIndependentOfJobsAndShards) {
 TEST(StabilitySweep, PrintsACaseThatRunsToTheSameDigest) {
   const ScratchFolder folder;
   folder.Write("five.json", kSweep);
-  const Said printed = RunSweep(folder, "--print 1");
+  const ProgramOutput printed = RunSweep(folder, "--print 1");
   ASSERT_EQ(printed.exit_code, kExitOk) << printed.err;
   const auto file = folder.Write("case.json", printed.out);
-  const Said alone = RunTandem("stability run --json " + file.string());
+  const ProgramOutput alone = RunTandem("stability run --json " + file.string());
   ASSERT_EQ(alone.exit_code, kExitOk) << alone.err;
   ASSERT_EQ(RunSweep(folder, "--out " + (folder.path() / "all").string()).exit_code, kExitOk);
   std::istringstream cells(ContentOf(folder.path() / "all" / "cells.jsonl"));
@@ -96,22 +97,22 @@ TEST(StabilitySweep, FailedRowExitsWithOneAndNamesItsCells) {
   // the control is stable, so it is none
   folder.Write("five.json",
                R"({"name": "tame", "blocks": [{"expect": "unstable", "delay_s": 0.02}]})");
-  const Said said = RunSweep(folder, "");
-  EXPECT_EQ(said.exit_code, kExitFailed);
-  EXPECT_NE(said.out.find("FAIL  controls reported unstable"), std::string::npos) << said.out;
-  EXPECT_NE(said.out.find("cell 0: stable"), std::string::npos) << said.out;
+  const ProgramOutput output = RunSweep(folder, "");
+  EXPECT_EQ(output.exit_code, kExitFailed);
+  EXPECT_NE(output.out.find("FAIL  controls reported unstable"), std::string::npos) << output.out;
+  EXPECT_NE(output.out.find("cell 0: stable"), std::string::npos) << output.out;
 }
 
 TEST(StabilitySweep, ReportsErrorsInOneLine) {
   const ScratchFolder folder;
   folder.Write("five.json", R"({"name": "s", "blocks": [{"hands": ["off", "hevy"]}]})");
-  const Said said = RunSweep(folder, "");
-  EXPECT_EQ(said.exit_code, kExitFile);
-  EXPECT_NE(said.err.find("five.json: blocks[0].hands[1]: hands[0]: no hand of the lab is called "
-                          "'hevy'"),
+  const ProgramOutput output = RunSweep(folder, "");
+  EXPECT_EQ(output.exit_code, kExitFile);
+  EXPECT_NE(output.err.find("five.json: blocks[0].hands[1]: hands[0]: no hand of the lab is called "
+                            "'hevy'"),
             std::string::npos)
-      << said.err;
-  EXPECT_EQ(std::count(said.err.begin(), said.err.end(), '\n'), 1) << said.err;
+      << output.err;
+  EXPECT_EQ(std::count(output.err.begin(), output.err.end(), '\n'), 1) << output.err;
   folder.Write("five.json", kSweep);
   EXPECT_EQ(RunSweep(folder, "--shard 3/2").exit_code, kExitUsage);
   EXPECT_EQ(RunSweep(folder, "--print 5").exit_code, kExitUsage);

@@ -85,7 +85,7 @@ TEST(LiveComparison, IsRelativeToVirtualTime) {
   Metrics virtual_time;
   live.peak_apart = 0.045;
   virtual_time.peak_apart = 0.05;
-  EXPECT_NEAR(Off(Judged("divergence at the most"), live, virtual_time), -0.1, 1e-12);
+  EXPECT_NEAR(DeviationOf(Judged("divergence at the most"), live, virtual_time), -0.1, 1e-12);
 }
 
 // Where virtual time has nothing at all, a tenth of a millimetre and a hundredth of a newton stand
@@ -93,15 +93,15 @@ TEST(LiveComparison, IsRelativeToVirtualTime) {
 TEST(LiveComparison, ExplosionNeverMatchesRest) {
   Metrics live;
   const Metrics rest;
-  EXPECT_EQ(Off(Judged("divergence at the most"), live, rest), 0.0);
+  EXPECT_EQ(DeviationOf(Judged("divergence at the most"), live, rest), 0.0);
   live.peak_apart = 0.5;
   live.peak_force = 5;
-  EXPECT_GT(Off(Judged("divergence at the most"), live, rest), 10.0);
-  EXPECT_GT(Off(Judged("hand's force at the most"), live, rest), 10.0);
+  EXPECT_GT(DeviationOf(Judged("divergence at the most"), live, rest), 10.0);
+  EXPECT_GT(DeviationOf(Judged("hand's force at the most"), live, rest), 10.0);
   live.peak_apart = 1e-9;
-  EXPECT_LT(Off(Judged("divergence at the most"), live, rest), 1e-4);
+  EXPECT_LT(DeviationOf(Judged("divergence at the most"), live, rest), 1e-4);
   live.peak_apart = std::nan("");
-  EXPECT_EQ(Off(Judged("divergence at the most"), live, rest),
+  EXPECT_EQ(DeviationOf(Judged("divergence at the most"), live, rest),
             std::numeric_limits<double>::infinity());
 }
 

@@ -25,7 +25,7 @@ inline CellRecord MadeCell(std::size_t number, double delay_s, double stiffness,
   result.metrics.tail_rms = stable ? 1e-6 : 0.05;
   result.metrics.windows = 20;
   result.metrics.stiffness = stiffness;
-  result.metrics.blew_up = stiffness > 3 * critical;
+  result.metrics.diverged = stiffness > 3 * critical;
   result.digest = 0xabc0 + number;
   result.simulated_s = 12;
   record.outcome.predicted = Prediction{stiffness, critical};

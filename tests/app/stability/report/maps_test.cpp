@@ -181,7 +181,7 @@ TEST(Maps, ShowExplosionsAsTheFastestGrowth) {
 TEST(Maps, ShowOutOfBoundsAsGrowthAndRestAsDecay) {
   Results results = TwentyCells();
   Metrics& wild = results.records.at(9).outcome.result.metrics;  // 810 N/m at 100 ms
-  wild.blew_up = false;
+  wild.diverged = false;
   wild.growth = -0.01;
   wild.tail_rms = 1.5;
   Metrics& still = results.records.at(0).outcome.result.metrics;  // 10 N/m at 20 ms

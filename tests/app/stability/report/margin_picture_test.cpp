@@ -39,10 +39,10 @@ bool HasText(const Picture& picture, const std::string& text) {
 TEST(MarginPicture, PlacesBoundedOscillationsWithExplosions) {
   Results results = TwentyCells();
   CaseResult& swings = results.records.at(8).outcome.result;  // 270 N/m at 100 ms
-  swings.metrics.blew_up = false;
+  swings.metrics.diverged = false;
   swings.metrics.growth = 0.01;
   swings.metrics.tail_rms = 0.5;
-  results.records.at(9).outcome.result.metrics.blew_up = true;
+  results.records.at(9).outcome.result.metrics.diverged = true;
   const Picture picture = MarginPictureOf(results, "margin");
   EXPECT_EQ(HeightOf(picture, "cell 8"), HeightOf(picture, "cell 9"));
 }

@@ -83,7 +83,7 @@ TEST(ResultsFiles, UseBooleanValuesReadableByR) {
   const std::string csv = CsvOf(testing::TwentyCells());
   const std::vector<std::string> names = NamesIn(csv);
   const auto gate = std::ranges::find(names, "gate") - names.begin();
-  const auto blew_up = std::ranges::find(names, "blew_up") - names.begin();
+  const auto diverged = std::ranges::find(names, "blew_up") - names.begin();
   std::istringstream lines(csv);
   std::string line;
   std::getline(lines, line);
@@ -91,7 +91,7 @@ TEST(ResultsFiles, UseBooleanValuesReadableByR) {
   while (std::getline(lines, line)) {
     const std::vector<std::string> values = NamesIn(line);
     EXPECT_EQ(values.at(static_cast<std::size_t>(gate)), "FALSE");
-    const std::string& value = values.at(static_cast<std::size_t>(blew_up));
+    const std::string& value = values.at(static_cast<std::size_t>(diverged));
     EXPECT_TRUE(value == "TRUE" || value == "FALSE") << value;
     blown += value == "TRUE" ? 1 : 0;
   }

@@ -26,8 +26,8 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 using testing::ExpectRefused;
 using ::testing::HasSubstr;
+using testing::ProgramOutput;
 using testing::RunTandem;
-using testing::Said;
 
 // 5 participants, 4 conditions, 2 repetitions: 40 trials. The modelled hand moves 200 mm from 2 s
 // to 3 s by minimum jerk, and so is 100 mm away after 2.5 s; in "slow" all times are 1.2 times as
@@ -97,7 +97,7 @@ json EffectOn(const json& out, const std::string& measure) {
 
 class StudyCommand : public ::testing::Test {
  protected:
-  Said Run(const fs::path& folder, const std::string& more = "--dry-run --json") {
+  ProgramOutput Run(const fs::path& folder, const std::string& more = "--dry-run --json") {
     return RunTandem("study " + file_.string() + " --into " + folder.string() + " " + more);
   }
   /// Gives the study fewer trials from here on.
@@ -130,9 +130,9 @@ class StudyCommand : public ::testing::Test {
 
 TEST_F(StudyCommand, FortyUnattendedTrialsShowThePlantedEffect) {
   const fs::path folder = scratch_.path() / "results";
-  const Said said = Run(folder);
-  ASSERT_EQ(said.exit_code, kExitOk) << said.err;
-  const json out = json::parse(said.out);
+  const ProgramOutput output = Run(folder);
+  ASSERT_EQ(output.exit_code, kExitOk) << output.err;
+  const json out = json::parse(output.out);
   EXPECT_EQ(out.at("trials"), 40);
   EXPECT_EQ(out.at("done"), 40);
   EXPECT_EQ(out.at("lost"), 0);
@@ -175,9 +175,9 @@ TEST_F(StudyCommand, KillsDoNotChangeTheResult) {
   KillAt(killed, "begun", 15);
   KillAt(killed, "answered", 22);
   KillAt(killed, "begun", 35);
-  const Said said = Run(killed);
-  ASSERT_EQ(said.exit_code, kExitOk) << said.err;
-  EXPECT_EQ(json::parse(said.out).at("done"), 40);
+  const ProgramOutput output = Run(killed);
+  ASSERT_EQ(output.exit_code, kExitOk) << output.err;
+  EXPECT_EQ(json::parse(output.out).at("done"), 40);
   EXPECT_EQ(ResultsWithoutTimes(killed), ResultsWithoutTimes(whole));
   // at least one kill was within a trial, and no trial was measured twice
   EXPECT_GT(CountOf(killed / "trials.jsonl", "begun"), 40U);
@@ -199,8 +199,8 @@ TEST_F(StudyCommand, ResumesFromAnyLineOfItsLog) {
     for (std::size_t i = 0; i < lines; ++i) out << log[i] << "\n";
     out << log[lines].substr(0, log[lines].size() / 2);
     out.close();
-    const Said said = Run(cut);
-    ASSERT_EQ(said.exit_code, kExitOk) << lines << ": " << said.err;
+    const ProgramOutput output = Run(cut);
+    ASSERT_EQ(output.exit_code, kExitOk) << lines << ": " << output.err;
     EXPECT_EQ(ResultsWithoutTimes(cut), ResultsWithoutTimes(whole)) << lines;
   }
 }
@@ -229,9 +229,9 @@ TEST_F(StudyCommand, WithdrawalErasesTheParticipant) {
   const std::string row = LinesOf(folder / "results.csv").at(1);
   const std::string who = row.substr(0, row.find(','));
   EXPECT_TRUE(fs::exists(folder / who));
-  const Said said = Run(folder, "--json --withdraw " + who);
-  ASSERT_EQ(said.exit_code, kExitOk) << said.err;
-  EXPECT_EQ(json::parse(said.out).at("done"), 4);
+  const ProgramOutput output = Run(folder, "--json --withdraw " + who);
+  ASSERT_EQ(output.exit_code, kExitOk) << output.err;
+  EXPECT_EQ(json::parse(output.out).at("done"), 4);
   EXPECT_FALSE(fs::exists(folder / who));
   EXPECT_EQ(TextOf(folder / "results.csv").find(who), std::string::npos);
 }
@@ -256,10 +256,10 @@ TEST_F(StudyCommand, ResultsAreReadableInThreeLinesOfPython) {
 
 TEST_F(StudyCommand, RefusesNamesWithoutStoringThem) {
   const fs::path folder = scratch_.path() / "results";
-  const Said said = Run(folder, "--dry-run --participant Gwendolyn");
-  ExpectRefused(said, kExitUsage,
+  const ProgramOutput output = Run(folder, "--dry-run --participant Gwendolyn");
+  ExpectRefused(output, kExitUsage,
                 "this is not a pseudonym of this study; the study keeps no names");
-  EXPECT_EQ(said.err.find("Gwendolyn"), std::string::npos);
+  EXPECT_EQ(output.err.find("Gwendolyn"), std::string::npos);
   const std::string found = "grep -r Gwendolyn " + folder.string() + " >/dev/null 2>&1";
   EXPECT_NE(std::system(found.c_str()), 0);
 }
@@ -293,12 +293,12 @@ TEST_F(StudyCommand, ReportsErrorsBeforeConsent) {
 // The repository's example can be run.
 TEST_F(StudyCommand, ExampleIsAValidStudy) {
   const fs::path folder = scratch_.path() / "example";
-  const Said said = RunTandem("study " TANDEM_SOURCE_DIR
-                              "/scenes/studies/peg_removal.json --results "
-                              "--json --into " +
-                              folder.string());
-  ASSERT_EQ(said.exit_code, kExitOk) << said.err;
-  EXPECT_EQ(json::parse(said.out).at("trials"), 42);
+  const ProgramOutput output = RunTandem("study " TANDEM_SOURCE_DIR
+                                         "/scenes/studies/peg_removal.json --results "
+                                         "--json --into " +
+                                         folder.string());
+  ASSERT_EQ(output.exit_code, kExitOk) << output.err;
+  EXPECT_EQ(json::parse(output.out).at("trials"), 42);
   // the results that the repository shows have the same columns
   const fs::path shown = TANDEM_SOURCE_DIR "/docs/results/peg-removal";
   EXPECT_EQ(TextOf(folder / "codebook.md"), TextOf(shown / "codebook.md"));

@@ -9,7 +9,7 @@
 
 #include "app/common/exit_codes.h"
 #include "app/judgement/demo_judgement.h"
-#include "app/recording/heard_trace.h"
+#include "app/recording/recording_trace.h"
 #include "app/recording/trace_file.h"
 #include "tests/app/cli/program_run.h"
 
@@ -22,8 +22,8 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 using ::testing::HasSubstr;
 using ::testing::Not;
+using testing::ProgramOutput;
 using testing::RunTandem;
-using testing::Said;
 
 /// Returns a study of one participant. Sites of equally named studies meet in one session, and
 /// tests run at the same time, so each names its own.
@@ -69,10 +69,10 @@ TEST(StudyLive, RealPeersWithModelledHandsRunUnattendedAndAreRecorded) {
   const fs::path file =
       scratch.Write("live.json", StudyText("live-modelled", R"(["near", "secretly_late"])"));
   const fs::path folder = scratch.path() / "results";
-  const Said said = RunTandem("study --dry-run --real-time --json --into " + folder.string() + " " +
-                              file.string());
-  ASSERT_EQ(said.exit_code, kExitOk) << said.err;
-  const json out = json::parse(said.out);
+  const ProgramOutput output = RunTandem("study --dry-run --real-time --json --into " +
+                                         folder.string() + " " + file.string());
+  ASSERT_EQ(output.exit_code, kExitOk) << output.err;
+  const json out = json::parse(output.out);
   EXPECT_EQ(out.at("done"), 2);
   for (const json& effect : out.at("effect")) {
     const double near = effect.at("conditions").at(0).at("mean").get<double>();
@@ -106,12 +106,12 @@ TEST(StudyLive, RealPeersWithModelledHandsRunUnattendedAndAreRecorded) {
   const fs::path late = trial.parent_path() / "trial-002";
   const auto own = ReadTrace(late / "user-0.report.json.trace");
   const auto partner = ReadTrace(late / "user-1.report.json.trace");
-  const auto heard = TraceHeard(late / "user-0.recording", 0);
-  ASSERT_TRUE(own && partner && heard);
+  const auto received = TraceOfRecording(late / "user-0.recording", 0);
+  ASSERT_TRUE(own && partner && received);
   const double apart = DivergenceOf(*own, *partner).peak;
   EXPECT_GT(apart, 0.01);
-  EXPECT_NEAR(DivergenceOf(*own, *heard).peak, apart, 0.05 * apart);
-  const Said replayed = RunTandem("replay " + (trial / "user-0.recording").string());
+  EXPECT_NEAR(DivergenceOf(*own, *received).peak, apart, 0.05 * apart);
+  const ProgramOutput replayed = RunTandem("replay " + (trial / "user-0.recording").string());
   EXPECT_EQ(replayed.exit_code, kExitOk) << replayed.err;
 }
 
@@ -153,9 +153,9 @@ TEST(StudyLive, TrialEndsAtItsGoal) {
   text.replace(text.find(",\n    \"questions\""), std::string::npos, "}");
   const fs::path file = scratch.Write("live.json", text);
   const fs::path folder = scratch.path() / "results";
-  const Said said = RunTandem("study --dry-run --real-time --json --into " + folder.string() + " " +
-                              file.string());
-  ASSERT_EQ(said.exit_code, kExitOk) << said.err;
+  const ProgramOutput output = RunTandem("study --dry-run --real-time --json --into " +
+                                         folder.string() + " " + file.string());
+  ASSERT_EQ(output.exit_code, kExitOk) << output.err;
   const json report = json::parse(ContentOf(FirstTrial(folder) / "user-0.report.json"));
   EXPECT_LT(report.at("traced_frames").get<double>(), 20000);
 }

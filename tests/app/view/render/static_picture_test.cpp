@@ -240,12 +240,12 @@ TEST_P(KeptPicture, RefinesFrameByFrameToTheFullPicture) {
 
 TEST_P(KeptPicture, RefinesWithinItsTimeBudget) {
   Show(LargeScene());
-  int asked = 0;
-  const auto twice = [&asked] {
-    return ++asked < 2;
+  int requested = 0;
+  const auto twice = [&requested] {
+    return ++requested < 2;
   };
   EXPECT_FALSE(gl_.DrawInPart(renderer_, camera_, list_, twice).second);
-  EXPECT_EQ(asked, 2);
+  EXPECT_EQ(requested, 2);
   EXPECT_TRUE(gl_.DrawInPart(renderer_, camera_, list_, {}).second);
 }
 

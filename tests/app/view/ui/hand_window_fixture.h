@@ -28,7 +28,7 @@ class HandWindow : public ::testing::Test {
     HandRequest defaults;
     defaults.name = "anna";
     defaults.control = "test";
-    window_.desk()->SetDefaults(defaults);
+    window_.panel()->SetDefaults(defaults);
     window_.OpenScene("block_and_ball.json");
     ASSERT_TRUE(ProcessEventsUntil([&] {
       return hand_.ready() && window_.page() == nullptr && view().frames_drawn() > 0;

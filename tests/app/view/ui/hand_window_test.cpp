@@ -73,14 +73,14 @@ TEST_F(HandWindow, KeysNudgeAndLock) {
   QTest::keyClick(&view(), Qt::Key_Up, Qt::ShiftModifier);
   EXPECT_TRUE(BallComesTo({0.001, 0, 0.0001}, 1e-9));
   QTest::keyClick(&view(), Qt::Key_X);
-  ASSERT_TRUE(window_.desk()->mouse()->lock().has_value());
+  ASSERT_TRUE(window_.panel()->mouse()->lock().has_value());
   Mouse(QEvent::MouseButtonPress, At(ball_W_), Qt::LeftButton);
   Mouse(QEvent::MouseMove, At(ball_W_) + QPointF(50, 50), Qt::LeftButton);
   ASSERT_TRUE(ProcessEventsUntil([&] {
     return BallMoved().x() > 0.005;
   }));
   EXPECT_NEAR(BallMoved().z(), 0.0001, 1e-9);
-  EXPECT_TRUE(window_.desk()->StateText().contains("X"));
+  EXPECT_TRUE(window_.panel()->StateText().contains("X"));
 }
 
 TEST_F(HandWindow, ATriadsArrowMovesAlongItsAxis) {
@@ -166,7 +166,7 @@ TEST_F(HandWindow, EscapeReturnsThePartAndIgnoresTheMouse) {
     return !controller_.Asked<RetraceRequest>().empty();
   }));
   EXPECT_EQ(controller_.Asked<RetraceRequest>()[0].to, RetraceRequest::To::kGrasp);
-  EXPECT_FALSE(window_.desk()->mouse()->dragging());
+  EXPECT_FALSE(window_.panel()->mouse()->dragging());
   const PlainPose goal = controller_.now.hand.goal;
   Mouse(QEvent::MouseMove, At(ball_W_) + QPointF(90, 0), Qt::LeftButton);
   EXPECT_EQ(controller_.now.hand.goal.p_W, goal.p_W);
@@ -222,16 +222,17 @@ TEST_F(HandWindow, ExplainsMissingDeviceForceAndItsRemedy) {
     controller_.now.safety.state = state;
     EXPECT_TRUE(ProcessEventsUntil([&] {
       return Action("hand_resume")->isEnabled() &&
-             window_.desk()->StateText().contains("Resume (Ctrl+Space)");
+             window_.panel()->StateText().contains("Resume (Ctrl+Space)");
     }));
     controller_.now.safety.state = SnapshotSafety::State::kOn;
     EXPECT_TRUE(ProcessEventsUntil([&] {
-      return !Action("hand_resume")->isEnabled() && !window_.desk()->StateText().contains("Device");
+      return !Action("hand_resume")->isEnabled() &&
+             !window_.panel()->StateText().contains("Device");
     }));
   }
   controller_.now.safety.state = SnapshotSafety::State::kTooFast;
   EXPECT_TRUE(ProcessEventsUntil([&] {
-    return window_.desk()->StateText().contains("too fast");
+    return window_.panel()->StateText().contains("too fast");
   }));
   EXPECT_FALSE(Action("hand_resume")->isEnabled());
 }
@@ -249,12 +250,12 @@ TEST_F(HandWindow, ActionsThatCannotBeDoneAreGrey) {
 
 TEST_F(HandWindow, LostControllerIsReportedAndThePartStops) {
   PressOnBall();
-  controller_.heard = false;
+  controller_.received = false;
   EXPECT_TRUE(ProcessEventsUntil([&] {
     return view().warning().contains("not heard");
   }));
   EXPECT_TRUE(Action("hand_stop")->isEnabled()) << "it may hear";
-  EXPECT_FALSE(window_.desk()->mouse()->dragging());
+  EXPECT_FALSE(window_.panel()->mouse()->dragging());
 }
 
 TEST_F(HandWindow, DroppedSceneOpensWithItsOwnController) {
@@ -272,16 +273,16 @@ TEST_F(HandWindow, DroppedSceneOpensWithItsOwnController) {
 
 TEST_F(HandWindow, ChosenDeviceReplacesTheMouse) {
   const std::size_t launched = controller_.launched.size();
-  window_.desk()->UseDevice("spacemouse");
+  window_.panel()->UseDevice("spacemouse");
   ASSERT_EQ(controller_.launched.size(), launched + 1);
   EXPECT_EQ(controller_.launched.back().device, "spacemouse");
   EXPECT_EQ(controller_.launched.back().scene, "block_and_ball.json");
   ASSERT_TRUE(ProcessEventsUntil([&] {
     return hand_.ready();
   }));
-  window_.desk()->UseDevice("spacemouse");  // it is in use
+  window_.panel()->UseDevice("spacemouse");  // it is in use
   EXPECT_EQ(controller_.launched.size(), launched + 1);
-  window_.desk()->UseDevice("");
+  window_.panel()->UseDevice("");
   EXPECT_EQ(controller_.launched.back().device, "");
 }
 

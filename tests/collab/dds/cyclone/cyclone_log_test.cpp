@@ -12,7 +12,7 @@ namespace {
 
 /// Has Cyclone log the words, and returns what our sink has kept of them.
 std::string KeptOf(const std::string& words) {
-  TakeOverCycloneLog();
+  RedirectCycloneLog();
   CycloneLogCapture capture;
   dds_log(DDS_LC_WARNING, __FILE__, __LINE__, "test", "%s\n", words.c_str());
   return capture.Take();
@@ -22,7 +22,7 @@ std::string KeptOf(const std::string& words) {
 TEST(CycloneLog, MessageIsOneLineOfPlainText) {
   EXPECT_EQ(KeptOf("writer a/\x1b[2J\xff\ntandem: all is well"),
             "writer a/?[2J? tandem: all is well");
-  const std::string in_plain_words = InPlainWords(KeptOf("malformed \x1b]0;title\x07\r\nforged"));
+  const std::string in_plain_words = ExplainMessage(KeptOf("malformed \x1b]0;title\x07\r\nforged"));
   EXPECT_TRUE(IsPlainText(in_plain_words)) << in_plain_words;
   EXPECT_THAT(in_plain_words, ::testing::StartsWith("a damaged or hostile packet was dropped ("));
 }

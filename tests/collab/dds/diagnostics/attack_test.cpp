@@ -22,11 +22,11 @@ constexpr milliseconds kAttack{1500};
 class Attack : public ::testing::Test {
  protected:
   void SetUp() override {
-    auto joined = JoinOverDds(LoopbackOptions(session_, kAnna, Role::kActive), heard_);
+    auto joined = JoinOverDds(LoopbackOptions(session_, kAnna, Role::kActive), received_);
     ASSERT_TRUE(joined.has_value()) << joined.error().what;
     anna_ = *std::move(joined);
     ben_ = std::make_unique<ChildPeer>(session_, kBen);
-    ASSERT_TRUE(heard_.WaitFor([](const Recorder::Heard& h) {
+    ASSERT_TRUE(received_.WaitFor([](const Recorder::Heard& h) {
       return h.infos.contains(kBen) && h.states.contains(kBen) && !h.scenes.empty();
     }));
   }
@@ -37,28 +37,28 @@ class Attack : public ::testing::Test {
     ASSERT_TRUE(mallory_->Says("attacking"));
   }
   bool WaitForDrop(PeerId from, Drop reason) {
-    return heard_.WaitFor([=](const Recorder::Heard& h) {
+    return received_.WaitFor([=](const Recorder::Heard& h) {
       return h.dropped.contains({from, reason});
     });
   }
   /// Expects that Ben is neither lost nor taken leave of while the attack goes on, and is still
   /// heard after.
   void ExpectBenIsHere() {
-    EXPECT_FALSE(heard_.WaitFor(
+    EXPECT_FALSE(received_.WaitFor(
         [](const Recorder::Heard& h) {
           return h.left.contains(kBen) || h.lost.contains(kBen);
         },
         kAttack));
-    const Recorder::Heard now = heard_.Now();
-    EXPECT_TRUE(heard_.WaitFor([&](const Recorder::Heard& h) {
+    const Recorder::Heard now = received_.Now();
+    EXPECT_TRUE(received_.WaitFor([&](const Recorder::Heard& h) {
       return h.info_count.at(kBen) > now.info_count.at(kBen) &&
              h.states.at(kBen).seq > now.states.at(kBen).seq;
     }));
-    EXPECT_EQ(heard_.Now().infos.at(kBen).name, "Ada");
+    EXPECT_EQ(received_.Now().infos.at(kBen).name, "Ada");
   }
 
   const std::string session_ = RandomSession();
-  Recorder heard_;
+  Recorder received_;
   std::unique_ptr<Transport> anna_;
   std::unique_ptr<ChildPeer> ben_;
   std::unique_ptr<ChildPeer> mallory_;
@@ -74,7 +74,7 @@ TEST_F(Attack, WritingToALostPeersInstanceDoesNotKeepItAlive) {
   Begin("dispose");
   EXPECT_TRUE(WaitForDrop(kMallory, Drop::kImpostor));
   ben_->Signal(SIGKILL);
-  EXPECT_TRUE(heard_.WaitFor(
+  EXPECT_TRUE(received_.WaitFor(
       [](const Recorder::Heard& h) {
         return h.lost.contains(kBen);
       },
@@ -85,7 +85,7 @@ TEST_F(Attack, GoodbyeIsHeardInSpiteOfTheAttack) {
   Begin("dispose");
   EXPECT_TRUE(WaitForDrop(kMallory, Drop::kImpostor));
   ben_->Command("leave");
-  EXPECT_TRUE(heard_.WaitFor([](const Recorder::Heard& h) {
+  EXPECT_TRUE(received_.WaitFor([](const Recorder::Heard& h) {
     return h.left.contains(kBen);
   }));
 }
@@ -99,7 +99,7 @@ TEST_F(Attack, SecondParticipantCannotSpeakAsAPresentPeer) {
 TEST_F(Attack, StatesForgedInAPeersPartitionAreDropped) {
   Begin("state_as_victim");
   EXPECT_TRUE(WaitForDrop(0, Drop::kNoOwner));
-  EXPECT_FALSE(heard_.WaitFor(
+  EXPECT_FALSE(received_.WaitFor(
       [](const Recorder::Heard& h) {
         return h.states.at(kBen).epoch == 666;
       },
@@ -108,11 +108,11 @@ TEST_F(Attack, StatesForgedInAPeersPartitionAreDropped) {
 
 TEST_F(Attack, ViewersClaimsAreIgnored) {
   Begin("look_on");
-  ASSERT_TRUE(heard_.WaitFor([](const Recorder::Heard& h) {
+  ASSERT_TRUE(received_.WaitFor([](const Recorder::Heard& h) {
     return h.infos.contains(kMallory);
   }));
-  EXPECT_EQ(heard_.Now().infos.at(kMallory).role, Role::kViewer);
-  EXPECT_TRUE(heard_.Now().infos.at(kMallory).claims.empty());
+  EXPECT_EQ(received_.Now().infos.at(kMallory).role, Role::kViewer);
+  EXPECT_TRUE(received_.Now().infos.at(kMallory).claims.empty());
 }
 
 TEST_F(Attack, ViewerCannotFakeAnotherPeersPresence) {
@@ -127,7 +127,7 @@ TEST_F(Attack, ForgedEventsAreDropped) {
   mallory_.reset();
   Begin("grant_as_victim");
   EXPECT_TRUE(WaitForDrop(kMallory, Drop::kImpostor));
-  EXPECT_TRUE(heard_.Now().events.empty());
+  EXPECT_TRUE(received_.Now().events.empty());
 }
 
 TEST_F(Attack, ForgedOrImpossibleManifestsAreDropped) {
@@ -136,7 +136,7 @@ TEST_F(Attack, ForgedOrImpossibleManifestsAreDropped) {
   mallory_.reset();
   Begin("offer_absurd");
   EXPECT_TRUE(WaitForDrop(kMallory, Drop::kAbsurdScene));
-  for (const SceneManifest& manifest : heard_.Now().scenes) EXPECT_EQ(manifest.offered_by, kBen);
+  for (const SceneManifest& manifest : received_.Now().scenes) EXPECT_EQ(manifest.offered_by, kBen);
 }
 
 }  // namespace

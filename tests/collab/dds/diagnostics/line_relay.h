@@ -17,8 +17,8 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-#include "collab/dds/diagnostics/line_messages.h"
-#include "collab/dds/diagnostics/reach.h"
+#include "collab/dds/diagnostics/path_messages.h"
+#include "collab/dds/diagnostics/reachability.h"
 #include "engine/realtime/clock.h"
 
 namespace tandem::testing {
@@ -98,8 +98,8 @@ class Relay {
   }
 
   void Hold(std::span<const std::byte> packet, int out, const sockaddr_in& to, Fate fate) {
-    const std::optional<LineSample> sample = MessageIn<LineSample>(packet);
-    const bool counts = sample && sample->head.word == LineWord::kSample;
+    const std::optional<PathSample> sample = MessageIn<PathSample>(packet);
+    const bool counts = sample && sample->head.word == PathMessageKind::kSample;
     const std::vector<std::int64_t> delays =
         counts ? fate(sample->seq) : std::vector<std::int64_t>{0};
     for (const std::int64_t delay : delays) {
@@ -124,7 +124,7 @@ class Relay {
 class Answering {
  public:
   Answering()
-      : answerer_(*ProbeAnswerer::Open(0)), thread_([this] {
+      : answerer_(*ProbeResponder::Open(0)), thread_([this] {
           while (!stop_) answerer_.Answer(10);
         }) {}
   ~Answering() {
@@ -137,7 +137,7 @@ class Answering {
 
  private:
   std::atomic<bool> stop_{false};
-  ProbeAnswerer answerer_;
+  ProbeResponder answerer_;
   std::thread thread_;
 };
 

@@ -162,15 +162,15 @@ TEST_F(Revocation, PipeInPlaceOfAListIsRefusedAtOnce) {
 
 TEST_F(Revocation, ListIsValidFromTheDayBeforeForClockSkew) {
   ASSERT_TRUE(RevokeMember(session(), anna()));
-  const Result<std::string> said =
+  const Result<std::string> output =
       Openssl({"crl", "-in", (session() / "identity.crl").string(), "-noout", "-lastupdate",
                "-nextupdate", "-dateopt", "iso_8601"});
-  ASSERT_TRUE(said.has_value()) << said.error().what;
-  const auto day = [&said](const std::string& word) {
+  ASSERT_TRUE(output.has_value()) << output.error().what;
+  const auto day = [&output](const std::string& word) {
     std::tm utc{};
-    const std::size_t at = said->find(word);
-    EXPECT_NE(at, std::string::npos) << *said;
-    EXPECT_NE(strptime(said->c_str() + at + word.size(), "%Y-%m-%d %H:%M:%S", &utc), nullptr);
+    const std::size_t at = output->find(word);
+    EXPECT_NE(at, std::string::npos) << *output;
+    EXPECT_NE(strptime(output->c_str() + at + word.size(), "%Y-%m-%d %H:%M:%S", &utc), nullptr);
     return timegm(&utc);
   };
   // a minute for a slow machine

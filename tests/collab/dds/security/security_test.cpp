@@ -64,7 +64,7 @@ class Security : public ::testing::Test {
   Security() : ben_(session_, keys_->ben, {.secure = (keys_->ours() / "ben").string()}) {
     DdsOptions options = LoopbackOptions(session_, keys_->anna, Role::kActive);
     options.secure = (keys_->ours() / "anna").string();
-    auto joined = JoinOverDds(options, heard_);
+    auto joined = JoinOverDds(options, received_);
     EXPECT_TRUE(joined.has_value()) << joined.error().what;
     if (joined) anna_ = std::make_unique<LivePeer>(*std::move(joined), options, options.peer);
   }
@@ -73,10 +73,10 @@ class Security : public ::testing::Test {
 
   // Returns whether states of Ben still come.
   bool HearsBen() {
-    const Recorder::Heard now = heard_.Now();
+    const Recorder::Heard now = received_.Now();
     const PeerId ben = keys_->ben;
     const std::uint32_t seq = now.states.contains(ben) ? now.states.at(ben).seq : 0;
-    return heard_.WaitFor([=](const Recorder::Heard& h) {
+    return received_.WaitFor([=](const Recorder::Heard& h) {
       return h.states.contains(ben) && h.states.at(ben).seq > seq + 100 && h.infos.contains(ben);
     });
   }
@@ -89,7 +89,7 @@ class Security : public ::testing::Test {
     return ChildPeer(command);
   }
   bool Heard(PeerId peer) {
-    return heard_.WaitFor(
+    return received_.WaitFor(
         [peer](const Recorder::Heard& h) {
           return h.states.contains(peer);
         },
@@ -102,7 +102,7 @@ class Security : public ::testing::Test {
                       mode, std::to_string(id), member, std::to_string(victim)});
   }
   bool HearsInfoOf(PeerId peer, std::chrono::milliseconds deadline = std::chrono::seconds(20)) {
-    return heard_.WaitFor(
+    return received_.WaitFor(
         [peer](const Recorder::Heard& h) {
           return h.infos.contains(peer);
         },
@@ -115,7 +115,7 @@ class Security : public ::testing::Test {
 
   static std::unique_ptr<Keys> keys_;
   const std::string session_ = RandomSession();
-  Recorder heard_;
+  Recorder received_;
   ChildPeer ben_;
   std::unique_ptr<LivePeer> anna_;
 };
@@ -132,7 +132,7 @@ TEST_F(Security, ViewerReceivesViewsAndIsListed) {
   EXPECT_TRUE(vic.Says("view " + std::to_string(keys_->anna)));
   EXPECT_TRUE(vic.Says("scene 42"));
   const PeerId id = keys_->vic;
-  EXPECT_TRUE(heard_.WaitFor([id](const Recorder::Heard& h) {
+  EXPECT_TRUE(received_.WaitFor([id](const Recorder::Heard& h) {
     return h.infos.contains(id);
   }));
 }
@@ -152,8 +152,8 @@ TEST_F(Security, PlainParticipantIsIsolated) {
   ChildPeer plain(session_, kPlain);
   EXPECT_TRUE(plain.Says("ready"));
   EXPECT_FALSE(plain.Says("state " + std::to_string(keys_->ben), kLongEnough));
-  EXPECT_FALSE(heard_.Now().states.contains(kPlain));
-  EXPECT_FALSE(heard_.Now().infos.contains(kPlain));
+  EXPECT_FALSE(received_.Now().states.contains(kPlain));
+  EXPECT_FALSE(received_.Now().infos.contains(kPlain));
 }
 
 TEST_F(Security, CertificateOfAnotherAuthorityIsRefused) {
@@ -213,14 +213,14 @@ TEST_F(Security, ViewerKeysDoNotAllowActivity) {
   DdsOptions options = LoopbackOptions(session_, keys_->vic, Role::kActive);
   options.domain = 43;  // Anna is in 42
   options.secure = (keys_->ours() / "vic").string();
-  Recorder heard;
-  const auto joined = JoinOverDds(options, heard);
+  Recorder received;
+  const auto joined = JoinOverDds(options, received);
   ASSERT_FALSE(joined.has_value());
   EXPECT_THAT(joined.error().what, HasSubstr("the permissions of vic do not allow"));
 }
 
 TEST_F(Security, MembersNameIsThatOfItsKeys) {
-  EXPECT_EQ(heard_.Now().infos.at(keys_->ben).name, "ben") << "it says that it is Ada";
+  EXPECT_EQ(received_.Now().infos.at(keys_->ben).name, "ben") << "it says that it is Ada";
 }
 
 TEST_F(Security, ViewerCannotBecomeActive) {
@@ -235,7 +235,7 @@ TEST_F(Security, ForgingViewerRemainsAViewerOfItsName) {
   ChildPeer vic = Attacker("vic", "-", "look_on", keys_->vic, keys_->ben);
   EXPECT_TRUE(vic.Says("attacking"));
   ASSERT_TRUE(HearsInfoOf(keys_->vic));
-  const PeerInfo info = heard_.Now().infos.at(keys_->vic);
+  const PeerInfo info = received_.Now().infos.at(keys_->vic);
   EXPECT_EQ(info.role, Role::kViewer);
   EXPECT_TRUE(info.claims.empty());
   EXPECT_EQ(info.name, "vic") << "it says that it is mallory";
@@ -248,12 +248,12 @@ TEST_F(Security, OthersCannotMakeAPeerLeave) {
   EXPECT_TRUE(vic.Says("attacking"));
   EXPECT_TRUE(carl.Says("attacking"));
   const PeerId ben = keys_->ben;
-  EXPECT_FALSE(heard_.WaitFor(
+  EXPECT_FALSE(received_.WaitFor(
       [ben](const Recorder::Heard& h) {
         return h.left.contains(ben) || h.lost.contains(ben);
       },
       kLongEnough));
-  EXPECT_TRUE(heard_.Now().dropped.contains({keys_->carl, Drop::kImpostor}));
+  EXPECT_TRUE(received_.Now().dropped.contains({keys_->carl, Drop::kImpostor}));
 }
 
 TEST_F(Security, OthersCannotKeepADeadPeerAlive) {
@@ -265,11 +265,11 @@ TEST_F(Security, OthersCannotKeepADeadPeerAlive) {
   EXPECT_TRUE(vic.Says("attacking"));
   EXPECT_TRUE(carl.Says("attacking"));
   const PeerId member = keys_->carl;
-  EXPECT_TRUE(heard_.WaitFor([member](const Recorder::Heard& h) {
+  EXPECT_TRUE(received_.WaitFor([member](const Recorder::Heard& h) {
     return h.dropped.contains({member, Drop::kImpostor});
   }));
   victim.Signal(SIGKILL);
-  EXPECT_TRUE(heard_.WaitFor([dave](const Recorder::Heard& h) {
+  EXPECT_TRUE(received_.WaitFor([dave](const Recorder::Heard& h) {
     return h.lost.contains(dave);
   }));
 }
@@ -278,10 +278,10 @@ TEST_F(Security, MemberCannotForgeGrantsOrOffers) {
   ChildPeer carl =
       Attacker("carl", TANDEM_LAX_ACCESS_CONTROL, "offer_as_first", keys_->carl, keys_->ben);
   const PeerId id = keys_->carl;
-  EXPECT_TRUE(heard_.WaitFor([id](const Recorder::Heard& h) {
+  EXPECT_TRUE(received_.WaitFor([id](const Recorder::Heard& h) {
     return h.dropped.contains({id, Drop::kImpostor});
   }));
-  for (const SceneManifest& manifest : heard_.Now().scenes) EXPECT_NE(manifest.offered_by, 1U);
+  for (const SceneManifest& manifest : received_.Now().scenes) EXPECT_NE(manifest.offered_by, 1U);
 }
 
 // Ben's keys a second time: the first goes on, the second is not heard, both are told.
@@ -290,11 +290,11 @@ TEST_F(Security, DuplicateKeysAreDetected) {
   EXPECT_TRUE(second.Says("twin " + std::to_string(keys_->ben)));
   EXPECT_TRUE(ben_.Says("twin " + std::to_string(keys_->ben)));
   const PeerId ben = keys_->ben;
-  EXPECT_TRUE(heard_.WaitFor([ben](const Recorder::Heard& h) {
+  EXPECT_TRUE(received_.WaitFor([ben](const Recorder::Heard& h) {
     return h.dropped.contains({ben, Drop::kTwin});
   }));
-  EXPECT_FALSE(heard_.Now().left.contains(ben));
-  EXPECT_FALSE(heard_.Now().lost.contains(ben));
+  EXPECT_FALSE(received_.Now().left.contains(ben));
+  EXPECT_FALSE(received_.Now().lost.contains(ben));
 }
 
 TEST_F(Security, DuplicateViewerKeysAreDetected) {
@@ -307,11 +307,11 @@ TEST_F(Security, DuplicateViewerKeysAreDetected) {
   ASSERT_TRUE(HearsInfoOf(keys_->vic));
   const auto second = look_on();
   const PeerId vic = keys_->vic;
-  EXPECT_TRUE(heard_.WaitFor([vic](const Recorder::Heard& h) {
+  EXPECT_TRUE(received_.WaitFor([vic](const Recorder::Heard& h) {
     return h.dropped.contains({vic, Drop::kTwin});
   }));
-  EXPECT_FALSE(heard_.Now().left.contains(vic));
-  EXPECT_FALSE(heard_.Now().lost.contains(vic));
+  EXPECT_FALSE(received_.Now().left.contains(vic));
+  EXPECT_FALSE(received_.Now().lost.contains(vic));
 }
 
 TEST_F(Security, RevokedMemberIsRefused) {

@@ -16,8 +16,8 @@ namespace {
 bool Hears(SessionsNearby& nearby, const AnnouncedSession& session) {
   const std::int64_t until_ns = MonotonicNowNs() + 10'000'000'000;
   while (MonotonicNowNs() < until_ns) {
-    const std::vector<AnnouncedSession> heard = nearby.Heard();
-    if (std::find(heard.begin(), heard.end(), session) != heard.end()) return true;
+    const std::vector<AnnouncedSession> received = nearby.Heard();
+    if (std::find(received.begin(), received.end(), session) != received.end()) return true;
     MachineClock().SleepUntil(MonotonicNowNs() + 20'000'000);
   }
   return false;
@@ -27,15 +27,15 @@ TEST(AnnouncedSessions, OtherSessionsAreListedAndTheOwnSessionIsNot) {
   const std::string there = RandomSession();
   const std::string here = RandomSession();
   ChildPeer other(there, 22);
-  Recorder heard;
+  Recorder received;
   const DdsOptions options = LoopbackOptions(here, 7, Role::kViewer);
-  const auto joined = JoinOverDds(options, heard);
+  const auto joined = JoinOverDds(options, received);
   ASSERT_TRUE(joined) << joined.error().what;
   const auto nearby = ListenForSessions(options);
   EXPECT_TRUE(Hears(*nearby, {there, false}));
   const std::vector<AnnouncedSession> all = nearby->Heard();
   EXPECT_THAT(all, ::testing::Not(::testing::Contains(AnnouncedSession{here, false})));
-  EXPECT_TRUE(heard.Now().infos.empty());  // nothing else of another session is heard
+  EXPECT_TRUE(received.Now().infos.empty());  // nothing else of another session is heard
   (*joined)->Leave();
 }
 
@@ -47,13 +47,13 @@ TEST(AnnouncedSessions, SecuredSessionIsRecognizedWithoutKeys) {
   ASSERT_TRUE(anna) << anna.error().what;
   const std::string session = RandomSession();
   ChildPeer other(session, *anna, {.secure = keys / "anna"});
-  Recorder heard;
+  Recorder received;
   const DdsOptions options = LoopbackOptions(session, 7, Role::kViewer);
-  const auto joined = JoinOverDds(options, heard);
+  const auto joined = JoinOverDds(options, received);
   ASSERT_TRUE(joined) << joined.error().what;
   const auto nearby = ListenForSessions(options);
   EXPECT_TRUE(Hears(*nearby, {session, true}));
-  EXPECT_TRUE(heard.Now().infos.empty());
+  EXPECT_TRUE(received.Now().infos.empty());
   (*joined)->Leave();
 }
 

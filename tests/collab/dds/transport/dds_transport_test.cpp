@@ -37,22 +37,22 @@ std::unique_ptr<LivePeer> Join(const DdsOptions& options, Inbox& inbox) {
 TEST(DdsTransport, ActivePeersHearOneAnother) {
   const std::string session = RandomSession();
   ChildPeer there(session, kThere);
-  Recorder heard;
-  const auto here = Join(LoopbackOptions(session, kHere, Role::kActive), heard);
+  Recorder received;
+  const auto here = Join(LoopbackOptions(session, kHere, Role::kActive), received);
   ASSERT_NE(here, nullptr);
 
-  ASSERT_TRUE(heard.WaitFor([](const Recorder::Heard& h) {
+  ASSERT_TRUE(received.WaitFor([](const Recorder::Heard& h) {
     return h.states.contains(kThere) && h.links.contains(kThere) && h.infos.contains(kThere) &&
            !h.scenes.empty();
   }));
-  const Recorder::Heard h = heard.Now();
+  const Recorder::Heard h = received.Now();
   const ObjectState& state = h.states.at(kThere);
-  const ObjectState said = SampleState(kThere, 0);
-  EXPECT_EQ(state.object, said.object);
-  EXPECT_EQ(state.epoch, said.epoch);
-  EXPECT_EQ(state.flags, said.flags);
-  EXPECT_EQ(state.X_WB.p, said.X_WB.p);
-  EXPECT_EQ(state.X_WB.q.coeffs(), said.X_WB.q.coeffs());
+  const ObjectState output = SampleState(kThere, 0);
+  EXPECT_EQ(state.object, output.object);
+  EXPECT_EQ(state.epoch, output.epoch);
+  EXPECT_EQ(state.flags, output.flags);
+  EXPECT_EQ(state.X_WB.p, output.X_WB.p);
+  EXPECT_EQ(state.X_WB.q.coeffs(), output.X_WB.q.coeffs());
   EXPECT_EQ(h.links.at(kThere).count, 2U);
   EXPECT_EQ(h.links.at(kThere).entries[0].echo_ns, 123456789);
   EXPECT_EQ(h.infos.at(kThere).name, "Ada");
@@ -67,7 +67,7 @@ TEST(DdsTransport, ActivePeersHearOneAnother) {
   EXPECT_TRUE(there.Says("links " + id));
   EXPECT_TRUE(there.Says("info " + id));
   EXPECT_TRUE(there.Says("scene 42"));
-  EXPECT_FALSE(heard.Now().infos.contains(kHere)) << "a peer does not hear itself";
+  EXPECT_FALSE(received.Now().infos.contains(kHere)) << "a peer does not hear itself";
 }
 
 // Ports are fixed and one address alone is named, so that nothing is ever sent but to the address
@@ -77,13 +77,13 @@ TEST(DdsTransport, PeersNamedByAddressMeetWithoutMulticast) {
   const std::uint16_t here_port = FreePortPair();
   const std::uint16_t there_port = FreePortPair();
   ChildPeer there(session, kThere, {.port = there_port, .peer_port = here_port});
-  Recorder heard;
+  Recorder received;
   DdsOptions options = LoopbackOptions(session, kHere, Role::kActive);
   options.port = here_port;
   options.peers = {"127.0.0.1:" + std::to_string(there_port)};
-  const auto here = Join(options, heard);
+  const auto here = Join(options, received);
   ASSERT_NE(here, nullptr);
-  EXPECT_TRUE(heard.WaitFor([](const Recorder::Heard& h) {
+  EXPECT_TRUE(received.WaitFor([](const Recorder::Heard& h) {
     return h.states.contains(kThere) && h.infos.contains(kThere);
   }));
   EXPECT_TRUE(there.Says("state " + std::to_string(kHere)));
@@ -96,10 +96,10 @@ TEST(DdsTransport, PortInUseIsNamed) {
   ASSERT_EQ(bind(other, reinterpret_cast<sockaddr*>(&address), sizeof address), 0);
   socklen_t size = sizeof address;
   getsockname(other, reinterpret_cast<sockaddr*>(&address), &size);
-  Recorder heard;
+  Recorder received;
   DdsOptions options = LoopbackOptions(RandomSession(), kHere, Role::kActive);
   options.port = ntohs(address.sin_port);
-  const auto joined = JoinOverDds(options, heard);
+  const auto joined = JoinOverDds(options, received);
   close(other);
   ASSERT_FALSE(joined.has_value());
   EXPECT_THAT(joined.error().what, HasSubstr(std::to_string(options.port) + " is taken"));
@@ -109,10 +109,10 @@ TEST(DdsTransport, LateJoinersGetTheSceneAndThePeers) {
   const std::string session = RandomSession();
   ChildPeer early(session, kThere);
   ASSERT_TRUE(early.Says("ready"));
-  Recorder heard;
-  const auto late = JoinOverDds(LoopbackOptions(session, kHere, Role::kViewer), heard);
+  Recorder received;
+  const auto late = JoinOverDds(LoopbackOptions(session, kHere, Role::kViewer), received);
   ASSERT_TRUE(late.has_value());
-  EXPECT_TRUE(heard.WaitFor([](const Recorder::Heard& h) {
+  EXPECT_TRUE(received.WaitFor([](const Recorder::Heard& h) {
     return h.infos.contains(kThere) && !h.scenes.empty();
   }));
 }
@@ -120,15 +120,15 @@ TEST(DdsTransport, LateJoinersGetTheSceneAndThePeers) {
 TEST(DdsTransport, ViewerReceivesViewsAndNoStates) {
   const std::string session = RandomSession();
   ChildPeer active(session, kThere);
-  Recorder heard;
-  const auto viewer = Join(LoopbackOptions(session, kHere, Role::kViewer), heard);
+  Recorder received;
+  const auto viewer = Join(LoopbackOptions(session, kHere, Role::kViewer), received);
   ASSERT_NE(viewer, nullptr);
-  ASSERT_TRUE(heard.WaitFor([](const Recorder::Heard& h) {
+  ASSERT_TRUE(received.WaitFor([](const Recorder::Heard& h) {
     return h.views.contains(kThere) && h.views.at(kThere).seq > 100 && h.infos.contains(kThere);
   }));
-  EXPECT_TRUE(heard.Now().states.empty());
-  EXPECT_TRUE(heard.Now().links.empty());
-  EXPECT_EQ(heard.Now().views.at(kThere).bodies[0].object, 7U);
+  EXPECT_TRUE(received.Now().states.empty());
+  EXPECT_TRUE(received.Now().links.empty());
+  EXPECT_EQ(received.Now().views.at(kThere).bodies[0].object, 7U);
   // the viewer announces itself, and is heard as one
   EXPECT_TRUE(active.Says("info " + std::to_string(kHere)));
 }
@@ -152,8 +152,8 @@ Subscriptions SubscriptionsSeenBy(dds_entity_t reader) {
 
 TEST(DdsTransport, AViewerSubscribesToNoneOfTheFastTopics) {
   const std::string session = RandomSession();
-  Recorder heard;
-  const auto active = Join(LoopbackOptions(session, kHere, Role::kActive), heard);
+  Recorder received;
+  const auto active = Join(LoopbackOptions(session, kHere, Role::kActive), received);
   ASSERT_NE(active, nullptr);
   const Entity onlooker(dds_create_participant(DdsOptions().domain, nullptr, nullptr));
   const dds_entity_t reader =
@@ -162,7 +162,7 @@ TEST(DdsTransport, AViewerSubscribesToNoneOfTheFastTopics) {
   ChildPeer viewer(session, kThere, {Role::kViewer, 0});
   ChildPeer other(session, 33);
   ASSERT_TRUE(viewer.Says("view " + std::to_string(kHere)));
-  ASSERT_TRUE(heard.WaitFor([](const Recorder::Heard& h) {
+  ASSERT_TRUE(received.WaitFor([](const Recorder::Heard& h) {
     return h.infos.contains(kThere) && h.states.contains(33);
   }));
 
@@ -171,7 +171,8 @@ TEST(DdsTransport, AViewerSubscribesToNoneOfTheFastTopics) {
   Subscriptions seen;
   int viewers = 0;
   int active_peers = 0;
-  for (int looks = 0; looks < 1000 && (viewers != 1 || active_peers != 2); ++looks) {
+  for (int exact_queries = 0; exact_queries < 1000 && (viewers != 1 || active_peers != 2);
+       ++exact_queries) {
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
     seen = SubscriptionsSeenBy(reader);
     viewers = active_peers = 0;
@@ -212,60 +213,60 @@ class ThreadNotes : public Recorder {
 
 TEST(DdsTransport, OneThreadReceivesAllMotionInRealTime) {
   const std::string session = RandomSession();
-  ThreadNotes heard;
-  auto here = Join(LoopbackOptions(session, kHere, Role::kActive), heard);
+  ThreadNotes received;
+  auto here = Join(LoopbackOptions(session, kHere, Role::kActive), received);
   ASSERT_NE(here, nullptr);
   {
     ChildPeer one(session, kThere);
     ChildPeer other(session, 33);
-    ASSERT_TRUE(heard.WaitFor([](const Recorder::Heard& h) {
+    ASSERT_TRUE(received.WaitFor([](const Recorder::Heard& h) {
       return h.links.contains(kThere) && h.links.at(kThere).seq > 300 && h.links.contains(33) &&
              h.links.at(33).seq > 300;
     }));
   }
   here.reset();  // ends the calls
-  EXPECT_EQ(heard.threads.size(), 1U);
-  EXPECT_EQ(heard.policies, std::set<int>{RealTimeIsPermitted() ? SCHED_FIFO : SCHED_OTHER});
+  EXPECT_EQ(received.threads.size(), 1U);
+  EXPECT_EQ(received.policies, std::set<int>{RealTimeIsPermitted() ? SCHED_FIFO : SCHED_OTHER});
 }
 
 TEST(DdsTransport, SessionsAreIsolated) {
   const std::string session = RandomSession();
   ChildPeer stranger(session + " & <more>", kThere);
   ASSERT_TRUE(stranger.Says("ready"));
-  Recorder heard;
-  const auto here = Join(LoopbackOptions(session, kHere, Role::kActive), heard);
+  Recorder received;
+  const auto here = Join(LoopbackOptions(session, kHere, Role::kActive), received);
   ASSERT_NE(here, nullptr);
   // a peer of our own session that comes later than the stranger is heard in both directions
   ChildPeer friendly(session, 33);
-  ASSERT_TRUE(heard.WaitFor([](const Recorder::Heard& h) {
+  ASSERT_TRUE(received.WaitFor([](const Recorder::Heard& h) {
     return h.infos.contains(33) && h.states.contains(33) && h.states.at(33).seq > 500;
   }));
   ASSERT_TRUE(friendly.Says("state " + std::to_string(kHere)));
-  EXPECT_FALSE(heard.Now().infos.contains(kThere));
-  EXPECT_FALSE(heard.Now().states.contains(kThere));
+  EXPECT_FALSE(received.Now().infos.contains(kThere));
+  EXPECT_FALSE(received.Now().states.contains(kThere));
   EXPECT_FALSE(stranger.Says("info 33", std::chrono::milliseconds(0)));
 }
 
 TEST(DdsTransport, PeerIsHeardOnlyInItsOwnPartition) {
   const std::string session = RandomSession();
-  Recorder heard;
-  const auto here = Join(LoopbackOptions(session, kHere, Role::kActive), heard);
+  Recorder received;
+  const auto here = Join(LoopbackOptions(session, kHere, Role::kActive), received);
   ASSERT_NE(here, nullptr);
   // the liar says each thing first in peer 99's name, then in its own
   ChildPeer liar(session, kThere, {Role::kActive, 99});
-  ASSERT_TRUE(heard.WaitFor([](const Recorder::Heard& h) {
+  ASSERT_TRUE(received.WaitFor([](const Recorder::Heard& h) {
     return h.states.contains(kThere) && h.states.at(kThere).seq > 200 && h.links.contains(kThere);
   }));
-  EXPECT_FALSE(heard.Now().states.contains(99));
-  EXPECT_FALSE(heard.Now().links.contains(99));
+  EXPECT_FALSE(received.Now().states.contains(99));
+  EXPECT_FALSE(received.Now().links.contains(99));
 }
 
 TEST(DdsTransport, UnknownInterfaceIsReportedInOneLine) {
   DdsOptions options = LoopbackOptions(RandomSession(), kHere, Role::kActive);
   options.interface = "nosuch0";
-  Recorder heard;
+  Recorder received;
   ::testing::internal::CaptureStderr();
-  const auto joined = JoinOverDds(options, heard);
+  const auto joined = JoinOverDds(options, received);
   const std::string printed = ::testing::internal::GetCapturedStderr();
   ASSERT_FALSE(joined.has_value());
   EXPECT_THAT(joined.error().what, HasSubstr("no network interface 'nosuch0'"));
@@ -286,9 +287,9 @@ TEST(DdsTransport, MissingFreePortIsReportedInOneLine) {
     address.sin_port = htons(static_cast<std::uint16_t>(7400 + 250 * 199 + 10 + 2 * index));
     bind(sockets.back(), reinterpret_cast<sockaddr*>(&address), sizeof address);
   }
-  Recorder heard;
+  Recorder received;
   ::testing::internal::CaptureStderr();
-  const auto joined = JoinOverDds(options, heard);
+  const auto joined = JoinOverDds(options, received);
   const std::string printed = ::testing::internal::GetCapturedStderr();
   for (const int one : sockets) close(one);
   ASSERT_FALSE(joined.has_value());
@@ -300,15 +301,15 @@ TEST(DdsTransport, MissingFreePortIsReportedInOneLine) {
 
 TEST(DdsTransport, ProcessJoinsADomainOnlyOnceAtATime) {
   const DdsOptions options = LoopbackOptions(RandomSession(), kHere, Role::kActive);
-  Recorder heard;
+  Recorder received;
   {
-    const auto first = JoinOverDds(options, heard);
+    const auto first = JoinOverDds(options, received);
     ASSERT_TRUE(first.has_value());
-    const auto second = JoinOverDds(options, heard);
+    const auto second = JoinOverDds(options, received);
     ASSERT_FALSE(second.has_value());
     EXPECT_THAT(second.error().what, HasSubstr("already"));
   }
-  EXPECT_TRUE(JoinOverDds(options, heard).has_value());
+  EXPECT_TRUE(JoinOverDds(options, received).has_value());
 }
 
 // The variable would keep both from joining at all, because Cyclone refuses elements that it does
@@ -319,11 +320,11 @@ TEST(DdsTransport, EnvironmentConfigurationIsIgnoredWithANotice) {
   const std::string session = RandomSession();
   ::testing::internal::CaptureStderr();
   {
-    Recorder heard;
+    Recorder received;
     ChildPeer there(session, kThere);
-    const auto here = Join(LoopbackOptions(session, kHere, Role::kActive), heard);
+    const auto here = Join(LoopbackOptions(session, kHere, Role::kActive), received);
     EXPECT_NE(here, nullptr);
-    EXPECT_TRUE(heard.WaitFor([](const Recorder::Heard& h) {
+    EXPECT_TRUE(received.WaitFor([](const Recorder::Heard& h) {
       return h.states.contains(kThere);
     }));
   }

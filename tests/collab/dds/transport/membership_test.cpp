@@ -33,11 +33,11 @@ bool HasLeft(const Recorder::Heard& h) {
 class Membership : public ::testing::Test {
  protected:
   void SetUp() override {
-    auto joined = JoinOverDds(LoopbackOptions(session_, kHere, Role::kActive), heard_);
+    auto joined = JoinOverDds(LoopbackOptions(session_, kHere, Role::kActive), received_);
     ASSERT_TRUE(joined.has_value()) << joined.error().what;
     here_ = *std::move(joined);
     there_ = std::make_unique<ChildPeer>(session_, kThere);
-    ASSERT_TRUE(heard_.WaitFor(IsHere));
+    ASSERT_TRUE(received_.WaitFor(IsHere));
   }
 
   /// Expects that it comes to pass in that time, or later by no more than the machine woke a thread
@@ -46,15 +46,15 @@ class Membership : public ::testing::Test {
   void ExpectWithin(milliseconds bound, const Condition& condition) {
     const LagMeter lag;
     const steady_clock::time_point begin = steady_clock::now();
-    EXPECT_TRUE(heard_.WaitFor(condition, bound + milliseconds(2000)));
+    EXPECT_TRUE(received_.WaitFor(condition, bound + milliseconds(2000)));
     const auto took = steady_clock::now() - begin;
-    EXPECT_LE(took, lag.Within(bound))
+    EXPECT_LE(took, lag.AllowedLag(bound))
         << "took " << took / milliseconds(1) << " ms, the machine was late by "
         << lag.worst() / milliseconds(1) << " ms";
   }
 
   const std::string session_ = RandomSession();
-  Recorder heard_;
+  Recorder received_;
   std::unique_ptr<Transport> here_;
   std::unique_ptr<ChildPeer> there_;
 };
@@ -63,42 +63,42 @@ TEST_F(Membership, GoodbyeIsHeardWithin50Milliseconds) {
   there_->Command("leave");
   ExpectWithin(milliseconds(50), HasLeft);
   // its end, when its lease would have run out, does not make it lost as well
-  EXPECT_FALSE(heard_.WaitFor(IsLost, milliseconds(1500)));
-  EXPECT_EQ(Count(heard_.Now().left), 1);
+  EXPECT_FALSE(received_.WaitFor(IsLost, milliseconds(1500)));
+  EXPECT_EQ(Count(received_.Now().left), 1);
 }
 
 TEST_F(Membership, PeerWithoutGoodbyeIsLost) {
   there_->Command("drop");
   ExpectWithin(milliseconds(500), IsLost);
-  EXPECT_FALSE(HasLeft(heard_.Now()));
+  EXPECT_FALSE(HasLeft(received_.Now()));
 }
 
 TEST_F(Membership, KilledPeerIsLostWithinASecondAndReturnsOnRestart) {
   there_->Signal(SIGKILL);
   ExpectWithin(milliseconds(1000), IsLost);
-  EXPECT_FALSE(HasLeft(heard_.Now()));
-  const auto states_before = heard_.Now().states.at(kThere).sample_ns;
+  EXPECT_FALSE(HasLeft(received_.Now()));
+  const auto states_before = received_.Now().states.at(kThere).sample_ns;
 
   there_ = std::make_unique<ChildPeer>(session_, kThere);
-  EXPECT_TRUE(heard_.WaitFor([&](const Recorder::Heard& h) {
+  EXPECT_TRUE(received_.WaitFor([&](const Recorder::Heard& h) {
     return h.infos.contains(kThere) && h.states.at(kThere).sample_ns > states_before;
   }));
 }
 
 // The peer says what the session is about once, while its crashed run has not been given up yet.
 TEST_F(Membership, OfferOfAnImmediatelyRestartedPeerIsHeard) {
-  ASSERT_TRUE(heard_.WaitFor([](const Recorder::Heard& h) {
+  ASSERT_TRUE(received_.WaitFor([](const Recorder::Heard& h) {
     return !h.scenes.empty();
   }));
-  const std::size_t offered = heard_.Now().scenes.size();
+  const std::size_t offered = received_.Now().scenes.size();
   there_->Signal(SIGKILL);
   there_ = std::make_unique<ChildPeer>(session_, kThere);
-  EXPECT_TRUE(heard_.WaitFor(
+  EXPECT_TRUE(received_.WaitFor(
       [&](const Recorder::Heard& h) {
         return h.scenes.size() > offered;
       },
       milliseconds(5000)));
-  EXPECT_FALSE(heard_.Now().dropped.contains({kThere, Drop::kImpostor})) << "it is none";
+  EXPECT_FALSE(received_.Now().dropped.contains({kThere, Drop::kImpostor})) << "it is none";
 }
 
 // The halt is shorter than the participant's lease (2 s): only its writers are given up, and its
@@ -108,35 +108,35 @@ TEST_F(Membership, SuspendedPeerIsLostAndReturns) {
   ExpectWithin(milliseconds(2000), IsLost);
   there_->Signal(SIGCONT);
   ExpectWithin(milliseconds(2000), IsHere);
-  EXPECT_FALSE(HasLeft(heard_.Now()));
+  EXPECT_FALSE(HasLeft(received_.Now()));
 }
 
 // The halt is longer: the whole participant is given up and is discovered anew.
 TEST_F(Membership, LongSuspendedPeerIsRediscovered) {
   there_->Signal(SIGSTOP);
-  EXPECT_TRUE(heard_.WaitFor(IsLost, milliseconds(2000)));
-  EXPECT_FALSE(heard_.WaitFor(IsHere, milliseconds(2400)));  // 3 s in all
-  const auto before = heard_.Now().states.at(kThere).sample_ns;
+  EXPECT_TRUE(received_.WaitFor(IsLost, milliseconds(2000)));
+  EXPECT_FALSE(received_.WaitFor(IsHere, milliseconds(2400)));  // 3 s in all
+  const auto before = received_.Now().states.at(kThere).sample_ns;
   there_->Signal(SIGCONT);
   ExpectWithin(milliseconds(1000), [&](const Recorder::Heard& h) {
     return h.infos.contains(kThere) && h.states.at(kThere).sample_ns > before;
   });
-  EXPECT_FALSE(HasLeft(heard_.Now()));
-  EXPECT_EQ(heard_.Now().infos.at(kThere).claims.size(), 2U);
+  EXPECT_FALSE(HasLeft(received_.Now()));
+  EXPECT_EQ(received_.Now().infos.at(kThere).claims.size(), 2U);
 }
 
 // A viewer that looks on with us loses nobody, and its own end is heard as any peer's.
 TEST_F(Membership, ViewersGoodbyeIsHeard) {
   ChildPeer viewer(session_, kViewer, {Role::kViewer, 0});
-  ASSERT_TRUE(heard_.WaitFor([](const Recorder::Heard& h) {
+  ASSERT_TRUE(received_.WaitFor([](const Recorder::Heard& h) {
     return h.infos.contains(kViewer);
   }));
-  EXPECT_EQ(heard_.Now().infos.at(kViewer).role, Role::kViewer);
+  EXPECT_EQ(received_.Now().infos.at(kViewer).role, Role::kViewer);
   viewer.Command("leave");
   ExpectWithin(milliseconds(200), [](const Recorder::Heard& h) {
     return h.left.contains(kViewer);
   });
-  EXPECT_FALSE(IsLost(heard_.Now()));
+  EXPECT_FALSE(IsLost(received_.Now()));
 }
 
 }  // namespace

@@ -32,7 +32,7 @@ TEST(Wire, PeerInfoRoundTrips) {
                                 .displacement = 0.5e-3},
                       .beliefs = {{7, 12}}};
   tandem_PeerInfo wire{};
-  InfoRoom room;
+  InfoBuffers room;
   ASSERT_TRUE(ToWire(info, wire, room));
   PeerInfo back;
   ASSERT_TRUE(FromWire(wire, back));
@@ -57,7 +57,7 @@ TEST(Wire, ViewersClaimsAreIgnored) {
   info.claims = {{1, 2, true}};
   info.beliefs = {{1, 3}};
   tandem_PeerInfo wire{};
-  InfoRoom room;
+  InfoBuffers room;
   ASSERT_TRUE(ToWire(info, wire, room));
   PeerInfo back;
   ASSERT_TRUE(FromWire(wire, back));
@@ -84,7 +84,7 @@ TEST(Wire, LongNamesAreTruncatedBetweenCharacters) {
   info.name =
       std::string(63, 'a') + "Ż";  // 65 bytes; 64 fit, and would hold half of the last letter
   tandem_PeerInfo wire{};
-  InfoRoom room;
+  InfoBuffers room;
   ASSERT_TRUE(ToWire(info, wire, room));
   EXPECT_EQ(std::string(wire.name), std::string(63, 'a'));
 }
@@ -94,7 +94,7 @@ TEST(Wire, NamesHaveNoTerminalControls) {
   info.peer = 1;
   info.name = "a\x1b[2Jb\n";
   tandem_PeerInfo wire{};
-  InfoRoom room;
+  InfoBuffers room;
   ASSERT_TRUE(ToWire(info, wire, room));
   PeerInfo back;
   ASSERT_TRUE(FromWire(wire, back));
@@ -105,7 +105,7 @@ TEST(Wire, InvalidDisplacementIsRefused) {
   PeerInfo info;
   info.peer = 3;
   tandem_PeerInfo wire{};
-  InfoRoom room;
+  InfoBuffers room;
   ASSERT_TRUE(ToWire(info, wire, room));
   PeerInfo back;
   for (const double bad : {kNan, kInfinity, 1e308, -1e308}) {
@@ -121,7 +121,7 @@ TEST(Wire, OversizedPeerInfoIsNeitherSentNorAccepted) {
   info.peer = 1;
   info.claims.resize(65);
   tandem_PeerInfo wire{};
-  InfoRoom room;
+  InfoBuffers room;
   EXPECT_FALSE(ToWire(info, wire, room));
   info.claims.resize(64);
   ASSERT_TRUE(ToWire(info, wire, room));

@@ -122,17 +122,17 @@ LinkedState FullLinks() {
 }
 
 TEST(Wire, LinksRoundTripWithTheirState) {
-  const LinkedState said = FullLinks();
+  const LinkedState output = FullLinks();
   tandem_LinkedState wire;
-  ToWire(said, wire);
-  LinkedState heard;
-  ASSERT_TRUE(Sound(wire, heard));
-  EXPECT_EQ(heard.state.peer, said.state.peer);
-  EXPECT_EQ(heard.state.seq, said.state.seq);
-  EXPECT_EQ(heard.state.X_WB.p, said.state.X_WB.p);
-  EXPECT_EQ(heard.state.contact_B_W.f, said.state.contact_B_W.f);
-  const CouplingLinks& back = heard.links;
-  EXPECT_EQ(back.from, said.state.peer);
+  ToWire(output, wire);
+  LinkedState received;
+  ASSERT_TRUE(Sound(wire, received));
+  EXPECT_EQ(received.state.peer, output.state.peer);
+  EXPECT_EQ(received.state.seq, output.state.seq);
+  EXPECT_EQ(received.state.X_WB.p, output.state.X_WB.p);
+  EXPECT_EQ(received.state.contact_B_W.f, output.state.contact_B_W.f);
+  const CouplingLinks& back = received.links;
+  EXPECT_EQ(back.from, output.state.peer);
   EXPECT_EQ(back.object, 2U);
   EXPECT_EQ(back.seq, 3U);
   EXPECT_EQ(back.sample_ns, 4);

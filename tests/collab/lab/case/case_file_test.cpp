@@ -207,7 +207,7 @@ TEST(CaseFile, NetworkMayBeATraceFileOrAModel) {
   EXPECT_EQ(test.network.back.trace->facts().longest_ms, 100);
   EXPECT_EQ(test.network.there.loss, 0.1);
   EXPECT_EQ(test.delay_s, 0) << "the trace has the delays";
-  EXPECT_NEAR(test.MeanWay(), 0.5 * (0.020 + 0.080), 1e-9);
+  EXPECT_NEAR(test.MeanPathLength(), 0.5 * (0.020 + 0.080), 1e-9);
   EXPECT_NEAR(LongestDelay(test), 0.1, 1e-9);
   for (const std::size_t from : {0U, 1U}) {
     const LinkConditions way = ConditionsOf(test, from, 1 - from, test.delay_s);
@@ -218,7 +218,7 @@ TEST(CaseFile, NetworkMayBeATraceFileOrAModel) {
   const LabCase model = load(R"({"network": "geo"})");
   EXPECT_EQ(model.network.name, "geo");
   EXPECT_EQ(model.delay_s, 0);
-  EXPECT_GT(model.LongEnough(), 11.9);
+  EXPECT_GT(model.DefaultDuration(), 11.9);
   LabCase other = model;
   other.seed = 2;
   EXPECT_NE(ConditionsOf(model, 0, 1, 0).trace_start_s, ConditionsOf(other, 0, 1, 0).trace_start_s);

@@ -29,9 +29,9 @@ TEST(LabHands, UnknownHandIsNamed) {
 
 TEST(LabCase, LastsFortyDelaysAndAtLeastTwelveSeconds) {
   LabCase test;
-  EXPECT_EQ(test.LongEnough(), 12);
+  EXPECT_EQ(test.DefaultDuration(), 12);
   test.delay_s = 1;
-  EXPECT_EQ(test.LongEnough(), 40);
+  EXPECT_EQ(test.DefaultDuration(), 40);
 }
 
 }  // namespace

@@ -128,7 +128,7 @@ TEST(Meter, HalfAMetreApartIsAnExplosion) {
                        return 1.0;
                      }};
   const Metrics metrics = Watch(apart, 0.6);
-  EXPECT_TRUE(metrics.blew_up);
+  EXPECT_TRUE(metrics.diverged);
   EXPECT_EQ(Judge(metrics), Verdict::kUnstable);
 }
 

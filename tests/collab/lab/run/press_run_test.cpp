@@ -44,7 +44,7 @@ TEST(PressRun, HeldMirrorsDestabilizeAtAPeriodOfFourDelays) {
 // body, one after the other.
 TEST(PressRun, UndelayedForceMatchesTheSprings) {
   // blocks without friction come to rest on one another slowly
-  const PressResult result = RunAt(PressMotion::kPress, MirrorModel::kBlend, 0, 30);
+  const PressResult result = RunAt(PressMotion::kPress, MirrorModel::kCompliantMirror, 0, 30);
   const double kept_back = 0.02 + 0.5 * kRefinedClearance * 0.002;
   EXPECT_NEAR(result.mean_force, 300.0 * 800.0 / 1100.0 * kept_back, 0.05);
 }
@@ -52,7 +52,7 @@ TEST(PressRun, UndelayedForceMatchesTheSprings) {
 TEST(PressRun, CompliantMirrorsAreStableAtEveryDelay) {
   for (const PressMotion motion : {PressMotion::kPress, PressMotion::kPush, PressMotion::kTap}) {
     for (const double delay_ms : {20.0, 100.0, 300.0}) {
-      const PressResult result = RunAt(motion, MirrorModel::kBlend, delay_ms);
+      const PressResult result = RunAt(motion, MirrorModel::kCompliantMirror, delay_ms);
       EXPECT_TRUE(result.calm) << NameOf(motion) << ' ' << delay_ms;
       EXPECT_LT(result.peak_force, 12) << NameOf(motion) << ' ' << delay_ms;
     }

@@ -48,7 +48,7 @@ std::vector<std::filesystem::path> Record(const LabCase& test, const LabScene& s
     header.law = test.law.name;
     header.peer = options.peer;
     recorders.push_back(*Recorder::Create(files.back(), header));
-    options.peer.tap = recorders.back().get();
+    options.peer.observer = recorders.back().get();
     auto device = std::make_unique<ScriptedDevice>(ScriptOf(test, user), Pose{});
     session.Add(std::make_unique<PeerNode>(scene.model, std::move(device), 42, options), 1 + user);
   }

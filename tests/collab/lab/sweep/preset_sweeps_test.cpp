@@ -42,7 +42,7 @@ TEST(AcceptanceSweep, HasTheCellsThatTheTableAsksFor) {
     users.insert(test.users);
     rates.insert(test.publish_hz);
     controls += cell.expect == Expectation::kUnstable ? 1 : 0;
-    EXPECT_TRUE(test.seconds == 0 || test.seconds >= test.LongEnough()) << cell.case_json;
+    EXPECT_TRUE(test.seconds == 0 || test.seconds >= test.DefaultDuration()) << cell.case_json;
     if (test.law.name == DefaultLaw()->name() && test.law.ratio == 1 && test.users == 2) {
       default_law.emplace(test.scene, test.hands[0].name, test.network.name, test.delay_s);
     }

@@ -11,7 +11,7 @@ namespace tandem {
 namespace {
 
 // Notes what it is told, as lines of text with the time of the network.
-class Notes : public Inbox {
+class ReceivedLog : public Inbox {
  public:
   void OnState(const ObjectState& state, std::int64_t arrival_ns) override {
     lines.push_back("state " + std::to_string(state.seq));
@@ -56,7 +56,7 @@ class SimulatedNetworkTest : public ::testing::Test {
 
   SimulatedNetwork network;
   std::int64_t now_ns = 1000 * kMs;
-  Notes first, second;
+  ReceivedLog first, second;
   std::unique_ptr<Transport> one = network.Join(1, Role::kActive, first);
   std::unique_ptr<Transport> two =
       network.Join(2, Role::kActive, second, {.offset_ns = 5'000'000'000, .drift_ppm = 100});
@@ -72,7 +72,7 @@ TEST_F(SimulatedNetworkTest, LateJoinerGetsTheNewestKeptSamples) {
   Beat(1);
   Beat(2);
   Run(10);
-  Notes third;
+  ReceivedLog third;
   const auto three = network.Join(3, Role::kActive, third);
   Run(10);
   EXPECT_EQ(third.Take(), (Lines{"scene s", "info 2"}));
@@ -178,7 +178,7 @@ TEST_F(SimulatedNetworkTest, ArrivalsAreStampedWithTheReceiversClock) {
 }
 
 TEST_F(SimulatedNetworkTest, ViewersReceiveOnlyViewsAndActivePeersNone) {
-  Notes viewer;
+  ReceivedLog viewer;
   const auto three = network.Join(3, Role::kViewer, viewer);
   ObjectState state;
   state.seq = 1;

@@ -26,7 +26,7 @@ struct Wedges {
 /// Returns a voxel's length of the map's edge along z, whose faces' normals are `half` rad each
 /// side of x.
 OtherEdge RidgeAlongZ(double half) {
-  return {Vec3::Zero(), Vec3::UnitZ(), Vec3::UnitX(), 0.5, EdgeArc::OfCosine(std::cos(half))};
+  return {Vec3::Zero(), Vec3::UnitZ(), Vec3::UnitX(), 0.5, EdgeArc::FromCosine(std::cos(half))};
 }
 
 /// Finds the depth, 0 if they do not push, by trying all directions that lie in both arcs.
@@ -53,9 +53,9 @@ TEST(EdgeContact, ParallelEdgesPushByTheDistanceOfTheirWedges) {
     wedges.turn = Uniform(random, -most, most);
     const ShellEdge edge{Vec3(wedges.x, wedges.y, 0), Vec3::UnitZ(),
                          Vec3(std::cos(wedges.turn), std::sin(wedges.turn), 0), 0.5,
-                         EdgeArc::OfCosine(std::cos(wedges.half))};
+                         EdgeArc::FromCosine(std::cos(wedges.half))};
     const OtherEdge ridge = RidgeAlongZ(wedges.other_half);
-    const EdgeMeeting meeting = Meet(edge, ridge, kRefinedClearance);
+    const EdgeEdgeContact meeting = FindEdgeContact(edge, ridge, kRefinedClearance);
     const double depth = DepthByTrying(wedges);
     EXPECT_NEAR(meeting.counted_depth(), depth, 2e-3) << "trial " << trial;
     pushing += depth > 0;
@@ -70,8 +70,8 @@ TEST(EdgeContact, ParallelEdgePushVanishesAtTheWindowsBorder) {
   for (const double aside : {0.5, 0.7, 0.76, 0.85, 0.95, 0.999, 1.0, 1.2}) {
     for (const double side : {-1.0, 1.0}) {
       const ShellEdge edge{Vec3(0, side * aside, 0), Vec3::UnitZ(), Vec3::UnitX(), 0.5,
-                           EdgeArc::OfCosine(std::cos(kHalf))};
-      const EdgeMeeting meeting = Meet(edge, ridge, kRefinedClearance);
+                           EdgeArc::FromCosine(std::cos(kHalf))};
+      const EdgeEdgeContact meeting = FindEdgeContact(edge, ridge, kRefinedClearance);
       const double whole = kRefinedClearance - aside * std::sin(kHalf);
       const double share = std::min(1.0, std::max(0.0, 1.0 - aside) / 0.25);
       EXPECT_NEAR(meeting.counted_depth(), share * whole, 2e-3) << side * aside;
@@ -90,8 +90,8 @@ TEST(EdgeContact, PushFadesOutBetweenSeparatedArcs) {
   for (const double beyond : {0.0, 0.03, 0.06, 0.09, 0.12, 0.149}) {
     const double turn = kHalf + 0.2 + beyond;
     const ShellEdge edge{Vec3::Zero(), Vec3::UnitZ(), Vec3(std::cos(turn), std::sin(turn), 0), 0.5,
-                         EdgeArc::OfCosine(std::cos(0.2))};
-    const EdgeMeeting meeting = Meet(edge, ridge, kRefinedClearance);
+                         EdgeArc::FromCosine(std::cos(0.2))};
+    const EdgeEdgeContact meeting = FindEdgeContact(edge, ridge, kRefinedClearance);
     EXPECT_NEAR(meeting.counted_depth(), kRefinedClearance * (1 - beyond / 0.15), 5e-3) << beyond;
     EXPECT_LT(meeting.counted_depth(), before);
     // along the middle between them

@@ -64,8 +64,8 @@ class TwoBoxes {
                });
     for (std::vector<EdgePart>& of_block : parts) {
       if (of_block.empty()) continue;
-      LookAlong(map_.field, kReach, of_block);
-      LookAtOthers(map_.features, kReach, enough, of_block);
+      QueryAlong(map_.field, kReach, of_block);
+      QueryOtherEdges(map_.features, kReach, enough, of_block);
     }
     return parts;
   }
@@ -76,7 +76,7 @@ class TwoBoxes {
                         X_VF.q * edge.tangent.cast<double>(),
                         -(X_VF.q * edge.outward.cast<double>()),
                         edge.half_length,
-                        EdgeArc::OfCosine(edge.cosine),
+                        EdgeArc::FromCosine(edge.cosine),
                         edge.ends != 0,
                         0.5};
     bool pushes = false;
@@ -84,11 +84,11 @@ class TwoBoxes {
       // edges in one another's solid are met where their middles are near one another only
       const double most = kReach + edge.half_length + other.half_length;
       if ((own.p - other.middle).norm() > most) return;
-      const EdgeMeeting meeting =
-          Meet(own,
-               {other.middle, other.tangent.cast<double>(), other.outward.cast<double>(),
-                other.half_length, EdgeArc::OfCosine(other.cosine), other.ends != 0},
-               kReach);
+      const EdgeEdgeContact meeting =
+          FindEdgeContact(own,
+                          {other.middle, other.tangent.cast<double>(), other.outward.cast<double>(),
+                           other.half_length, EdgeArc::FromCosine(other.cosine), other.ends != 0},
+                          kReach);
       if (!(meeting.share > 0)) return;
       const double depth = std::min(meeting.depth, kReach - map_.field.At(meeting.on_shell).value);
       pushes = pushes || depth > 0;

@@ -91,8 +91,8 @@ TEST(FieldPair, FindsTheContactsOfAnExhaustiveSearch) {
     }
     X_WB.p += way;
     X_WB.q = RotationBy(Vec3(0.001, 0.002, -0.001)) * X_WB.q;
-    Load load;
-    Load other;
+    LinearizedForce load;
+    LinearizedForce other;
     const PairReport by_due = coherent.pair.Collide({X_WB, {}}, {}, load, other);
     const PairReport by_all = all.pair.Collide({X_WB, {}}, {}, load, other);
     ASSERT_EQ(by_due.contact_points, by_all.contact_points) << frame;
@@ -145,8 +145,8 @@ TEST(FieldPair, FindsTheEdgePairsOfAnExhaustiveSearch) {
       coherent.pair.SetClearance(clearance);
       all.pair.SetClearance(clearance);
     }
-    Load load;
-    Load other;
+    LinearizedForce load;
+    LinearizedForce other;
     const PairReport by_due = coherent.pair.Collide({X_WB, {}}, {}, load, other);
     const PairReport by_all = all.pair.Collide({X_WB, {}}, {}, load, other);
     ASSERT_EQ(by_due.contact_points, by_all.contact_points) << frame;
@@ -169,7 +169,7 @@ TEST(FieldPair, FallingBodyIsNotSlowedInFreeSpace) {
   double speed = 0.2;    // voxels a frame
   while (speed < 6) {
     met.ForceAt({Quat::Identity(), kS * Vec3(0, 0, 20 + height)});
-    ASSERT_GT(met.pair.load().bound, speed * kS) << height << " voxels above";
+    ASSERT_GT(met.pair.test_demand().bound, speed * kS) << height << " voxels above";
     height -= speed;
     speed += 0.01;  // as a fall, voxels of a millimetre
   }
@@ -184,12 +184,12 @@ TEST(FieldPair, TravelCostIsThatOfDueBlocks) {
   double foretold = 0;
   double came = 0;
   for (int frame = 0; frame < 600; ++frame) {
-    Load load;
-    Load other;
+    LinearizedForce load;
+    LinearizedForce other;
     const Pose X_WB{Quat::Identity(), Vec3(way * frame - 15 * kS, 0, 28 * kS)};
     const PairReport report = met.pair.Collide({X_WB, {}}, {}, load, other);
     if (frame > 0) came += report.tests.tests() + static_cast<double>(report.tests.chunks);
-    foretold += met.pair.load().mandatory + met.pair.load().per_metre * way;
+    foretold += met.pair.test_demand().mandatory + met.pair.test_demand().per_metre * way;
   }
   EXPECT_GT(came, 600);
   RecordProperty("foretold", std::to_string(foretold / came));

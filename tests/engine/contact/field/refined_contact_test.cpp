@@ -84,9 +84,9 @@ TEST(RefinedContact, WrenchesAreEqualAndOpposite) {
     const Pose X{RandomRotation(random), kS * Uniform(random, 25, 45) * RandomDirection(random)};
     const BodyMotion shell{X_W * X, {RandomDirection(random), 0.01 * RandomDirection(random)}};
     const BodyMotion map{X_W, {RandomDirection(random), 0.01 * RandomDirection(random)}};
-    Load on_shell;
-    Load on_map;
-    loaded += refined.pair.Collide(shell, map, on_shell, on_map).loaded_points;
+    LinearizedForce on_shell;
+    LinearizedForce on_map;
+    loaded += refined.pair.Collide(shell, map, on_shell, on_map).pushing_points;
     const Wrench a = AsWrench(on_shell.force);
     const Wrench b = AsWrench(on_map.force);
     EXPECT_NEAR((a.f + b.f).norm(), 0.0, 1e-9 * (1.0 + a.f.norm()));
@@ -107,7 +107,7 @@ TEST(RefinedContact, StiffnessIsTheDerivativeOfForceOnAPlane) {
     const auto at = [&](double gap) {
       return Pose{q, (gap * kS + 7 * kS) * n};
     };
-    const Load load = refined.LoadAt(at(0.1));
+    const LinearizedForce load = refined.LoadAt(at(0.1));
     constexpr double kStep = 1e-4;  // voxels
     const double slope =
         (refined.ForceAt(at(0.1 - kStep)) - refined.ForceAt(at(0.1 + kStep))).dot(n) /

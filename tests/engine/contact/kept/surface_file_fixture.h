@@ -88,7 +88,7 @@ class SurfaceFile : public ::testing::Test {
     std::mt19937_64 random(5);
     const DistanceField& field = surface.field;
     const Bounds box = BoundsOf(mesh_W);
-    std::vector<double> told;
+    std::vector<double> reported;
     FieldPushes pushes;
     FieldGradient gradient;
     FieldReadings readings;
@@ -105,31 +105,33 @@ class SurfaceFile : public ::testing::Test {
         lanes[static_cast<std::size_t>(axis)].fill(static_cast<float>(place_V[axis]));
       }
       field.WithGradients({&place_V, 1}, &gradient);
-      told.insert(told.end(), {gradient.reading.value, gradient.gradient.x(), gradient.gradient.y(),
-                               gradient.gradient.z(), field.At(place_V).value});
+      reported.insert(reported.end(),
+                      {gradient.reading.value, gradient.gradient.x(), gradient.gradient.y(),
+                       gradient.gradient.z(), field.At(place_V).value});
       field.Values({}, {lanes[0].data(), lanes[1].data(), lanes[2].data()}, kBlockPlaces,
                    values.data(), kinds.data(), over.data());
-      told.insert(told.end(), {values[0], static_cast<double>(kinds[0]), over[0]});
+      reported.insert(reported.end(), {values[0], static_cast<double>(kinds[0]), over[0]});
       const PlacedBlock block{.places_F = {lanes[0].data(), lanes[1].data(), lanes[2].data()}};
       field.ReadBlocks({1, 0, 0, 0, 1, 0, 0, 0, 1}, 0.6F, {&block, 1}, values.data(), &readings);
-      told.insert(told.end(), {values[0], readings.least, static_cast<double>(readings.within)});
+      reported.insert(reported.end(),
+                      {values[0], readings.least, static_cast<double>(readings.within)});
       field.Pushes({&place_V, 1}, 0.6, pushes);
-      for (const FieldPush& push : pushes.Of(0)) {
-        told.insert(told.end(), {push.distance, push.away_V.x(), push.share});
+      for (const FieldPush& push : pushes.PushesAt(0)) {
+        reported.insert(reported.end(), {push.distance, push.away_V.x(), push.share});
       }
-      told.push_back(surface.features.EdgesBeyond(place_V));
+      reported.push_back(surface.features.EdgesBeyond(place_V));
       surface.features.VisitEdgesIn(place_V - Vec3::Constant(1), place_V + Vec3::Constant(1),
-                                    [&told](const BodyFeatures::Edge& edge) {
-                                      told.push_back(edge.middle.x());
+                                    [&reported](const BodyFeatures::Edge& edge) {
+                                      reported.push_back(edge.middle.x());
                                     });
     }
     for (std::size_t b = 0; b < surface.features.blocks().size(); ++b) {
       for (std::size_t lane = 0; lane < BodyFeatures::kLanes; ++lane) {
-        told.push_back(surface.features.place(b, lane).y());
-        told.push_back(surface.features.point(b, lane).inward.z());
+        reported.push_back(surface.features.place(b, lane).y());
+        reported.push_back(surface.features.point(b, lane).inward.z());
       }
     }
-    return told;
+    return reported;
   }
 
   ScratchFolder folder_;

@@ -168,8 +168,8 @@ TEST(BroadPhase, RejectedPairTestsNothingAndMissesNoContact) {
     // up and down through the force layer
     const double height = 0.03 + 0.045 * (1 + std::cos(0.004 * frame)) / 2;
     X_W = {(RotationBy(turn) * X_W.q).normalized(), Vec3(0.01 * std::sin(0.01 * frame), 0, height)};
-    Load on_shell;
-    Load on_map;
+    LinearizedForce on_shell;
+    LinearizedForce on_map;
     const PairReport report = pair.Collide({X_W, {}}, {Pose{}, {}}, on_shell, on_map);
     const PoseReading reading = reader.Read({X_W, {}}, {Pose{}, {}});
     ASSERT_EQ(report.contact_points, reading.contact_points) << "frame " << frame;
@@ -192,7 +192,7 @@ TEST(BroadPhase, AccountsForDisplacedPoints) {
   ContactPair pair(*shell, *voxmap, {Quat::Identity(), voxmap->p_WVo()}, 0.08, {.force_layer = 1},
                    {1e4, 0});
   const Pose X_W{Quat::Identity(), Vec3(0, 0, 0.09)};
-  Load load;
+  LinearizedForce load;
   EXPECT_EQ(pair.Collide({X_W, {}}, {Pose{}, {}}, load, load).contact_points, 0);
   // normals point into the ball
   pair.SetClearance({1.0, -0.06});

@@ -45,8 +45,8 @@ TEST(ContactForces, FrictionDampsTangentialMotion) {
     contacts.push_back({0.05 * Drawn(random), Drawn(random).normalized(), 2e-4});
   }
   const std::vector<Contact> drawn = contacts;
-  Load shell;
-  Load map;
+  LinearizedForce shell;
+  LinearizedForce map;
   AddContactForces(contacts, Moving(V), rule, shell, map);
   Vec6 force = Vec6::Zero();
   Mat6 damping = Mat6::Zero();

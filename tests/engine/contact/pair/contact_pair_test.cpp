@@ -82,9 +82,9 @@ TEST(ContactPair, GivesEqualAndOppositeWrenches) {
     const Pose X = RandomPose(random, Uniform(random, 0.3, 0.7));
     const BodyMotion shell{X_W * X, {RandomDirection(random), RandomDirection(random)}};
     const BodyMotion map{X_W, {RandomDirection(random), RandomDirection(random)}};
-    Load on_shell;
-    Load on_map;
-    loaded += setting.pair.Collide(shell, map, on_shell, on_map).loaded_points;
+    LinearizedForce on_shell;
+    LinearizedForce on_map;
+    loaded += setting.pair.Collide(shell, map, on_shell, on_map).pushing_points;
     const Wrench a = AsWrench(on_shell.force);
     const Wrench b = AsWrench(on_map.force);
     const double scale = 1.0 + a.f.norm();
@@ -120,10 +120,10 @@ TEST(ContactPair, ItsStiffnessAndDampingAreTheDerivativesOfItsForce) {
   for (int trial = 0; trial < 200; ++trial) {
     const Pose X = {RandomRotation(random), 0.52 * RandomDirection(random)};
     const Twist V{0.1 * RandomDirection(random), -0.2 * X.p.normalized()};
-    Load load;
-    Load unused;
+    LinearizedForce load;
+    LinearizedForce unused;
     const PairReport report = setting.pair.Collide({X, V}, {}, load, unused);
-    if (report.loaded_points < 10) continue;
+    if (report.pushing_points < 10) continue;
     ++trials;
     const Eigen::SelfAdjointEigenSolver<Mat6> eigen(load.stiffness);
     ASSERT_GE(eigen.eigenvalues().minCoeff(), -1e-6 * eigen.eigenvalues().maxCoeff());
@@ -132,7 +132,7 @@ TEST(ContactPair, ItsStiffnessAndDampingAreTheDerivativesOfItsForce) {
     for (int axis = 3; axis < 6; ++axis) {
       Twist faster = V;
       faster.v[axis - 3] += 1e-6;
-      Load moved;
+      LinearizedForce moved;
       setting.pair.Collide({X, faster}, {}, moved, unused);
       const Vec6 change = (moved.force - load.force) / 1e-6;
       EXPECT_NEAR((change + load.damping.col(axis)).norm(), 0.0, 1e-4 * load.damping.norm());
@@ -143,9 +143,9 @@ TEST(ContactPair, ItsStiffnessAndDampingAreTheDerivativesOfItsForce) {
       Pose shifted = X;
       constexpr double kStep = 2e-9;
       shifted.p[axis - 3] += kStep;
-      Load moved;
+      LinearizedForce moved;
       const PairReport after = setting.pair.Collide({shifted, V}, {}, moved, unused);
-      if (after.loaded_points != report.loaded_points || VoxelsOf(setting, shifted) != voxels) {
+      if (after.pushing_points != report.pushing_points || VoxelsOf(setting, shifted) != voxels) {
         ++changed;
         continue;
       }
@@ -172,11 +172,11 @@ TEST(ContactPair, ForceOnAFlatCapIsNormalToItsFace) {
     const TriangleMesh plate = Transformed(Box(Vec3(0.6, 0.6, 0.2)), {tilt, Vec3::Zero()});
     // an edgeless cap: a large sphere pressed in
     Setting setting(plate, Sphere(0.25, 5), 0.01, 2);
-    Load load;
-    Load unused;
+    LinearizedForce load;
+    LinearizedForce unused;
     const Vec3 normal = tilt * Vec3::UnitZ();
     const Pose X{Quat::Identity(), (0.1 + 0.25 + 0.005) * normal};
-    ASSERT_GT(setting.pair.Collide({X, {}}, {}, load, unused).loaded_points, 10);
+    ASSERT_GT(setting.pair.Collide({X, {}}, {}, load, unused).pushing_points, 10);
     const double angle =
         std::acos(std::min(1.0, load.force.tail<3>().normalized().dot(normal))) * 180 / M_PI;
     angles += angle;
@@ -214,10 +214,10 @@ TEST(ContactPair, FirstForceOccursWithinTheForceLayer) {
       const Quat turn = RandomRotation(random);
       double gap = 8 * s;
       for (; gap > -3 * s; gap -= 0.02 * s) {
-        Load load;
-        Load unused;
+        LinearizedForce load;
+        LinearizedForce unused;
         const Pose X{turn, across + (0.1 + 0.1 + gap) * normal};
-        if (setting.pair.Collide({X, {}}, {}, load, unused).loaded_points > 0) break;
+        if (setting.pair.Collide({X, {}}, {}, load, unused).pushing_points > 0) break;
       }
       EXPECT_GE(gap / s, range.least);
       EXPECT_LE(gap / s, range.most);
@@ -285,8 +285,8 @@ TEST(ContactPair, BodiesAtRelativeRestNeedNoTests) {
   const Pose X_MS{RandomRotation(random), Vec3(0, 0, 0.1 + 0.12 + 4 * s)};
   Pose X_WM = RandomPose(random, 1.0);
   const auto collide = [&] {
-    Load on_shell;
-    Load on_map;
+    LinearizedForce on_shell;
+    LinearizedForce on_map;
     return setting.pair.Collide({X_WM * X_MS, {}}, {X_WM, {}}, on_shell, on_map).tests;
   };
   collide();
@@ -302,8 +302,8 @@ TEST(ContactPair, BodiesAtRelativeRestNeedNoTests) {
   EXPECT_EQ(carried, at_rest);
   for (int frame = 0; frame < 50; ++frame) {
     X_WM.p += 0.4 * s * RandomDirection(random);
-    Load on_shell;
-    Load on_map;
+    LinearizedForce on_shell;
+    LinearizedForce on_map;
     const Pose stays = X_WM * X_MS;
     const BodyMotion map{{X_WM.q, X_WM.p + 0.4 * s * RandomDirection(random)}, {}};
     const TestCounts tests = setting.pair.Collide({stays, {}}, map, on_shell, on_map).tests;
@@ -352,14 +352,14 @@ TEST(ContactPair, DistantBodiesReadNoVoxels) {
 
 TEST(ContactPair, CollidingAllocatesNothing) {
   Setting setting(Box(Vec3(1.0, 0.6, 0.4)), Sphere(0.3, 4), 0.02, 2);
-  Load load;
-  Load other;
+  LinearizedForce load;
+  LinearizedForce other;
   int loaded = 0;
   const testing::AllocationCounter counter;
   for (int i = 0; i < 100; ++i) {
     loaded +=
         setting.pair.Collide({{Quat::Identity(), Vec3(0, 0, 0.6 - 0.002 * i)}, {}}, {}, load, other)
-            .loaded_points;
+            .pushing_points;
   }
   EXPECT_EQ(counter.count(), 0);
   EXPECT_GT(loaded, 0);

@@ -9,8 +9,8 @@
 #include <gtest/gtest.h>
 
 #include "engine/contact/pair/contact_pair.h"
-#include "engine/realtime/frame_helpers.h"
-#include "tests/engine/contact/schedule/swim.h"
+#include "engine/realtime/worker_pool.h"
+#include "tests/engine/contact/schedule/random_walk.h"
 #include "tests/support/allocation_counter.h"
 
 namespace tandem {
@@ -18,7 +18,7 @@ namespace {
 
 using testing::Bodies;
 using testing::Box;
-using testing::Swimmer;
+using testing::RandomWalker;
 
 constexpr double kFineVoxel = 0.003;
 
@@ -26,15 +26,15 @@ Bodies FineRods() {
   return {Box(Vec3(0.5, 0.3, 0.2)), Box(Vec3(0.45, 0.08, 0.06)), kFineVoxel};
 }
 
-// A schedule, with its own helpers.
+// A schedule, with its own workers.
 struct Shared {
   Shared(const Bodies& bodies, int threads, ScheduleOptions options)
-      : helpers({.threads = threads, .priority = 0}) {
-    options.helpers = threads > 1 ? &helpers : nullptr;
+      : workers({.threads = threads, .priority = 0}) {
+    options.workers = threads > 1 ? &workers : nullptr;
     options.shared_from = 40;
     schedule = MakeSchedule(bodies.blocks, bodies.voxmap, 1, options);
   }
-  FrameHelpers helpers;
+  WorkerPool workers;
   std::unique_ptr<Schedule> schedule;
 };
 
@@ -47,8 +47,8 @@ void ExpectSame(const Schedule& a, const Schedule& b, int frame) {
   ASSERT_EQ(a.counts().looked_up, b.counts().looked_up) << "frame " << frame;
   ASSERT_EQ(a.counts().drifted, b.counts().drifted) << "frame " << frame;
   ASSERT_EQ(a.counts().chunks, b.counts().chunks) << "frame " << frame;
-  const TestLoad load_a = a.Load();
-  const TestLoad load_b = b.Load();
+  const TestDemand load_a = a.Demand();
+  const TestDemand load_b = b.Demand();
   for (const auto& [x, y] :
        {std::pair{load_a.mandatory, load_b.mandatory},
         std::pair{load_a.per_metre, load_b.per_metre}, std::pair{load_a.bound, load_b.bound}}) {
@@ -58,7 +58,7 @@ void ExpectSame(const Schedule& a, const Schedule& b, int frame) {
 }
 
 /// Records how many threads the largest frame has: at most one a processor.
-void RecordThreads(const FrameHelpers& asked_four) {
+void RecordThreads(const WorkerPool& asked_four) {
   ::testing::Test::RecordProperty("threads", asked_four.threads());
 }
 
@@ -67,10 +67,10 @@ void SwimTogether(const Bodies& bodies, const ScheduleOptions& options, std::uin
   Shared one(bodies, 1, options);
   Shared two(bodies, 2, options);
   Shared four(bodies, 4, options);
-  RecordThreads(four.helpers);
+  RecordThreads(four.workers);
   std::mt19937_64 random(seed);
-  Swimmer shell;
-  Swimmer map;
+  RandomWalker shell;
+  RandomWalker map;
   shell.X_WB = {testing::RandomRotation(random), 0.15 * testing::RandomDirection(random)};
   double travel = std::numeric_limits<double>::infinity();
   int shared = 0;
@@ -83,14 +83,14 @@ void SwimTogether(const Bodies& bodies, const ScheduleOptions& options, std::uin
       if (frame % 500 == 250) each->schedule->SetForceLayer(layer);
       if (frame % 300 == 150) each->schedule->SetDisplacement(displacement);
       each->schedule->Test(X_VS, travel);
-      each->helpers.Dismiss();
+      each->workers.ReleaseWorkers();
     }
     ASSERT_NO_FATAL_FAILURE(ExpectSame(*one.schedule, *two.schedule, frame));
     ASSERT_NO_FATAL_FAILURE(ExpectSame(*one.schedule, *four.schedule, frame));
     const TestCounts& counts = one.schedule->counts();
     shared += static_cast<int>(counts.looked_up + counts.drifted > 40 * PointBlocks::kLanes);
     contacts += static_cast<double>(one.schedule->contacts().size());
-    const double most = one.schedule->Load().bound;
+    const double most = one.schedule->Demand().bound;
     shell.Push(random, Vec3::Zero());
     map.Push(random, Vec3(0.1, 0, 0));
     travel = shell.Move(0.5 * most, bodies.shell.radius + 3 * kFineVoxel);
@@ -120,12 +120,12 @@ struct PushingBoxes {
         voxmap(std::move(*Voxelize(map_mesh, {.voxel_size = kS, .flatness_voxels = kFlat}))),
         shell(std::move(*MakePointshell(Box(kS * Vec3(50, 36, 24)), Pose{},
                                         {.spacing = 0.5 * kS, .flatness_voxels = kFlat}))) {}
-  std::unique_ptr<ContactPair> Pair(FrameHelpers* helpers) const {
+  std::unique_ptr<ContactPair> Pair(WorkerPool* workers) const {
     return std::make_unique<ContactPair>(
         shell, voxmap, Pose{Quat::Identity(), voxmap.p_WVo()}, 0.04,
         PairOptions{.force_layer = 1,
                     .both_move = true,
-                    .schedule = {.helpers = helpers, .shared_from = 60}},
+                    .schedule = {.workers = workers, .shared_from = 60}},
         ContactGains{1000.0, 20});
   }
 
@@ -142,8 +142,8 @@ bool SameBits(const Matrix& a, const Matrix& b) {
 
 TEST(SharedFrame, ForcesAreBitIdenticalOnOneTwoAndFourThreads) {
   const PushingBoxes boxes;
-  FrameHelpers one_helper({.threads = 2, .priority = 0});
-  FrameHelpers three_helpers({.threads = 4, .priority = 0});
+  WorkerPool one_helper({.threads = 2, .priority = 0});
+  WorkerPool three_helpers({.threads = 4, .priority = 0});
   RecordThreads(three_helpers);
   const auto alone = boxes.Pair(nullptr);
   const std::array<std::unique_ptr<ContactPair>, 2> shared{boxes.Pair(&one_helper),
@@ -159,25 +159,25 @@ TEST(SharedFrame, ForcesAreBitIdenticalOnOneTwoAndFourThreads) {
     if (frame % 20 == 0) body.X_WB = {testing::RandomRotation(random), way};
     if (frame % 20 != 0) body.X_WB.p += way;
     body.V_WB.v = way;
-    Load on_shell;
-    Load on_map;
+    LinearizedForce on_shell;
+    LinearizedForce on_map;
     const PairReport report = alone->Collide(body, {}, on_shell, on_map);
-    pushed += report.loaded_points;
+    pushed += report.pushing_points;
     many += static_cast<int>(report.contact_points >= 10);
     for (const auto& pair : shared) {
-      Load same_shell;
-      Load same_map;
+      LinearizedForce same_shell;
+      LinearizedForce same_map;
       const PairReport same = pair->Collide(body, {}, same_shell, same_map);
       ASSERT_EQ(same.contact_points, report.contact_points) << "frame " << frame;
-      ASSERT_EQ(same.loaded_points, report.loaded_points) << "frame " << frame;
+      ASSERT_EQ(same.pushing_points, report.pushing_points) << "frame " << frame;
       ASSERT_TRUE(SameBits(same_shell.force, on_shell.force)) << "frame " << frame;
       ASSERT_TRUE(SameBits(same_shell.stiffness, on_shell.stiffness)) << "frame " << frame;
       ASSERT_TRUE(SameBits(same_shell.damping, on_shell.damping)) << "frame " << frame;
       ASSERT_TRUE(SameBits(same_map.force, on_map.force)) << "frame " << frame;
       ASSERT_TRUE(SameBits(pair->cross().stiffness, alone->cross().stiffness)) << "frame " << frame;
     }
-    one_helper.Dismiss();
-    three_helpers.Dismiss();
+    one_helper.ReleaseWorkers();
+    three_helpers.ReleaseWorkers();
   }
   EXPECT_GT(pushed, 300);
   EXPECT_GT(many, 200);
@@ -192,7 +192,7 @@ TEST(SharedFrame, AllocatesNothing) {
   for (int frame = 0; frame < 100; ++frame) {
     X_VS.p.x() += 0.1 * kFineVoxel;
     four.schedule->Test(X_VS, 0.1 * kFineVoxel);
-    four.helpers.Dismiss();
+    four.workers.ReleaseWorkers();
   }
   EXPECT_EQ(allocations.count(), 0);
 }

@@ -100,11 +100,11 @@ TEST(DueCalendar, LookaheadTakesAllItemsDueWithinIt) {
       EXPECT_FALSE(taken[i]) << ahead[i];
     }
   }
-  EXPECT_GE(calendar.FreeWay(), 10);
+  EXPECT_GE(calendar.FreeTravel(), 10);
   // an item farther out than the body goes farther
   calendar.Put(0, 3 * kRadius, 30, 1);
   calendar.TakeWithin(10, [](std::uint32_t) {});
-  EXPECT_GE(calendar.FreeWay(), 10);
+  EXPECT_GE(calendar.FreeTravel(), 10);
 }
 
 TEST(DueCalendar, ReportsTheCostOfItemsDueWithinADistance) {
@@ -184,8 +184,8 @@ TEST(DueCalendar, FreeDistanceIsThatOfTheFirstDueItem) {
   for (std::uint32_t i = 0; i < kItems; ++i) put(i);
   for (int frame = 0; frame < 3000; ++frame) {
     const double first = *std::ranges::min_element(rest);
-    ASSERT_LE(calendar.FreeWay(), first + 1e-9) << "in frame " << frame;
-    ASSERT_GE(calendar.FreeWay(), first - 1 / DueCalendar<8>::kPerVoxel - 1e-9)
+    ASSERT_LE(calendar.FreeTravel(), first + 1e-9) << "in frame " << frame;
+    ASSERT_GE(calendar.FreeTravel(), first - 1 / DueCalendar<8>::kPerVoxel - 1e-9)
         << "in frame " << frame;
     const double way = Uniform(random, 0, 0.5);
     for (double& r : rest) r -= way;
@@ -205,12 +205,12 @@ TEST(DueCalendar, FreeDistanceIsThatOfTheFirstDueItem) {
 
 TEST(DueCalendar, ReportsTheDistanceWithoutDueItems) {
   DueCalendar<8> calendar(2, kRadius);
-  EXPECT_GE(calendar.FreeWay(), 15.0);
+  EXPECT_GE(calendar.FreeTravel(), 15.0);
   calendar.Put(0, 50, 6.0, 1);
-  EXPECT_LE(calendar.FreeWay(), 6.0);
-  EXPECT_GE(calendar.FreeWay(), 6.0 - 1 / DueCalendar<8>::kPerVoxel);
+  EXPECT_LE(calendar.FreeTravel(), 6.0);
+  EXPECT_GE(calendar.FreeTravel(), 6.0 - 1 / DueCalendar<8>::kPerVoxel);
   calendar.Remove(0);
-  EXPECT_GE(calendar.FreeWay(), 15.0);
+  EXPECT_GE(calendar.FreeTravel(), 15.0);
 }
 
 }  // namespace

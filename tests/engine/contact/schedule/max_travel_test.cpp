@@ -13,27 +13,27 @@ constexpr double kFloor = kTravelFloor * kFineVoxel;
 constexpr double kPrice = 400;
 constexpr double kCapacity = 1e5;
 
-/// Returns the tests and looks of a frame that goes so far, in tests.
-double Cost(const TestLoad& load, double travel) {
-  return load.mandatory + load.per_metre * travel + kPrice * load.looks;
+/// Returns the tests and exact queries of a frame that goes so far, in tests.
+double Cost(const TestDemand& load, double travel) {
+  return load.mandatory + load.per_metre * travel + kPrice * load.exact_queries;
 }
 
-TestLoad SomeLoad(std::mt19937_64& random, double most_looks) {
+TestDemand SomeLoad(std::mt19937_64& random, double most_looks) {
   std::uniform_real_distribution<double> share(0, 1);
-  TestLoad load;
+  TestDemand load;
   load.bound = kBound;
   load.mandatory = 0.6 * kCapacity * share(random);
   load.per_metre = 4 * kCapacity * share(random) / kBound;
-  load.looks = most_looks * share(random);
+  load.exact_queries = most_looks * share(random);
   return load;
 }
 
-// Tests owed, tests due and looks share one frame: what they come to at the limit fills it.
+// Tests owed, tests due and exact queries share one frame: what they come to at the limit fills it.
 TEST(MaxTravel, UsesTheWholeFrameBudget) {
   std::mt19937_64 random(11);
   int limited = 0;
   for (int trial = 0; trial < 1000; ++trial) {
-    const TestLoad load = SomeLoad(random, 0.25 * kCapacity / kPrice);
+    const TestDemand load = SomeLoad(random, 0.25 * kCapacity / kPrice);
     const double travel = MaxTravel(load, kCapacity, kPrice, kFineVoxel);
     if (travel == kBound) {
       EXPECT_LE(Cost(load, travel), kCapacity * (1 + 1e-9));
@@ -45,24 +45,24 @@ TEST(MaxTravel, UsesTheWholeFrameBudget) {
   EXPECT_GT(limited, 300);
 }
 
-// Looks are no fewer at a slower pace: however many, they never take the last two fifths of what
+// Queries are no fewer at a slower pace: however many, they never take the last two fifths of what
 // tests have, so a heavy contact is not slowed for nothing.
 TEST(MaxTravel, ReservesTestsForTravelBesideQueries) {
   std::mt19937_64 random(12);
   for (int trial = 0; trial < 1000; ++trial) {
-    const TestLoad load = SomeLoad(random, 100 * kCapacity / kPrice);
+    const TestDemand load = SomeLoad(random, 100 * kCapacity / kPrice);
     const double travel = MaxTravel(load, kCapacity, kPrice, kFineVoxel);
     const double least = kTravelShare * (kCapacity - load.mandatory) / load.per_metre;
     EXPECT_GE(travel, std::min(kBound, least) * (1 - 1e-9));
     EXPECT_LE(travel, kBound);
-    TestLoad more = load;
-    more.looks += 10;
+    TestDemand more = load;
+    more.exact_queries += 10;
     EXPECT_LE(MaxTravel(more, kCapacity, kPrice, kFineVoxel), travel);
   }
 }
 
 TEST(MaxTravel, KeepsAMinimumUnderTooManyTests) {
-  TestLoad load;
+  TestDemand load;
   load.bound = kBound;
   load.mandatory = 2 * kCapacity;
   EXPECT_EQ(MaxTravel(load, kCapacity, kPrice, kFineVoxel), kFloor);
@@ -76,9 +76,9 @@ TEST(MaxTravel, KeepsAMinimumUnderTooManyTests) {
 TEST(MaxTravel, IsBoundedByTheSumOverAllPairs) {
   std::mt19937_64 random(13);
   for (int trial = 0; trial < 100; ++trial) {
-    const TestLoad one = SomeLoad(random, 50);
-    TestLoad sum = one;
-    TestLoad other = SomeLoad(random, 50);
+    const TestDemand one = SomeLoad(random, 50);
+    TestDemand sum = one;
+    TestDemand other = SomeLoad(random, 50);
     other.bound = 0.5 * kBound;
     sum += other;
     EXPECT_EQ(sum.bound, 0.5 * kBound);

@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/engine/contact/schedule/swim.h"
+#include "tests/engine/contact/schedule/random_walk.h"
 
 namespace tandem {
 namespace {
@@ -13,7 +13,7 @@ using testing::Bodies;
 using testing::Outcome;
 using testing::PointFrames;
 using testing::Rods;
-using testing::Swim;
+using testing::RunRandomWalk;
 
 // Tests the invariant of the schedule, under everything that could break it.
 TEST(PointSchedule, TestsEveryPointInContactInThatFrame) {
@@ -29,7 +29,7 @@ TEST(PointSchedule, TestsEveryPointInContactInThatFrame) {
     const double points = static_cast<double>(bodies.shell.size());
     const double capacity = ((trial & 4) == 0 ? 0.15 : 0.3) * points;
     const Outcome outcome =
-        Swim(bodies, options, capacity, frames, 77 + static_cast<std::uint64_t>(trial));
+        RunRandomWalk(bodies, options, capacity, frames, 77 + static_cast<std::uint64_t>(trial));
     EXPECT_EQ(outcome.missed, 0U) << "trial " << trial;
     EXPECT_GT(outcome.contacts, 0.5) << "trial " << trial;
     if (trial < 4) {
@@ -51,8 +51,8 @@ TEST(PointSchedule, TestsEveryPointInContactForAnyRange) {
   for (const int range : {5, 13, 14, 60}) {
     const Bodies bodies = Rods(range);
     const double points = static_cast<double>(bodies.shell.size());
-    const Outcome outcome = Swim(bodies, {}, 0.3 * points, static_cast<int>(2e6 / points),
-                                 900 + static_cast<std::uint64_t>(range));
+    const Outcome outcome = RunRandomWalk(bodies, {}, 0.3 * points, static_cast<int>(2e6 / points),
+                                          900 + static_cast<std::uint64_t>(range));
     EXPECT_EQ(outcome.missed, 0U) << "range " << range;
     EXPECT_GT(outcome.contacts, 0.5) << "range " << range;
   }
@@ -68,8 +68,9 @@ TEST(PointSchedule, TestsEveryPointInContactWithPointsFinerThanVoxels) {
     for (const bool chunks : {true, false}) {
       ScheduleOptions options;
       options.experiments.chunks = chunks;
-      const Outcome outcome = Swim(bodies, options, 0.2 * points, static_cast<int>(1e7 / points),
-                                   910 + static_cast<std::uint64_t>(100 * spacing));
+      const Outcome outcome =
+          RunRandomWalk(bodies, options, 0.2 * points, static_cast<int>(1e7 / points),
+                        910 + static_cast<std::uint64_t>(100 * spacing));
       EXPECT_EQ(outcome.missed, 0U) << "spacing " << spacing << ", chunks " << chunks;
       EXPECT_GT(outcome.contacts, 0.5) << "spacing " << spacing;
       EXPECT_LT(outcome.tests, 0.5 * points) << "spacing " << spacing;

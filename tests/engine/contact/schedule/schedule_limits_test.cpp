@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "engine/contact/schedule/point_schedule.h"
-#include "tests/engine/contact/schedule/swim.h"
+#include "tests/engine/contact/schedule/random_walk.h"
 
 namespace tandem {
 namespace {
@@ -56,7 +56,7 @@ TEST(ScheduleLimits, ThrownBodyIsNeverTestedLate) {
       ASSERT_EQ(UntestedPoints(bodies.blocks, bodies.voxmap, schedule), 0U)
           << "throw " << k << ", frame " << frame;
       if (!schedule.contacts().empty()) break;
-      travel = MaxTravel(schedule.Load(), kUnlimited, 0, kVoxel);
+      travel = MaxTravel(schedule.Demand(), kUnlimited, 0, kVoxel);
       ASSERT_LE(travel, 32 * kVoxel);
       most = std::max(most, travel);
       X_WS.p += travel / each * way;
@@ -80,7 +80,7 @@ constexpr double kMillimetre = 0.001;
 struct EdgeFigures {
   std::size_t contacts = 0;
   std::size_t tests = 0;  // tests in a frame at rest
-  TestLoad load;
+  TestDemand load;
 };
 
 /// Returns the figures of two bars with edges of 200 mm: the bottom edge of one lies on the top
@@ -94,7 +94,8 @@ EdgeFigures OnEdge(const Bodies& bars, double angle, int layer) {
   schedule.Test(X_VS, kUnlimited);
   schedule.Test(X_VS, 0);
   EXPECT_EQ(UntestedPoints(bars.blocks, bars.voxmap, schedule), 0U);
-  EdgeFigures figures{.contacts = 0, .tests = schedule.counts().looked_up, .load = schedule.Load()};
+  EdgeFigures figures{
+      .contacts = 0, .tests = schedule.counts().looked_up, .load = schedule.Demand()};
   for (const Schedule::ContactBlock& contact : schedule.contacts()) {
     figures.contacts += static_cast<std::size_t>(std::popcount(contact.lanes));
   }

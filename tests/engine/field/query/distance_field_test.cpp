@@ -40,9 +40,9 @@ Vec3 PlaceIn(const DistanceField& field, const Vec3& p_W) {
 }
 
 FieldGradient GradientAt(const DistanceField& field, const Vec3& place) {
-  FieldGradient told;
-  field.WithGradients({&place, 1}, &told);
-  return told;
+  FieldGradient reported;
+  field.WithGradients({&place, 1}, &reported);
+  return reported;
 }
 
 /// Returns an L whose concave edge has 90 degrees; its inner corner comes first.

@@ -41,7 +41,7 @@ std::optional<double> NearestPush(const DistanceField& field, const Vec3& place_
   FieldPushes pushes;
   field.Pushes({&place_V, 1}, reach, pushes);
   std::optional<double> nearest;
-  for (const FieldPush& push : pushes.Of(0)) {
+  for (const FieldPush& push : pushes.PushesAt(0)) {
     nearest = std::min(nearest.value_or(reach), push.distance);
   }
   return nearest;
@@ -63,13 +63,13 @@ PushErrors PushErrorsOf(const TriangleMesh& mesh, double voxel_size, const Dista
     const double distance = exact.Signed(p_W) / voxel_size;
     if (distance < field.band() || distance >= field.range()) continue;
     const Vec3 place_V = (p_W - field.p_WVo()) / voxel_size;
-    const std::optional<double> told = NearestPush(field, place_V, field.range() + kRounding);
-    if (!told) {
+    const std::optional<double> reported = NearestPush(field, place_V, field.range() + kRounding);
+    if (!reported) {
       ADD_FAILURE() << "nothing pushes " << distance << " voxels off";
       continue;
     }
-    errors.late = std::max(errors.late, *told - distance);
-    errors.early = std::max(errors.early, distance - *told);
+    errors.late = std::max(errors.late, *reported - distance);
+    errors.early = std::max(errors.early, distance - *reported);
   }
   return errors;
 }
@@ -138,11 +138,11 @@ TEST(FarField, BlocksContainEveryPushedPosition) {
                      bounds.data(), &readings);
     for (std::size_t k = 0; k < kBlockPlaces; ++k) {
       const Vec3 place = Vec3(base.x, base.y, base.z) + Vec3(x[k], y[k], z[k]);
-      const std::optional<double> told = NearestPush(field, place, reach - kRounding);
-      if (!told) continue;
+      const std::optional<double> reported = NearestPush(field, place, reach - kRounding);
+      if (!reported) continue;
       ++pushed;
       const bool found = (readings.within >> k & 1U) != 0;
-      ASSERT_TRUE(found) << *told << " of " << reach;
+      ASSERT_TRUE(found) << *reported << " of " << reach;
     }
   }
   EXPECT_GT(pushed, 5000);
@@ -159,7 +159,7 @@ TEST(FarField, PushesAreContinuous) {
       FieldPushes pushes;
       field.Pushes({&place_V, 1}, kFar, pushes);
       Vec3 sum = Vec3::Zero();
-      for (const FieldPush& push : pushes.Of(0)) {
+      for (const FieldPush& push : pushes.PushesAt(0)) {
         sum += (kFar - push.distance) * push.share * push.away_V;
       }
       return sum;

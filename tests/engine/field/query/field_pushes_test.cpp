@@ -45,7 +45,7 @@ Vec3 InVoxels(const DistanceField& field, const Vec3& p_W) {
 Pushes PushesAt(const DistanceField& field, const Vec3& place) {
   FieldPushes pushes;
   field.Pushes({&place, 1}, kReach, pushes);
-  return {pushes.Of(0).begin(), pushes.Of(0).end()};
+  return {pushes.PushesAt(0).begin(), pushes.PushesAt(0).end()};
 }
 
 /// Returns the sum of the pushes, in voxels of depth.
@@ -183,7 +183,7 @@ TEST(FieldPushes, WithAnInwardReachShallowPositionsAreNotPushed) {
     const Vec3 place_V = InVoxels(field, kVoxelSize * place);
     FieldPushes pushes;
     field.Pushes({&place_V, 1}, kInside, pushes);
-    for (const FieldPush& push : pushes.Of(0)) {
+    for (const FieldPush& push : pushes.PushesAt(0)) {
       ++pushed;
       ASSERT_LT(push.distance, kInside) << place.transpose();
       ASSERT_LT(push.away_V.dot(WayOff(mesh, kVoxelSize * place)), 0) << place.transpose();
@@ -258,7 +258,7 @@ TEST(FieldPushes, AreContinuousBetweenFaces) {
         }
         field.Pushes(places, kReach, pushes);
         for (std::size_t k = 0; k < places.size(); ++k) {
-          const Vec3 sum = ForceOf(pushes.Of(k));
+          const Vec3 sum = ForceOf(pushes.PushesAt(k));
           const bool now = field.At(places[k]).value > 0.02;
           if (outside && now) largest = std::max(largest, (sum - last).norm());
           pushed += now && sum.norm() > 0.01 ? 1 : 0;
@@ -294,7 +294,7 @@ TEST(FieldPushes, AreContinuousAlongASlide) {
         }
         field.Pushes(places, kReach, pushes);
         for (std::size_t k = 0; k < places.size(); ++k) {
-          const Vec3 sum = ForceOf(pushes.Of(k));
+          const Vec3 sum = ForceOf(pushes.PushesAt(k));
           const bool now = field.At(places[k]).value > 0.02;
           if (outside && now) largest = std::max(largest, (sum - last).norm());
           outside = now;
@@ -327,15 +327,15 @@ TEST(FieldPushes, AreTheSameAloneAndAmongManyAndOnEveryProcessor) {
       hwy::SetSupportedTargetsForTest(0);
       for (std::size_t k = 0; k < places.size(); ++k) {
         const Pushes alone = PushesAt(field, places[k]);
-        ASSERT_EQ(together.Of(k).size(), alone.size());
+        ASSERT_EQ(together.PushesAt(k).size(), alone.size());
         for (std::size_t i = 0; i < alone.size(); ++i, ++found) {
-          EXPECT_EQ(together.Of(k)[i].distance, alone[i].distance);
-          EXPECT_EQ(together.Of(k)[i].away_V, alone[i].away_V);
-          EXPECT_EQ(together.Of(k)[i].share, alone[i].share);
+          EXPECT_EQ(together.PushesAt(k)[i].distance, alone[i].distance);
+          EXPECT_EQ(together.PushesAt(k)[i].away_V, alone[i].away_V);
+          EXPECT_EQ(together.PushesAt(k)[i].share, alone[i].share);
         }
       }
-      EXPECT_TRUE(together.Of(7).empty());
-      EXPECT_TRUE(together.Of(9).empty());
+      EXPECT_TRUE(together.PushesAt(7).empty());
+      EXPECT_TRUE(together.PushesAt(9).empty());
     }
     EXPECT_GT(found, 30U);
   }

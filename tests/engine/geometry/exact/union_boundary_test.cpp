@@ -15,18 +15,18 @@ using testing::Box;
 /// The pieces of a mesh, and how often the union was asked for.
 struct Found {
   std::vector<Facet> facets;
-  int asked = 0;
+  int requested = 0;
 };
 Found Find(const TriangleMesh& mesh, bool by_patches) {
   const MeshSides sides(mesh);
   const WindingNumber winding(mesh);
-  std::atomic<int> asked = 0;
+  std::atomic<int> requested = 0;
   Found found;
   found.facets = UnionBoundaryAndSheets(mesh, by_patches ? &sides : nullptr, [&](const Vec3& p) {
-    ++asked;
+    ++requested;
     return winding.At(p) >= 0.5;
   });
-  found.asked = asked;
+  found.requested = requested;
   return found;
 }
 
@@ -55,7 +55,7 @@ TEST(UnionBoundary, QueriesADisjointBodyOnce) {
   Append(mesh, At(testing::Sphere(1, 3), {5, 0, 0}));
   const Found found = Find(mesh, true);
   EXPECT_EQ(found.facets.size(), mesh.triangles.size());
-  EXPECT_EQ(found.asked, 2 * kTimesAPiece);
+  EXPECT_EQ(found.requested, 2 * kTimesAPiece);
 }
 
 // boxes on a coarse grid stand on one another, share edges and corners, pass through one another's

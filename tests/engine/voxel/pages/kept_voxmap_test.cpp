@@ -22,7 +22,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr MadeOf kKey{1, 2};
+constexpr BlockFileSources kKey{1, 2};
 
 /// Returns two balls, whose voxels touch, in several hyperchunks.
 TriangleMesh Balls() {

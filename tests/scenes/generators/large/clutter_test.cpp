@@ -20,13 +20,13 @@ TEST(MachineParts, AreClosedAndTurnedOutward) {
 }
 
 TEST(ClutterParts, EveryRandomPartIsClosedAndOriented) {
-  Dice dice(7);
+  RandomSource rng(7);
   for (int k = 0; k < 60; ++k) {
-    EXPECT_TRUE(ClosedAndTurnedOutward(PartByChance(dice))) << "part " << k;
+    EXPECT_TRUE(ClosedAndTurnedOutward(PartByChance(rng))) << "part " << k;
   }
-  EXPECT_TRUE(ClosedAndTurnedOutward(Beam(900, 100, 80, dice)));
+  EXPECT_TRUE(ClosedAndTurnedOutward(Beam(900, 100, 80, rng)));
   EXPECT_TRUE(ClosedAndTurnedOutward(
-      PipeRun({{0, 0, 0}, {300, 0, 0}, {600, 0, 0}, {900, 0, 0}, {900, 300, 0}}, 25, dice)));
+      PipeRun({{0, 0, 0}, {300, 0, 0}, {600, 0, 0}, {900, 0, 0}, {900, 300, 0}}, 25, rng)));
 }
 
 // half of one box stands in the other: 4 of its 8 vertices, of 16 in all, and none of the other's

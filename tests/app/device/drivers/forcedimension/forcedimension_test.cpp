@@ -188,7 +188,7 @@ TEST_F(ForceDimensionTest, MovesTheArmOnlyWithPermission) {
   EXPECT_EQ(fake_->auto_inits, 0);  // only start() moves it
   EXPECT_EQ(trial_->Start(), TANDEM_FAILED);
   EXPECT_THAT(trial_->Error(), HasSubstr("did not find its reference"));
-  EXPECT_THAT(trial_->said(), Contains(HasSubstr("the arm moves by itself now")));
+  EXPECT_THAT(trial_->output(), Contains(HasSubstr("the arm moves by itself now")));
   trial_->Close();
   fake_->auto_init = 0;
   OpenAndStart("calibrate=yes");

@@ -70,9 +70,9 @@ struct FakeService::Parts {
     newest = message;
     if (is_first) first = message;
     force = {{"x", 0}, {"y", 0}, {"z", 0}};
-    const auto said = nlohmann::json::parse(message, nullptr, false);
+    const auto output = nlohmann::json::parse(message, nullptr, false);
     try {
-      force = said.at("inverse3").at(0).at("commands").at("set_cursor_force").at(world.follows);
+      force = output.at("inverse3").at(0).at("commands").at("set_cursor_force").at(world.follows);
     } catch (const nlohmann::json::exception&) {
       // the message has no force in the form that the service follows
     }

@@ -41,7 +41,7 @@ net::PacketWriter DeviceEnd::Begin(net::Kind kind, std::int64_t now_ns) {
 }
 
 Bytes DeviceEnd::Sealed(net::PacketWriter& packet) const {
-  if (!key_.empty()) std::ranges::copy(key_.Of(packet.text()), packet.code().begin());
+  if (!key_.empty()) std::ranges::copy(key_.CodeOf(packet.text()), packet.code().begin());
   return {packet.bytes().begin(), packet.bytes().end()};
 }
 

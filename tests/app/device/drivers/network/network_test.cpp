@@ -135,7 +135,7 @@ TEST(Network, StartsMovesAndGivesForce) {
     RecordProperty(key + "_age_p99_us", static_cast<int>(ages.Quantile(0.99) / 1000));
     it.trial.ExpectRealtime();
     it.trial.Close();
-    ASSERT_EQ(it.trial.said().size(), 1U);
+    ASSERT_EQ(it.trial.output().size(), 1U);
   }
 }
 
@@ -210,10 +210,10 @@ TEST(Network, ForgeriesAndReplaysChangeNothing) {
   it.far->SetX(0.2);
   ASSERT_TRUE(it.IsAt(0.2));
   it.trial.Ticks(20);
-  const std::deque<Bytes> heard = it.far->sent();  // hello and all
+  const std::deque<Bytes> received = it.far->sent();  // hello and all
   DeviceEnd forger({}, 7);
   for (const bool own : {false, true}) {
-    for (const Bytes& packet : heard) {
+    for (const Bytes& packet : received) {
       it.far->Inject(packet, own);
       Bytes forged = packet;
       forged[60] ^= 0x10U;
@@ -227,8 +227,8 @@ TEST(Network, ForgeriesAndReplaysChangeNothing) {
   }
   EXPECT_TRUE(it.FeelsX(1));
   it.trial.Close();
-  ASSERT_EQ(it.trial.said().size(), 1U);
-  EXPECT_NE(it.trial.said()[0].find("packets were refused"), std::string::npos);
+  ASSERT_EQ(it.trial.output().size(), 1U);
+  EXPECT_NE(it.trial.output()[0].find("packets were refused"), std::string::npos);
 }
 
 TEST(Network, DeviceWithAKeyMayMove) {
@@ -325,8 +325,8 @@ TEST(Network, PythonExamplesWorkAsDevices) {
     arguments.push_back(nullptr);
     posix_spawn_file_actions_t actions;
     posix_spawn_file_actions_init(&actions);
-    const std::string said = folder.path() / "said";
-    posix_spawn_file_actions_addopen(&actions, 1, said.c_str(), O_CREAT | O_WRONLY, 0600);
+    const std::string output = folder.path() / "said";
+    posix_spawn_file_actions_addopen(&actions, 1, output.c_str(), O_CREAT | O_WRONLY, 0600);
     pid_t python = -1;
     ASSERT_EQ(
         posix_spawn(&python, "/usr/bin/python3", &actions, nullptr, arguments.data(), environ), 0);
@@ -355,7 +355,7 @@ TEST(Network, PythonExamplesWorkAsDevices) {
     ASSERT_EQ(waitpid(python, &status, 0), python);  // it ends when Tandem does
     python = -1;
     EXPECT_EQ(status, 0);
-    std::ifstream file(said);
+    std::ifstream file(output);
     const std::string text{std::istreambuf_iterator<char>(file), {}};
     EXPECT_NE(text.find("1.25"), std::string::npos) << text;
   }

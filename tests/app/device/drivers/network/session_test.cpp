@@ -115,7 +115,7 @@ TEST(NetworkPacket, HasTheDocumentedBytes) {
 TEST(NetworkKey, IsHmacSha256) {
   const std::string text = "what do ya want for nothing?";
   const net::Key::Code code =
-      KeyOf("Jefe").Of({reinterpret_cast<const std::uint8_t*>(text.data()), text.size()});
+      KeyOf("Jefe").CodeOf({reinterpret_cast<const std::uint8_t*>(text.data()), text.size()});
   EXPECT_EQ(code[0], 0x5b);
   EXPECT_EQ(code[1], 0xdc);
   EXPECT_EQ(code[30], 0x38);
@@ -210,36 +210,36 @@ TEST(NetworkSession, RefusesRepeatedPackets) {
 TEST(NetworkSession, RefusesPacketsOfAnEarlierSession) {
   Tandem tandem(KeyOf(kKey));
   DeviceEnd device(KeyOf(kKey), 7);
-  std::vector<Bytes> heard{device.Hello(tandem.device_ns())};
-  ASSERT_EQ(tandem.Take(heard[0]), Refusal::kNone);
+  std::vector<Bytes> received{device.Hello(tandem.device_ns())};
+  ASSERT_EQ(tandem.Take(received[0]), Refusal::kNone);
   ASSERT_TRUE(device.Take(tandem.answer, 0));
   for (int i = 0; i < 5; ++i) {
-    heard.push_back(device.State(tandem.device_ns(), StateAt(i)));
-    ASSERT_EQ(tandem.Take(heard.back()), Refusal::kNone);
+    received.push_back(device.State(tandem.device_ns(), StateAt(i)));
+    ASSERT_EQ(tandem.Take(received.back()), Refusal::kNone);
   }
-  heard.push_back(device.State(tandem.device_ns(), StateAt(9)));  // held back, never seen
+  received.push_back(device.State(tandem.device_ns(), StateAt(9)));  // held back, never seen
   ASSERT_EQ(tandem.Take(device.End(tandem.device_ns())), Refusal::kNone);
   // the whole conversation again, in order
-  for (std::size_t i = 1; i < heard.size(); ++i) {
-    tandem.Take(heard[0]);
-    EXPECT_EQ(tandem.Take(heard[i]), Refusal::kSession) << i;
+  for (std::size_t i = 1; i < received.size(); ++i) {
+    tandem.Take(received[0]);
+    EXPECT_EQ(tandem.Take(received[i]), Refusal::kSession) << i;
   }
   EXPECT_FALSE(tandem.session.on());
   // the device itself comes back with another number
   DeviceEnd again(KeyOf(kKey), 8);
   ASSERT_EQ(tandem.Greet(again), Refusal::kNone);
-  EXPECT_EQ(tandem.Take(heard.back()), Refusal::kSession);
+  EXPECT_EQ(tandem.Take(received.back()), Refusal::kSession);
 }
 
 TEST(NetworkSession, RefusesPacketsOfAnEarlierRun) {
   DeviceEnd device(KeyOf(kKey));
   Tandem before(KeyOf(kKey), "the secret of a run");
   ASSERT_EQ(before.Greet(device), Refusal::kNone);
-  const Bytes heard = device.State(before.device_ns(), StateAt(3));
+  const Bytes received = device.State(before.device_ns(), StateAt(3));
   Tandem now(KeyOf(kKey), "that of another run");
   DeviceEnd again(KeyOf(kKey));
   ASSERT_EQ(now.Take(again.Hello(now.device_ns())), Refusal::kNone);
-  EXPECT_EQ(now.Take(heard), Refusal::kSession);
+  EXPECT_EQ(now.Take(received), Refusal::kSession);
   EXPECT_FALSE(now.session.on());
 }
 

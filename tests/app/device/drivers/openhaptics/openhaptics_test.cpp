@@ -161,7 +161,7 @@ TEST_F(OpenHapticsTest, SixAxisDeviceGetsTorquesInItsUnit) {
 TEST_F(OpenHapticsTest, KeepsTheDevicesRate) {
   fake_->refuses_rate = true;
   OpenAndStart();
-  EXPECT_THAT(trial_->said(), Contains(HasSubstr("its own rate")));
+  EXPECT_THAT(trial_->output(), Contains(HasSubstr("its own rate")));
   EXPECT_EQ(trial_->read(), TANDEM_OK);
 }
 

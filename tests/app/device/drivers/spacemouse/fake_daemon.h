@@ -115,9 +115,9 @@ class FakeDaemon {
       if (version_ > 0 && answers) send(client_, &answer, 4, MSG_NOSIGNAL);
     }
     if (version_ == 0 && received.size() >= 4) {
-      float told = 0;
-      std::memcpy(&told, received.data(), 4);
-      sensitivity = told;
+      float reported = 0;
+      std::memcpy(&reported, received.data(), 4);
+      sensitivity = reported;
       received.clear();
     }
     while (version_ > 0 && received.size() >= sizeof(Packet)) {

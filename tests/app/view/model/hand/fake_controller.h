@@ -17,9 +17,9 @@ namespace tandem {
 /// never beyond `wall_x`, against which it then pushes with 100 N a metre.
 struct FakeController {
   ControllerSnapshot now;
-  std::vector<ControlRequest> asked;
+  std::vector<ControlRequest> requested;
   std::string refuse;     // when not empty, every grab is refused with these words
-  bool heard = true;      // else the controller is silent
+  bool received = true;   // else the controller is silent
   bool reachable = true;  // else nobody can attach
   double wall_x = 1e9;    // m; limit of the grasped point's x
   std::atomic<bool> wanted_secured = false;  // the host that attached last wanted it
@@ -58,7 +58,7 @@ struct FakeController {
   template <typename Request>
   std::vector<Request> Asked() const {
     std::vector<Request> some;
-    for (const ControlRequest& one : asked) {
+    for (const ControlRequest& one : requested) {
       if (const auto* request = std::get_if<Request>(&one)) some.push_back(*request);
     }
     return some;
@@ -77,18 +77,18 @@ struct FakeController {
 
   struct Link : ControllerLink {
     explicit Link(FakeController& c) : controller(c) {}
-    bool attached() const override { return controller.heard; }
+    bool attached() const override { return controller.received; }
     void Send(const ControlRequest& request, OnAnswer on_answer) override {
-      controller.asked.push_back(request);
+      controller.requested.push_back(request);
       waiting.emplace_back(request, std::move(on_answer));
     }
     void SetGoal(const PlainPose& X_WG) override {
       if (controller.now.hand.body >= 0) controller.now.hand.goal = X_WG;
     }
-    void Quit() override { controller.asked.emplace_back(QuitRequest{}); }
+    void Quit() override { controller.requested.emplace_back(QuitRequest{}); }
     const ControllerSnapshot& snapshot() const override { return seen; }
     bool Poll() override {
-      if (!controller.heard) return false;
+      if (!controller.received) return false;
       for (auto& [request, on_answer] : std::exchange(waiting, {})) {
         const Answer answer = controller.Obey(request);
         if (on_answer) on_answer(answer);

@@ -106,15 +106,15 @@ TEST_F(Hand, RefusalNamesTheRequest) {
 
 TEST_F(Hand, ReportsASilentControllerAndReconnects) {
   Begin();
-  controller_.heard = false;
+  controller_.received = false;
   ASSERT_TRUE(ProcessEventsUntil([&] {
     return hand_.state() == HandModel::State::kLost;
   }));
   EXPECT_TRUE(hand_.trouble().contains("not heard"));
   EXPECT_TRUE(hand_.shows());  // state as it was last
   hand_.Grab(kBallInHand, kGrabbedAt);
-  EXPECT_TRUE(controller_.asked.empty());
-  controller_.heard = true;
+  EXPECT_TRUE(controller_.requested.empty());
+  controller_.received = true;
   ASSERT_TRUE(ProcessEventsUntil([&] {
     return hand_.ready();
   }));
@@ -194,10 +194,10 @@ TEST(HandPicture, ShowsOtherPeersInstancesAsGhosts) {
   EXPECT_EQ(picture.peers[1].bodies.size(), 2U);
   EXPECT_DOUBLE_EQ(picture.peers[1].delay_ms, 100);
 
-  const std::vector<BodyLook> looks{{}, {}, {.fixed = true}};
+  const std::vector<BodyLook> exact_queries{{}, {}, {.fixed = true}};
   PeerPalette palette;
   PictureComposer composer;
-  DrawList list = composer.Compose(picture, looks, 0, palette);
+  DrawList list = composer.Compose(picture, exact_queries, 0, palette);
   ASSERT_EQ(list.ghosts.size(), 1U);
   EXPECT_DOUBLE_EQ(list.ghosts[0].X_W.p.x(), 0.01);
 }
@@ -212,10 +212,10 @@ TEST(HandPicture, NamesTheHolderOfAPart) {
   ben.id = 9;
   ben.name = "ben";
   now.peers = {ben};
-  const std::vector<BodyLook> looks{{}, {}};
+  const std::vector<BodyLook> exact_queries{{}, {}};
   PeerPalette palette;
   PictureComposer composer;
-  DrawList list = composer.Compose(PictureOf(now, "anna"), looks, 0, palette);
+  DrawList list = composer.Compose(PictureOf(now, "anna"), exact_queries, 0, palette);
   EXPECT_EQ(list.solids.size(), 2U);
   EXPECT_TRUE(list.ghosts.empty());
   ASSERT_EQ(list.labels.size(), 1U);
@@ -233,9 +233,9 @@ TEST(HandPicture, GoalIsATetheredGhostOfThePart) {
   now.hand.X_WG.p_W = {0.6, 0, 0};
   now.hand.force_N = {0, 0, 3};
   const Pose goal{RotationBy({0, 0, 0.2}), Vec3(0.6, 0.1, 0)};
-  const std::vector<BodyLook> looks{{}};
+  const std::vector<BodyLook> exact_queries{{}};
   DrawList list;
-  AddGoal(now, goal, looks, list);
+  AddGoal(now, goal, exact_queries, list);
   ASSERT_EQ(list.ghosts.size(), 1U);
   // the body's point at the grasp is at the goal: it stands 10 cm behind it along the turned axis
   const Vec3 expected = goal.p + goal.q * Vec3(-0.1, 0, 0);
@@ -246,7 +246,7 @@ TEST(HandPicture, GoalIsATetheredGhostOfThePart) {
   EXPECT_EQ(picture.tether->from_W, Vec3(0.6, 0, 0));
   // a goal at the part itself shows no ghost
   list = {};
-  AddGoal(now, ToPose(now.hand.X_WG), looks, list);
+  AddGoal(now, ToPose(now.hand.X_WG), exact_queries, list);
   EXPECT_TRUE(list.ghosts.empty());
 }
 

@@ -36,9 +36,9 @@ TEST_F(ProximityOfAScene, IsIdleUntilSwitchedOn) {
 }
 
 TEST_F(ProximityOfAScene, ReportsVoxelizationThenAnswersTheNewestPoses) {
-  std::vector<QString> said;
+  std::vector<QString> output;
   QObject::connect(&model_, &ProximityModel::Changed, [&] {
-    if (said.empty() || said.back() != model_.message()) said.push_back(model_.message());
+    if (output.empty() || output.back() != model_.message()) output.push_back(model_.message());
   });
   model_.SetScene(scene_);
   model_.SetPoses(BallMovedBy(0));
@@ -50,7 +50,7 @@ TEST_F(ProximityOfAScene, ReportsVoxelizationThenAnswersTheNewestPoses) {
   const std::vector<QString> expected{"Voxelizing", "Voxelizing block (1 of 2)",
                                       "Voxelizing ball (2 of 2)",
                                       "ball \u2013 block: 50.000 mm \u00b1 0.001 mm"};
-  EXPECT_EQ(said, expected);
+  EXPECT_EQ(output, expected);
   for (int i = 1; i <= 40; ++i) model_.SetPoses(BallMovedBy(0.001 * i));
   EXPECT_TRUE(Shows(0.010));
 }

@@ -35,30 +35,30 @@ TEST(DeadReckoning, ExtrapolatesThenStopsAndReturns) {
   const Vec3 v(0.2, 0, 0);
   const Vec3 w(0, 0, 1);
   const Pose X_W = Moved(Vec3(0.1, 0, 0), Vec3::Zero());
-  const DeadReckoning::Told told{1, X_W, Going(X_W, v, w)};
-  body.Show(told, kMiddle, 0);
+  const DeadReckoning::ReceivedMotion reported{1, X_W, Going(X_W, v, w)};
+  body.Show(reported, kMiddle, 0);
   for (const double t : {0.01, 0.05, 0.1}) {
-    const Pose shown = body.Show(told, kMiddle, t);
+    const Pose shown = body.Show(reported, kMiddle, t);
     EXPECT_LT((shown * kMiddle - (kMiddle + Vec3(0.1, 0, 0) + t * v)).norm(), 1e-12) << t;
     EXPECT_LT((RotationVector(shown.q) - t * w).norm(), 1e-12) << t;
   }
   double last = 0.02;
   for (double t = 0.1; t < 0.35; t += 0.01) {
-    const double ahead = (body.Show(told, kMiddle, t) * kMiddle - X_W * kMiddle).norm();
+    const double ahead = (body.Show(reported, kMiddle, t) * kMiddle - X_W * kMiddle).norm();
     EXPECT_LE(ahead, last + 1e-12);
     EXPECT_GE(ahead, last - 0.0011);
     last = ahead;
   }
-  EXPECT_LT((body.Show(told, kMiddle, 0.4).p - X_W.p).norm(), 1e-12);
+  EXPECT_LT((body.Show(reported, kMiddle, 0.4).p - X_W.p).norm(), 1e-12);
 }
 
 TEST(DeadReckoning, IsNeverMoreThanThirtyMillimetresAhead) {
   DeadReckoning body;
   const Pose X_W;
-  const DeadReckoning::Told told{1, X_W, Going(X_W, Vec3(3, 0, 0), Vec3(0, 5, 0))};
+  const DeadReckoning::ReceivedMotion reported{1, X_W, Going(X_W, Vec3(3, 0, 0), Vec3(0, 5, 0))};
   double most = 0;
   for (double t = 0; t < 0.5; t += 0.002) {
-    most = std::max(most, (body.Show(told, kMiddle, t) * kMiddle - kMiddle).norm());
+    most = std::max(most, (body.Show(reported, kMiddle, t) * kMiddle - kMiddle).norm());
   }
   EXPECT_NEAR(most, DeadReckoning::kFarthest, 1e-9);
 }
@@ -74,7 +74,7 @@ TEST(DeadReckoning, FollowsAHandSmoothlyOverLostFrames) {
     return Vec3(0.4 * std::cos(4 * t), 0, 0);
   };
   DeadReckoning body;
-  DeadReckoning::Told told;
+  DeadReckoning::ReceivedMotion reported;
   double off_told = 0;
   double off_shown = 0;
   double most_jerk = 0;
@@ -83,12 +83,13 @@ TEST(DeadReckoning, FollowsAHandSmoothlyOverLostFrames) {
   for (int i = 0; i < 600; ++i) {
     const double t = i / 60.0;
     if (i % 3 != 2) {
-      told.seq = static_cast<std::uint32_t>(i);
-      told.X_W = Moved(place(t - 0.01), Vec3::Zero());  // pose as it was when the frame was sent
-      told.V_W = Going(told.X_W, speed(t - 0.01), Vec3::Zero());
+      reported.seq = static_cast<std::uint32_t>(i);
+      reported.X_W =
+          Moved(place(t - 0.01), Vec3::Zero());  // pose as it was when the frame was sent
+      reported.V_W = Going(reported.X_W, speed(t - 0.01), Vec3::Zero());
     }
-    const Vec3 shown = body.Show(told, kMiddle, t) * kMiddle - kMiddle;
-    off_told += (told.X_W * kMiddle - kMiddle - place(t - 0.01)).squaredNorm();
+    const Vec3 shown = body.Show(reported, kMiddle, t) * kMiddle - kMiddle;
+    off_told += (reported.X_W * kMiddle - kMiddle - place(t - 0.01)).squaredNorm();
     off_shown += (shown - place(t - 0.01)).squaredNorm();
     if (i > 1) most_jerk = std::max(most_jerk, (shown - last - last_step).norm());
     last_step = shown - last;

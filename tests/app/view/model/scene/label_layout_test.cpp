@@ -19,13 +19,13 @@ std::vector<QPointF> PointsOf(const LabelPlace& place, const QPointF& anchor) {
   return points;
 }
 
-void ExpectLegible(const std::vector<LabelWish>& wishes, const std::vector<LabelPlace>& places) {
+void ExpectLegible(const std::vector<LabelRequest>& wishes, const std::vector<LabelPlace>& places) {
   ASSERT_EQ(places.size(), wishes.size());
   const QRectF picture(QPointF(0, 0), kPicture);
   for (std::size_t i = 0; i < places.size(); ++i) {
     EXPECT_TRUE(picture.contains(places[i].box)) << i;
     EXPECT_EQ(places[i].box.size(), wishes[i].size);
-    for (const LabelWish& wish : wishes) {
+    for (const LabelRequest& wish : wishes) {
       EXPECT_FALSE(places[i].box.contains(wish.anchor)) << "a dot upon the text of " << i;
     }
     for (std::size_t j = 0; j < places.size(); ++j) {
@@ -39,7 +39,7 @@ void ExpectLegible(const std::vector<LabelWish>& wishes, const std::vector<Label
 }
 
 TEST(LabelLayout, SingleLabelIsAboveItsAnchor) {
-  const std::vector<LabelWish> wishes{{{400, 300}, 250, kLabel}};
+  const std::vector<LabelRequest> wishes{{{400, 300}, 250, kLabel}};
   const std::vector<LabelPlace> places = PlaceLabels(wishes, kPicture);
   ExpectLegible(wishes, places);
   EXPECT_LT(places[0].box.bottom(), 250);
@@ -49,7 +49,7 @@ TEST(LabelLayout, SingleLabelIsAboveItsAnchor) {
 // A shared body has one instance at each holder, and these are nearly at one place.
 TEST(LabelLayout, LeaderLinesCrossNoText) {
   for (const std::size_t count : {2U, 3U, 4U, 5U}) {
-    std::vector<LabelWish> wishes;
+    std::vector<LabelRequest> wishes;
     for (std::size_t i = 0; i < count; ++i) {
       wishes.push_back({{400.0 + static_cast<double>(i), 300}, 250, kLabel});
     }
@@ -60,8 +60,8 @@ TEST(LabelLayout, LeaderLinesCrossNoText) {
 TEST(LabelLayout, LabelsAtTheRimCoverNoDot) {
   for (const QPointF at : {QPointF(400, 12), QPointF(10, 10), QPointF(890, 20), QPointF(895, 690),
                            QPointF(450, 695), QPointF(3, 350)}) {
-    const std::vector<LabelWish> wishes{{at, at.y() - 8, kLabel},
-                                        {at + QPointF(2, 1), at.y() - 6, kLabel}};
+    const std::vector<LabelRequest> wishes{{at, at.y() - 8, kLabel},
+                                           {at + QPointF(2, 1), at.y() - 6, kLabel}};
     ExpectLegible(wishes, PlaceLabels(wishes, kPicture));
   }
 }
@@ -71,7 +71,7 @@ TEST(LabelLayout, FourLabelsStayLegibleAnywhere) {
   std::uniform_real_distribution<double> x(0, kPicture.width());
   std::uniform_real_distribution<double> y(0, kPicture.height());
   for (int i = 0; i < 500; ++i) {
-    std::vector<LabelWish> wishes;
+    std::vector<LabelRequest> wishes;
     for (int k = 0; k < 4; ++k) {
       const QPointF anchor(x(random), y(random));
       wishes.push_back({anchor, anchor.y() - 40, kLabel});
@@ -82,7 +82,7 @@ TEST(LabelLayout, FourLabelsStayLegibleAnywhere) {
 }
 
 TEST(LabelLayout, AllLabelsArePlacedInATinyPicture) {
-  const std::vector<LabelWish> wishes(20, {{20, 20}, 10, kLabel});
+  const std::vector<LabelRequest> wishes(20, {{20, 20}, 10, kLabel});
   EXPECT_EQ(PlaceLabels(wishes, QSizeF(100, 40)).size(), 20U);
 }
 

@@ -50,8 +50,8 @@ TEST_F(Composed, TheFirstActivePeersInstanceIsSolidAndTheOthersAreGhostsInTheirC
   EXPECT_EQ(list.solids[1].X_W.p.x(), kX);
   ASSERT_EQ(list.ghosts.size(), 1U);
   EXPECT_EQ(list.ghosts[0].X_W.p.x(), 2 * kX);
-  EXPECT_EQ(list.ghosts[0].colour, palette_.Of(8));
-  EXPECT_NE(palette_.Of(8), palette_.Of(3));
+  EXPECT_EQ(list.ghosts[0].colour, palette_.ColourOf(8));
+  EXPECT_NE(palette_.ColourOf(8), palette_.ColourOf(3));
   ASSERT_EQ(list.labels.size(), 2U);
   EXPECT_EQ(list.labels[0].text, "Anna \u00b7 solid \u00b7 104 ms");
   EXPECT_EQ(list.labels[1].text, "Ben \u00b7 ghost");
@@ -63,7 +63,7 @@ TEST_F(Composed, ClaimantsInstanceIsSolidWhateverOthersSend) {
   picture_.peers[2].info.claims = {{1, 5, false}};
   DrawList list = At(0);
   EXPECT_EQ(list.solids[1].X_W.p.x(), 2 * kX);
-  EXPECT_EQ(list.told[1].p.x(), 2 * kX) << "distances are measured elsewhere";
+  EXPECT_EQ(list.reported[1].p.x(), 2 * kX) << "distances are measured elsewhere";
   EXPECT_EQ(list.ghosts.size(), 2U);
   EXPECT_EQ(list.labels[0].text, "Mallory \u00b7 ghost");
   EXPECT_EQ(list.labels[2].text, "Ben \u00b7 solid");
@@ -145,8 +145,8 @@ TEST_F(Composed, FreelyMovedBodyIsPredicted) {
   EXPECT_NEAR(list.solids[1].X_W.p.x(), kX + 0.01, 1e-12);
   EXPECT_NEAR(list.ghosts[0].X_W.p.x(), 2 * kX + 0.01, 1e-12);
   EXPECT_NEAR(list.labels[0].X_W.p.x(), kX + 0.01, 1e-12);
-  EXPECT_EQ(list.told[1].p.x(), kX);
-  EXPECT_EQ(list.told[0].p, Vec3::Zero());
+  EXPECT_EQ(list.reported[1].p.x(), kX);
+  EXPECT_EQ(list.reported[0].p, Vec3::Zero());
   // a body is not drawn ahead where it touches something, nor where its peer is silent
   picture_.peers[0].bodies[0].flags |= ViewBody::kInContact;
   picture_.peers[0].seq = 1;
@@ -214,8 +214,8 @@ TEST_F(Composed, ForgottenPeerReturnsAsNew) {
 
 TEST_F(Composed, BodyKeepsItsLastPoseWhenAllPeersLeave) {
   picture_.peers = {PeerAt(3, "Anna", kX), PeerAt(8, "Ben", 2 * kX)};
-  picture_.peers[0].heard_ns = 5;
-  picture_.peers[1].heard_ns = 9;
+  picture_.peers[0].received_ns = 5;
+  picture_.peers[1].received_ns = 9;
   picture_.peers[0].presence = picture_.peers[1].presence = Presence::kLost;
   At(0);
   EXPECT_EQ(At(9).solids[1].X_W.p.x(), 2 * kX);
@@ -246,17 +246,17 @@ TEST_F(Composed, PosesOfUnknownBodiesAreIgnored) {
 // Body 2 is merged with body 1, which is what peers send.
 TEST_F(Composed, MergedPartMovesWithItsBodyInItsOwnColour) {
   const Colour blue{0.0F, 0.0F, 1.0F};
-  std::vector<BodyLook> looks = kFixtureAndPart;
-  looks.push_back({false, blue, 1});
+  std::vector<BodyLook> exact_queries = kFixtureAndPart;
+  exact_queries.push_back({false, blue, 1});
   picture_.peers = {PeerAt(3, "Anna", kX), PeerAt(8, "Ben", 2 * kX)};
-  const DrawList list = composer_.Compose(picture_, looks, 0, palette_);
+  const DrawList list = composer_.Compose(picture_, exact_queries, 0, palette_);
   ASSERT_EQ(list.solids.size(), 3U);
   EXPECT_EQ(list.solids[2].X_W.p.x(), kX);
   EXPECT_EQ(list.solids[2].colour, blue);
   ASSERT_EQ(list.ghosts.size(), 2U);
   EXPECT_EQ(list.ghosts[1].body, 2U);
   EXPECT_EQ(list.ghosts[1].X_W.p.x(), 2 * kX);
-  EXPECT_EQ(list.ghosts[1].colour, palette_.Of(8));
+  EXPECT_EQ(list.ghosts[1].colour, palette_.ColourOf(8));
 }
 
 TEST_F(Composed, EqualPicturesGiveEqualDrawLists) {

@@ -9,7 +9,7 @@
 namespace tandem {
 namespace {
 
-Vec3 Of(const std::array<float, 3>& a) {
+Vec3 ToVec3(const std::array<float, 3>& a) {
   return {a[0], a[1], a[2]};
 }
 
@@ -19,8 +19,8 @@ TEST(Shade, GivesACubeSixFlatSidesAndTwelveEdges) {
   EXPECT_EQ(shaded.triangles.size(), 36U);
   EXPECT_EQ(shaded.edges.size(), 24U);  // the diagonals of the sides are no edges
   for (const ShadedMesh::Vertex& v : shaded.vertices) {
-    EXPECT_NEAR(Of(v.n).cwiseAbs().maxCoeff(), 1.0, 1e-6);
-    EXPECT_GT(Of(v.n).dot(Of(v.p)), 0);  // outwards
+    EXPECT_NEAR(ToVec3(v.n).cwiseAbs().maxCoeff(), 1.0, 1e-6);
+    EXPECT_GT(ToVec3(v.n).dot(ToVec3(v.p)), 0);  // outwards
   }
 }
 
@@ -29,7 +29,7 @@ TEST(Shade, GivesASphereSmoothNormalsAndNoEdges) {
   EXPECT_TRUE(shaded.edges.empty());
   for (const ShadedMesh::Vertex& v : shaded.vertices) {
     // facets of 7.5 degrees: the mean of those round a vertex is within one of them
-    EXPECT_GT(Of(v.n).dot(Of(v.p).normalized()), std::cos(0.131));
+    EXPECT_GT(ToVec3(v.n).dot(ToVec3(v.p).normalized()), std::cos(0.131));
   }
 }
 

@@ -26,10 +26,10 @@ TEST(SessionModel, JoinsWithoutBlockingAsANamedViewer) {
   EXPECT_EQ(fake.request.session, "bracket");
   EXPECT_EQ(fake.request.domain, 43U);
   EXPECT_EQ(fake.request.interface, "lo");
-  ASSERT_FALSE(fake.said.empty());
-  EXPECT_EQ(fake.said[0].name, "Dora");
-  EXPECT_EQ(fake.said[0].role, Role::kViewer);
-  EXPECT_EQ(fake.said[0].peer, fake.peer);
+  ASSERT_FALSE(fake.output.empty());
+  EXPECT_EQ(fake.output[0].name, "Dora");
+  EXPECT_EQ(fake.output[0].role, Role::kViewer);
+  EXPECT_EQ(fake.output[0].peer, fake.peer);
   EXPECT_NE(fake.peer, 0U);
 }
 
@@ -38,9 +38,9 @@ TEST(SessionModel, AnnouncesItselfPeriodically) {
   SessionModel session(fake.Join());
   session.Join({"s", "Dora", 42, ""});
   ASSERT_TRUE(ProcessEventsUntil([&] {
-    return fake.said.size() >= 3;
+    return fake.output.size() >= 3;
   }));
-  EXPECT_LT(fake.said[0].beat, fake.said[2].beat);
+  EXPECT_LT(fake.output[0].beat, fake.output[2].beat);
 }
 
 TEST(SessionModel, ReportsAFailedJoinAndCanRetry) {
@@ -129,7 +129,7 @@ TEST(SessionModel, EmptySessionListsOtherSessions) {
   ASSERT_TRUE(ProcessEventsUntil([&] {
     return session.state() == SessionModel::State::kJoined;
   }));
-  EXPECT_FALSE(session.heard());
+  EXPECT_FALSE(session.received());
   EXPECT_EQ(session.nobody_heard(), "no peer answers yet in session bracket");
   others = {{"brackets", true}};
   ASSERT_TRUE(ProcessEventsUntil([&] {
@@ -145,14 +145,14 @@ TEST(SessionModel, EmptySessionListsOtherSessions) {
   });
   fake.inbox->OnPeerInfo(FakeSession::Info(6, "Ben", Role::kActive), 0);
   ASSERT_TRUE(ProcessEventsUntil([&] {
-    return session.heard();
+    return session.received();
   }));
   EXPECT_EQ(changes, 1);
   EXPECT_TRUE(session.nobody_heard().isEmpty());
   // nobody has been heard of the next session that is joined
   session.Leave();
   session.Join({"bracket", "Dora", 42, ""});
-  EXPECT_FALSE(session.heard());
+  EXPECT_FALSE(session.received());
   ASSERT_TRUE(ProcessEventsUntil([&] {
     return session.state() == SessionModel::State::kJoined;
   }));
@@ -168,13 +168,13 @@ TEST(SessionModel, DestructionSaysGoodbyeDuringAJoin) {
     }));
   }
   EXPECT_EQ(joined.left, 1);
-  FakeSession joining;
+  FakeSession setup;
   {
-    SessionModel session(joining.Join());
+    SessionModel session(setup.Join());
     session.Join({"s", "Dora", 42, ""});
   }
-  EXPECT_EQ(joining.left, 1);
-  EXPECT_EQ(joining.destroyed, 1);
+  EXPECT_EQ(setup.left, 1);
+  EXPECT_EQ(setup.destroyed, 1);
 }
 
 }  // namespace
