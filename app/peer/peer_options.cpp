@@ -206,11 +206,11 @@ void AddPeerOptions(CLI::App& command, PeerArguments& arguments) {
                   "machine, adapted in the run")
       ->check(NumberAbove(0, 1e9));
   command
-      .add_option("--query-cost", arguments.query_price,
+      .add_option("--query-price", arguments.query_price,
                   "time of an exact query at a point, in point tests; default: measured, or 400 "
                   "with --capacity")
       ->check(NumberAbove(0, 1e9));
-  // earlier name of --query-cost
+  // earlier name of --query-price
   command.add_option("--look-price", arguments.query_price)->check(NumberAbove(0, 1e9))->group("");
   command
       .add_option("--voxel-memory", arguments.voxel_memory,
