@@ -175,8 +175,10 @@ nlohmann::ordered_json LongestJson(const FrameFigures& figures) {
   return {{"cpu_us", 1e-3 * static_cast<double>(figures.worst_ns)},
           {"contacts", figures.worst.contact_points},
           {"clear", 0},
-          {"looks", figures.worst.exact_queries},
+          {"exact_queries", figures.worst.exact_queries},
+          {"looks", figures.worst.exact_queries},  // earlier key, as are sifted and loaded
           {"sifted", 0},
+          {"pushing_points", figures.worst.pushing_points},
           {"loaded", figures.worst.pushing_points},
           {"tests", figures.worst.tests.looked_up + figures.worst.tests.compared},
           {"drifted", figures.worst.tests.drifted},
@@ -200,12 +202,15 @@ nlohmann::ordered_json FrameJson(const FrameArguments& arguments, const FrameSet
       {"budget_us", arguments.budget_us},
       {"capacity", setup.capacity.tests},
       {"capacity_mean", figures.capacity / count},
-      {"look_price", setup.capacity.query_price},
+      {"query_price", setup.capacity.query_price},
+      {"look_price", setup.capacity.query_price},  // earlier key
       {"contacts", figures.contacts / count},
       {"clear", 0},  // no point is known to be clear; the key is for readers of older figures
-      {"looks", figures.exact_queries / count},
-      {"sifted", 0},  // likewise
-      {"loaded", figures.loaded / count},
+      {"exact_queries", figures.exact_queries / count},
+      {"looks", figures.exact_queries / count},  // earlier key
+      {"sifted", 0},                             // as clear
+      {"pushing_points", figures.loaded / count},
+      {"loaded", figures.loaded / count},  // earlier key
       {"cpu_p50_us", Us(figures.cpu, 0.5)},
       {"cpu_p99_us", Us(figures.cpu, 0.99)},
       {"cpu_p999_us", Us(figures.cpu, 0.999)},

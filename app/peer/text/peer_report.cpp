@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdio>
 #include <fstream>
+#include <utility>
 
 #include "app/peer/text/peer_table_text.h"
 
@@ -88,6 +89,13 @@ nlohmann::ordered_json VoxelMemoryAsJson(const PeerReport& report) {
           {"pages_given_up", report.paged.pages_given_up}};
 }
 
+/// Keys that earlier versions wrote, which scripts may read, and the keys that they stand for.
+constexpr std::array<std::pair<const char*, const char*>, 4> kEarlierKeys{
+    {{"felt", "device_force"},
+     {"look_price", "query_price"},
+     {"said", "sent_states"},
+     {"heard", "received_states"}}};
+
 }  // namespace
 
 void AddDelivery(const DeliveryCount& delivery, PeerReport& report) {
@@ -104,53 +112,59 @@ nlohmann::ordered_json AsJson(const PeerReport& report, const FrameStats& all,
                               const JudgedFrames& judged) {
   const HandFigures& hand = report.hand;
   const auto frames = static_cast<double>(std::max<std::int64_t>(1, hand.frames));
-  return {{"name", report.name},
-          {"role", "active"},
-          {"pid", report.pid},
-          {"frames", all.frames()},
-          {"missed", all.missed()},
-          {"scheduler", report.scheduler},
-          {"judged_frames", judged.stats().frames()},
-          {"judged_missed", judged.stats().missed()},
-          {"frames_over_1ms", judged.over_period()},
-          {"frame_cpu_us", Microseconds(judged.stats().cpu())},
-          {"frame_wall_us", Microseconds(judged.stats().wall())},
-          {"lateness_us", Microseconds(all.lateness())},
-          {"contact_points",
-           {{"mean", static_cast<double>(hand.contact_points) / frames},
-            {"max", hand.most_contact_points}}},
-          {"contact_share", static_cast<double>(hand.frames_in_contact) / frames},
-          {"peak_force_N", hand.peak_force},
-          {"felt",
-           {{"peak_N", report.felt.peak_force},
-            {"peak_Nm", report.felt.peak_moment},
-            {"peak_step_N", report.felt.peak_step}}},
-          {"traced_frames", report.traced_frames},
-          {"device", report.device},
-          {"safety", SafetyAsJson(report)},
-          {"device_times", TimesAsJson(report)},
-          {"guarded_share", report.guarded_share},
-          {"crowded_frames", report.crowded_frames},
-          {"limits", AsJson(hand.limits)},
-          {"voxel_memory", VoxelMemoryAsJson(report)},
-          {"points", report.points},
-          {"capacity", report.capacity},
-          {"look_price", report.query_price},
-          {"voxels", report.voxels},
-          {"delay_ms", 1e3 * report.mean_delay_s},
-          {"said", {{"sent", report.own_states.sent()}, {"wanted", report.own_states.wanted()}}},
-          {"heard",
-           {{"sent", report.states_sent},
-            {"received", report.states_received},
-            {"peers", report.peers_heard},
-            {"least_delivered", report.least_delivered},
-            {"socket_dropped", report.socket_dropped}}},
-          {"drops", AsJson(report.drops)},
-          {"packets_refused", AsJson(report.packets)},
-          {"peers", report.peers},
-          {"force_terms", report.force_terms},
-          {"start_gaps", report.start_gaps},
-          {"verdicts", report.verdicts}};
+  nlohmann::ordered_json json{
+      {"name", report.name},
+      {"role", "active"},
+      {"pid", report.pid},
+      {"frames", all.frames()},
+      {"missed", all.missed()},
+      {"scheduler", report.scheduler},
+      {"judged_frames", judged.stats().frames()},
+      {"judged_missed", judged.stats().missed()},
+      {"frames_over_1ms", judged.over_period()},
+      {"frame_cpu_us", Microseconds(judged.stats().cpu())},
+      {"frame_wall_us", Microseconds(judged.stats().wall())},
+      {"lateness_us", Microseconds(all.lateness())},
+      {"contact_points",
+       {{"mean", static_cast<double>(hand.contact_points) / frames},
+        {"max", hand.most_contact_points}}},
+      {"contact_share", static_cast<double>(hand.frames_in_contact) / frames},
+      {"peak_force_N", hand.peak_force},
+      {"device_force",
+       {{"peak_N", report.felt.peak_force},
+        {"peak_Nm", report.felt.peak_moment},
+        {"peak_step_N", report.felt.peak_step}}},
+      {"traced_frames", report.traced_frames},
+      {"device", report.device},
+      {"safety", SafetyAsJson(report)},
+      {"device_times", TimesAsJson(report)},
+      {"guarded_share", report.guarded_share},
+      {"crowded_frames", report.crowded_frames},
+      {"limits", AsJson(hand.limits)},
+      {"voxel_memory", VoxelMemoryAsJson(report)},
+      {"points", report.points},
+      {"capacity", report.capacity},
+      {"query_price", report.query_price},
+      {"voxels", report.voxels},
+      {"delay_ms", 1e3 * report.mean_delay_s},
+      {"sent_states", {{"sent", report.own_states.sent()}, {"wanted", report.own_states.wanted()}}},
+      {"received_states",
+       {{"sent", report.states_sent},
+        {"received", report.states_received},
+        {"peers", report.peers_heard},
+        {"least_delivered", report.least_delivered},
+        {"socket_dropped", report.socket_dropped}}},
+      {"drops", AsJson(report.drops)},
+      {"packets_refused", AsJson(report.packets)},
+      {"peers", report.peers},
+      {"force_terms", report.force_terms},
+      {"start_gaps", report.start_gaps},
+      {"verdicts", report.verdicts}};
+  for (const auto& [earlier, name] : kEarlierKeys) {
+    nlohmann::ordered_json copy = json[name];  // a new key moves the values
+    json[earlier] = std::move(copy);
+  }
+  return json;
 }
 
 }  // namespace tandem

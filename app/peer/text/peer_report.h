@@ -69,17 +69,19 @@ void AddDelivery(const DeliveryCount& delivery, PeerReport& report);
 /// - of the frames in `judged`, in which the hand moves: judged_frames, judged_missed,
 ///   frames_over_1ms, frame_cpu_us, frame_wall_us. Frames of waiting and of the last second have
 ///   less to do;
-/// - of the hand: contact_points {mean, max}, contact_share, peak_force_N (of its spring), felt
-///   {peak_N, peak_Nm, peak_step_N}, traced_frames;
+/// - of the hand: contact_points {mean, max}, contact_share, peak_force_N (of its spring),
+///   device_force {peak_N, peak_Nm, peak_step_N}, traced_frames;
 /// - safety {state, clamped, slewed, zeroed, expired, stops, passivity {control, balance_J,
 ///   least_J, damped_ticks}}, device_times of a device process, guarded_share;
 /// - crowded_frames, limits {travel_limited_share, over_capacity_share, contacts_full_share,
 ///   waited_share};
 /// - voxel_memory {bytes, locked, stalls, stall_s, longest_stall_ms, pages_read, pages_given_up} of
 ///   the fixed bodies' voxels;
-/// - points, capacity, look_price, voxels, delay_ms;
-/// - said {sent, wanted}, heard {sent, received, peers, least_delivered, socket_dropped};
-/// - drops by reason, packets_refused by reason, peers, force_terms, start_gaps, verdicts.
+/// - points, capacity, query_price, voxels, delay_ms;
+/// - sent_states {sent, wanted}, received_states {sent, received, peers, least_delivered,
+/// socket_dropped};
+/// - drops by reason, packets_refused by reason, peers, force_terms, start_gaps, verdicts;
+/// - earlier names of four of them: felt, look_price, said, heard.
 nlohmann::ordered_json AsJson(const PeerReport& report, const FrameStats& all,
                               const JudgedFrames& judged);
 
