@@ -20,10 +20,10 @@ TEST(HandleSampleTest, GivesTheLoopAllThatWasMeasured) {
   EXPECT_EQ(state.time_ns, 7);
   EXPECT_EQ(state.valid, static_cast<std::uint32_t>(TANDEM_HAS_POSE));
   EXPECT_EQ(state.buttons, static_cast<std::uint32_t>(TANDEM_BUTTON_STOP));
-  EXPECT_THAT(state.position, testing::ElementsAre(1, 2, 3));
-  EXPECT_THAT(state.orientation, testing::ElementsAre(0.1, 0.2, 0.3, 0.4));
-  EXPECT_THAT(state.velocity, testing::ElementsAre(4, 5, 6));
-  EXPECT_THAT(state.angular_velocity, testing::ElementsAre(7, 8, 9));
+  EXPECT_THAT(state.position, ::testing::ElementsAre(1, 2, 3));
+  EXPECT_THAT(state.orientation, ::testing::ElementsAre(0.1, 0.2, 0.3, 0.4));
+  EXPECT_THAT(state.velocity, ::testing::ElementsAre(4, 5, 6));
+  EXPECT_THAT(state.angular_velocity, ::testing::ElementsAre(7, 8, 9));
 }
 
 TEST(HandleSampleTest, FailsUntilSomethingIsMeasured) {
