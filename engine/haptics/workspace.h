@@ -45,15 +45,10 @@ struct WorkspaceChange {
 /// rest is left alone. Before Start() the clutch counts as held. A handle that moves while scenes
 /// load and partners are awaited moves nothing. A part taken at that time does not jump after it.
 ///
-/// A newton on the part is a newton in the hand. So a spring of the scene feels `scale` times as
+/// A newton on the part is a newton in the hand. So a spring of the scene is felt `scale` times as
 /// stiff, and the gains that the device bears are smaller by that factor. The simulation follows
 /// the scaled handle: scale enters the limit on travel (paper §5), and a hand beyond that feels the
 /// virtual coupling.
-///
-/// A newton on the part is a newton in the hand. So a spring of the scene is felt `scale` times as
-/// stiff, and the gains that the device bears are that much smaller. The scaled handle is what the
-/// simulation follows: scale enters the limit on travel (paper §5), and a hand beyond that feels
-/// the virtual coupling.
 class Workspace : public Device {
  public:
   static constexpr double kLeastScale = 0.01;
