@@ -58,7 +58,8 @@ int MakeSession(const KeysArguments& arguments) {
                       AuthorityOf(arguments.permissions_authority), arguments.days,
                       arguments.audience ? SessionKind::kAudience : SessionKind::kMembers);
   if (!made) return Fail(kExitSecurity, made.error().what);
-  Say(arguments.folder + " holds the session's two authorities: keep its .key files to yourself");
+  Say(arguments.folder +
+      " holds the session's two certificate authorities: keep its .key files to yourself");
   Say(std::string("next: tandem keys ") + (arguments.audience ? "relay " : "peer ") +
       arguments.folder + " NAME");
   return kExitOk;
@@ -125,8 +126,8 @@ void AddKeysCommand(CLI::App& app, int& exit_code) {
   keys->require_subcommand(1);
 
   auto arguments = std::make_shared<KeysArguments>();
-  CLI::App* session =
-      keys->add_subcommand("session", "Make a session's two authorities, in a new folder");
+  CLI::App* session = keys->add_subcommand(
+      "session", "Make a session's two certificate authorities, in a new folder");
   session->add_option("FOLDER", arguments->folder, "new folder for the session's keys")->required();
   session
       ->add_option("--identity-authority", arguments->identity_authority,
@@ -137,7 +138,7 @@ void AddKeysCommand(CLI::App& app, int& exit_code) {
                    "certificate and key (PEM) to use as permissions authority, another one; "
                    "default: a new one")
       ->expected(2);
-  session->add_option("--days", arguments->days, "validity of the authorities, days")
+  session->add_option("--days", arguments->days, "validity of the certificate authorities, days")
       ->check(WholeNumberFrom(1, 36'500));
   session->add_flag("--audience", arguments->audience,
                     "make the session of the viewers behind a relay, whose authorities must not be "
@@ -190,8 +191,9 @@ void AddKeysCommand(CLI::App& app, int& exit_code) {
             ""));
     command->add_option("--out", requested->out, "new folder for the keys; default: FOLDER/NAME");
     command
-        ->add_option("--days", requested->days,
-                     "validity of the keys, days; at most that of the session's authorities")
+        ->add_option(
+            "--days", requested->days,
+            "validity of the keys, days; at most that of the session's certificate authorities")
         ->check(WholeNumberFrom(1, 36'500));
     command->callback([requested, part = member.part, &exit_code] {
       exit_code = MakeMember(*requested, part);

@@ -105,7 +105,7 @@ Result<NewMember> FillFolder(const fs::path& session, const std::string& name,
   if (!authorities) return authorities.error();
   const std::time_t now = std::time(nullptr);
   if (now >= authorities->until) {
-    return Error{session.string() + ": the session's authorities ended on " +
+    return Error{session.string() + ": the session's certificate authorities expired on " +
                  DayAndTime(authorities->until) +
                  ": make a new session with 'tandem keys session'"};
   }

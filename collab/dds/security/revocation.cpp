@@ -180,8 +180,9 @@ Result<bool> AddToMembers(const fs::path& session, const std::string& name, Peer
   if (file >= 0) close(file);
   if (fault == 0 && before.st_size == 0) fault = SyncToDisk(session, true);
   if (fault == 0) return true;
-  return Error{list.string() + ": cannot be written: " + std::strerror(fault) +
-               ": without it no keys are made, for they could not be revoked"};
+  return Error{
+      list.string() + ": cannot be written: " + std::strerror(fault) +
+      "; no keys were made, because a member who is not in this file could not be revoked"};
 }
 
 Result<Revocations> ReadRevocations(const fs::path& folder) {
