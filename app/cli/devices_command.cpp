@@ -195,7 +195,8 @@ int TryOne(const DevicesArguments& arguments) {
 void AddDevicesCommand(CLI::App& app, int& exit_code) {
   auto arguments = std::make_shared<DevicesArguments>();
   CLI::App* command = app.add_subcommand(
-      "devices", "List the devices of this machine, what others lack, and the remedy");
+      "devices",
+      "List the devices of this machine, and for each absent one what is missing and the remedy");
   command->add_flag("--all", arguments->all, "list drivers for tests too");
   CLI::Option* tried = command->add_option(
       "--try", arguments->tried,
