@@ -13,7 +13,7 @@ namespace tandem {
 struct WatchOptions {
   std::string session;
   std::string scene;                // scene to compare with the session's; empty: no comparison
-  bool scene_from_session = false;  // have the scene at hand; fetch it where it is not here
+  bool scene_from_session = false;  // take the session's scene, wherever its files are
   SceneFetchOptions fetch;
   std::string name;
   ConnectionOptions connection;

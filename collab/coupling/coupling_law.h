@@ -29,11 +29,11 @@ struct LinkLaw {
 ///   F_i = sum_j k (y_j - x_i) + bc (u_j - v_i) - b v_i      y_j, u_j: x_j, v_j some time ago
 ///
 /// Stability: let V = sum m v^2/2 + sum k |x_i - x_j|^2/2. As x_j - y_j is the integral of v_j over
-/// the sample's age, Schwarz bounds the power that the delay adds by k (age_ij + age_ji)
-/// |v_i||v_j|. The drags dissipate it while 4 b_i b_j >= (k L)^2, L the loop age; for N users while
-/// b_i >= sum_j k L/2 (Gershgorin). This holds for any jitter, loss, passive hand and contact (Lee
-/// & Spong, IEEE TRO 22 (2006) 269; Nuno et al., IEEE TRO 25 (2009) 753). With te = L/2 and a drag
-/// budget B it means k = B/te.
+/// the sample's age, the power that the delay adds is at most k (age_ij + age_ji) |v_i||v_j|
+/// (Schwarz inequality). The drags dissipate it while 4 b_i b_j >= (k L)^2, L the loop age; for N
+/// users while b_i >= sum_j k L/2 (Gershgorin). This holds for any jitter, loss, passive hand and
+/// contact (Lee & Spong, IEEE TRO 22 (2006) 269; Nuno et al., IEEE TRO 25 (2009) 753). With te =
+/// L/2 and a drag budget B it means k = B/te.
 class CouplingLaw {
  public:
   CouplingLaw() = default;
@@ -52,10 +52,10 @@ struct CouplingLimits {
   double damping_budget = 10.0;      // B, N s/m that the hand may feel
   double stiffness = 500.0;          // K0, N/m; most stiffness without delay
   double margin = 0.8;               // sigma
-  double linear_stiffness = 40.0;    // k0 of "linear", N/m: stable up to 1 s with 10 N s/m of drag
-  double constant_stiffness = 200;   // N/m; stiffness of "constant"
-  double constant_damping = 0;       // N s/m; drag against the ground of "constant"
-  double constant_link_damping = 0;  // N s/m; damping between the instances of "constant"
+  double linear_stiffness = 40.0;    // N/m; law "linear": k0; stable to 1 s with 10 N s/m of drag
+  double constant_stiffness = 200;   // N/m; law "constant": stiffness
+  double constant_damping = 0;       // N s/m; law "constant": drag against the ground
+  double constant_link_damping = 0;  // N s/m; law "constant": damping between the instances
   double ratio = 1;                  // factor on the stiffness of any law; drags stay those for 1
 };
 

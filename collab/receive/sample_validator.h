@@ -36,7 +36,7 @@ class SampleValidator {
     bool claimed = false;
     bool coupled = false;     // shared and in its sender's hand
     std::uint32_t epoch = 0;  // epoch of the claim
-    std::uint32_t ahead = 0;  // epoch of the newest state, where beyond the claim's; 0: it is not
+    std::uint32_t ahead = 0;  // epoch of the newest state if greater than the claim's, otherwise 0
     bool received = false;
     std::uint32_t seq = 0;  // number of the newest state under it
     bool linked = false;

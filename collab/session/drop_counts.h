@@ -21,7 +21,7 @@ enum class Drop : std::uint8_t {
   kReplayed,     // not newer than the sender's last
   kWrongEpoch,   // under another epoch than its sender's claim
   kBadEcho,      // echoes a stamp that we never sent
-  kRingFull,     // the haptic thread stalled, or the sender's share of the room is full
+  kRingFull,     // the haptic thread stalled, or the sender used up its share of the queue
   kFlood,        // the writer sends more than any sound writer: muted for a while
   kManyKeys,     // more instances than the writer may have
   kManyWriters,  // more writers than the program, or all programs together, may have

@@ -8,7 +8,7 @@ namespace tandem {
 
 /// Finds how many bytes a second a fetching program may ask for, so that the session's own packets
 /// keep a free path. The rate falls while pieces come late or are lost: late pieces wait in a queue
-/// that delays everybody's packets. Otherwise it rises. Times are handed in.
+/// that delays everybody's packets. Otherwise it rises. The class reads no clock.
 class RateController {
  public:
   static constexpr double kLeast = 128e3;  // bytes/s

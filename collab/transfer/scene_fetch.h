@@ -31,8 +31,8 @@ class PieceStore {
 /// files, and the list has one in its offer. So the first wrong piece identifies the program that
 /// sent it, and nothing more is taken from that program. Of several lists the one that most
 /// programs offer is tried first. The content hash of its files tells at the end whether they are
-/// the session's scene. If they are not, Refuse() goes on to the next list. Times are handed in.
-/// Used by one thread.
+/// the session's scene. If they are not, Refuse() goes on to the next list. The class reads no
+/// clock. Used by one thread.
 class SceneFetch : public TransferEndpoint {
  public:
   static constexpr std::size_t kMostSources = 16;

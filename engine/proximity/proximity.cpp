@@ -142,7 +142,7 @@ bool ProximityPair::AnyInside(const RotatedFrame& X_BA, const Visit& visit) noex
   if (map.empty()) return false;
   const double per_m = 1.0 / map.voxel_size();
   const Vec3 origin(map.origin().x, map.origin().y, map.origin().z);
-  // a chunk of A's points reaches this many chunks of B
+  // the points of a chunk of A lie within this many chunks of B from the chunk's middle
   const int reach = static_cast<int>(
       std::ceil(kHalfDiagonal * 7 * a_->surface.voxel_size() * per_m / kChunkSide));
   const auto chunks = static_cast<std::uint32_t>(a_->surface.chunks().size());

@@ -59,8 +59,8 @@ struct MapView {
   std::size_t field;
 };
 
-/// Finds where in the three levels each place of a group is. Places outside the map are taken to
-/// its first hyperchunk, which belongs to its empty border.
+/// Finds the hyperchunk, the chunk, the quarter and the bit of each place of a group. A place
+/// outside the map gets the map's first hyperchunk, which belongs to the empty border.
 void Locate(const VoxelPlaces& places, const MapView& view, std::size_t first, Group& group) {
   const hn::CappedTag<float, kGroup> df;
   const hn::RebindToSigned<decltype(df)> di;

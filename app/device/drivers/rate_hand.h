@@ -35,8 +35,8 @@ class RateHand {
   static constexpr double kMostTurn = 6.0;        // rad/s
   static constexpr double kLongestStep = 0.02;    // s; a longer step is cut to this
 
-  /// Sets the gains up to which a coupling leaves the handle at rest. A scaled hand would be
-  /// stiffer.
+  /// Sets the greatest gains of a coupling at which the handle still comes to rest. The host lowers
+  /// a coupling's gains to these: with --device-scale above 1 it acts stiffer on the handle.
   static void Bear(TandemDeviceCapabilities& can) noexcept {
     can.stiffness = 2000;
     can.damping = 20;

@@ -14,10 +14,10 @@ struct ReportRequest {
   std::size_t series = 12;                   // cells that are run again for their course in time
 };
 
-/// Writes into the folder: report.html, which needs none of the others; report.json; a CSV of each
-/// sweep, table and course in time. It writes each picture as SVG and, where tandem-view is at
-/// hand, as PNG. Says on stderr what it does. Returns the exit code, which tells of faulty files,
-/// not of rows that fail.
+/// Writes report.html, report.json and a CSV of each sweep, table and course in time into the
+/// folder. report.html needs no other file. It writes each picture as SVG and, where tandem-view is
+/// at hand, as PNG. Says on stderr what it does. Returns the exit code, which tells of faulty
+/// files, not of rows that fail.
 int MakeReport(const ReportRequest& request);
 
 }  // namespace tandem

@@ -37,7 +37,8 @@ namespace fs = std::filesystem;
 constexpr int kSeriesFrames = 10;            // from one line of series.csv to the next
 constexpr double kTrialMeetingSeconds = 60;  // for loading and meeting, at the most
 constexpr std::chrono::milliseconds kTrialPeriod{50};
-constexpr std::chrono::milliseconds kTrialEnds{10'000};  // for reports, after a request to end
+// time that children have to write their reports and end, once they are asked to
+constexpr std::chrono::milliseconds kTrialEnds{10'000};
 constexpr std::chrono::milliseconds kExportTakes{300'000};
 constexpr std::array kLabScenes{"free", "wall", "slot", "ball", "off_centre"};
 

@@ -19,8 +19,8 @@ struct WriterLimits {
 
 /// Decides whether samples pass to a reader, by the rate and the number of keys of their writers,
 /// before anything of them is kept. It refuses a writer beyond its rate for kIgnoredNs. All memory
-/// is taken at construction; kMaxWriters and kMaxKeys bound what a reader keeps. Times are handed
-/// in. Used by one thread at a time.
+/// is taken at construction; kMaxWriters and kMaxKeys bound what a reader keeps. The class reads no
+/// clock. Used by one thread at a time.
 class WriterRateLimiter {
  public:
   static constexpr std::size_t kMaxWriters = 256;

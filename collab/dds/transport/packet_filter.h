@@ -24,8 +24,8 @@ const char* NameOf(PacketDrop reason) noexcept;  // "not_rtps" …
 /// or without. A sender is a program's id together with the address of its packets. So a packet
 /// with another program's id from elsewhere takes nothing from that program. New senders come at a
 /// limited pace for each address, and silent senders are forgotten. A new sender without room
-/// replaces a sender of the address that has the most. All memory is taken at construction. Times
-/// are handed in. Used by one thread at a time.
+/// replaces a sender of the address that has the most. All memory is taken at construction. The
+/// class reads no clock. Used by one thread at a time.
 class PacketFilter {
  public:
   static constexpr std::size_t kSets = 256;

@@ -19,9 +19,9 @@ inline constexpr double kMostRandomTail = 0.5e-3;  // m/s, RMS over all users in
 /// space count.
 CellOutcome RunRandomCase(const LabCase& test, const LabScene& scene);
 
-/// Returns the tail RMS of the case with links without stiffness and damping, m/s. Hands and
-/// contact alone make this motion. Where it is no less than with the links, the links do not drive
-/// the motion.
+/// Returns the tail RMS of the case when its links have neither stiffness nor damping, m/s. Hands
+/// and contact alone make this motion. If the tail RMS with the links is no greater, the links do
+/// not drive the motion.
 double TailWithoutLinks(const LabCase& test, const LabScene& scene);
 
 /// A case that was run, and the bounds that it breaks.

@@ -18,8 +18,8 @@ namespace tandem {
 class MotionChecker {
  public:
   static constexpr double kMostOverlap = 4e-3;  // m, two voxels: layers reach as deep
-  // m a frame: a pair may approach by half a voxel, of which a mirror that gives way has half. For
-  // a mirror that turns by 0.01 rad the arc exceeds the chord by a part in 100,000.
+  // m a frame. A pair may approach by half a voxel in a frame, and a mirror that gives way by at
+  // most half of that. If it turns by 0.01 rad, its arc exceeds the chord by a part in 100,000.
   static constexpr double kMostMirrorTravel = 0.5e-3 * (1 + 1e-5);
 
   /// With `fast`, hands move bodies by more than a voxel a frame; a motion that the velocity

@@ -88,7 +88,7 @@ HWY_INLINE Lanes3 PlacesOf(const PointBlocks& blocks, const VoxelTransform& tran
   return {row(0), row(1), row(2)};
 }
 
-/// Returns the voxels of V at places. Places outside the box are taken to its outermost voxels,
+/// Returns the voxels of V at places. A place outside the box gets its outermost voxels,
 /// which belong to its empty border.
 HWY_INLINE IntLanes3 VoxelsAt(const Lanes3& places, const std::array<float, 3>& last) {
   const F df;

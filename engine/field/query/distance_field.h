@@ -112,8 +112,8 @@ class DistanceField {
   /// solid every place nearer than kLeastRange has one. Beyond the band the error is up to
   /// `outer_error_bound`.
   double range() const noexcept { return range_; }
-  /// Returns the distance from surfaces, voxels, up to which pushes have the exact distance, within
-  /// `error_bound`. Beyond it their distance is never too great.
+  /// Returns the distance from surfaces, voxels, up to which the distance of a push is exact within
+  /// `error_bound`. Farther out the distance of a push is a lower bound.
   double fine_band() const noexcept { return std::max(0.0, band_ - kBandFade + kRounding); }
   /// Returns a lower bound of the distance for an interpolated value that may be `over` too great.
   /// Up to the fine band it is the value. Where that bound lies beyond the band it is `over` less

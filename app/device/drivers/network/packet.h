@@ -25,7 +25,7 @@ enum class Kind : std::uint8_t {
   kHostEnds = 131
 };
 
-/// Returns the length of a packet of that kind without its code; 0: there is no such kind.
+/// Returns the length of a packet of that kind without its HMAC; 0: there is no such kind.
 std::size_t BytesOf(Kind kind);
 
 struct Header {

@@ -20,7 +20,7 @@ const ViewBody* BodyOf(const ViewedPeer& peer, std::size_t body) {
   return nullptr;
 }
 
-/// The peer whose instance is solid, for each body; null: no peer has sent the body.
+/// For each body the peer whose instance is drawn solid; null: no peer has sent the body.
 using Owners = std::vector<const ViewedPeer*>;
 
 /// Counts the peers here that believe another peer to be a body's authority, by body and peer. Each
