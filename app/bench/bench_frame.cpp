@@ -176,7 +176,7 @@ nlohmann::ordered_json LongestJson(const FrameFigures& figures) {
           {"contacts", figures.worst.contact_points},
           {"clear", 0},
           {"exact_queries", figures.worst.exact_queries},
-          {"looks", figures.worst.exact_queries},  // earlier key, as are sifted and loaded
+          {"looks", figures.worst.exact_queries},  // an earlier key
           {"sifted", 0},
           {"pushing_points", figures.worst.pushing_points},
           {"loaded", figures.worst.pushing_points},

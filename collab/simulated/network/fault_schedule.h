@@ -64,9 +64,9 @@ struct FaultSchedule {
   double LongestWayMs() const;
 };
 
-/// Draws a session of three to five peers. It has joins, leaves, kills, pauses, cuts, heals, delay
-/// of 0 to 2 s, loss of 0 to 30 %, grabs, releases and hand-overs, clock steps and drift. At least
-/// two peers stay to the end.
+/// Draws a session of three to five peers. It has joins, leaves, kills, pauses, cuts and their
+/// ends, delay of 0 to 2 s, loss of 0 to 30 %, grabs, releases and hand-overs, clock steps and
+/// drift. At least two peers stay to the end.
 FaultSchedule DrawSchedule(std::uint64_t seed);
 
 /// Number of events of each sort in a session: "kills", "late joins".

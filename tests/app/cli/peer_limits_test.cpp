@@ -23,8 +23,8 @@ using testing::ProgramOutput;
 using testing::Running;
 using testing::RunTandem;
 
-// The peer beats on, so that others do not see a ghost. It keeps to its time and ends when it is
-// told to.
+// The peer goes on with its heartbeat, so that others do not see a ghost. It keeps to its time and
+// ends when it is told to.
 TEST_F(PeerCommand, EndlessOrdersDoNotBlockIt) {
   Running anna = Start("one", "--name anna");
   ASSERT_TRUE(anna.WaitFor("is in session"));

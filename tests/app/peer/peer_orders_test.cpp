@@ -174,7 +174,7 @@ TEST(OrderReader, YieldsCompleteLinesAndAnUnterminatedLastLine) {
 }
 
 // With the input of `yes
-// tandem peer` the control thread beats on, and nothing of the input is lost.
+// tandem peer` the control thread goes on, and nothing of the input is lost.
 TEST(OrderReader, ReadsABoundedAmountPerTurn) {
   Pipe pipe;
   OrderReader reader(pipe.out());

@@ -36,7 +36,7 @@ class Program : public ::testing::Test {
       {"name": "part", "mesh": "part.obj", "mass_kg": 0.2, "sharing": "shared", "colour": "#00c020"}]})");
   }
   void TearDown() override {
-    for (const auto& scripted : puppets_) {
+    for (const auto& scripted : scripted_peers_) {
       scripted->closeWriteChannel();
       if (!scripted->waitForFinished(kPatienceMs)) scripted->kill();
     }
@@ -48,7 +48,7 @@ class Program : public ::testing::Test {
     scripted->setProcessChannelMode(QProcess::ForwardedErrorChannel);
     scripted->start(SCRIPTED_PEER, {session_, name, In("scene.json"), "1", dx, "0", "0.04", "104"});
     ASSERT_TRUE(scripted->waitForStarted());
-    puppets_.push_back(std::move(scripted));
+    scripted_peers_.push_back(std::move(scripted));
   }
   /// Starts a peer that says over DDS that its scene lies where it does not lie on this machine.
   void StartScriptedPeerFromElsewhere(const char* name,
@@ -58,7 +58,7 @@ class Program : public ::testing::Test {
     scripted->start(SCRIPTED_PEER,
                     {session_, name, In("scene.json"), "1", "0.05", "0", "0.04", "104", "-", file});
     ASSERT_TRUE(scripted->waitForStarted());
-    puppets_.push_back(std::move(scripted));
+    scripted_peers_.push_back(std::move(scripted));
   }
   QStringList JoinArguments() const {
     return {"--session", session_, "--name", "Dora", "--interface", "lo"};
@@ -92,7 +92,7 @@ class Program : public ::testing::Test {
   QString session_ = QStringLiteral("view-test-%1").arg(getpid());
   QString work_folder_;  // folder of the program; empty: the test's own
   QProcessEnvironment here_ = QProcessEnvironment::systemEnvironment();
-  std::vector<std::unique_ptr<QProcess>> puppets_;
+  std::vector<std::unique_ptr<QProcess>> scripted_peers_;
   std::string output_;
 };
 

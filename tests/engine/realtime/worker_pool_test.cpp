@@ -119,7 +119,7 @@ TEST(WorkerPool, StartsAndStopsWithAndWithoutWork) {
 }
 
 TEST(WorkerPool, MissingHelpersAreNotNeeded) {
-  // not summoned: the caller does all that it shares
+  // no worker is awake: the caller does all that it shares
   WorkerPool workers(kFour);
   Marks marks(500);
   marks.threads = 1;

@@ -48,7 +48,7 @@ Measured Turn(const std::shared_ptr<const WorldModel>& model, double capacity, d
   inputs.capacity = capacity;
   inputs.query_price = query_price;
   const Vec3 axis = Vec3(1, 0.3, 0.2).normalized();
-  Measured ride;
+  Measured turned;
   for (int frame = 0; frame < kSettled + kFrames; ++frame) {
     const Pose& X_WB = world.state(0).X_WB;
     inputs.hand = HandTo(*model, 0, {RotationBy(1.0 * axis) * X_WB.q, Vec3(0, 0, -0.001)});
@@ -57,13 +57,13 @@ Measured Turn(const std::shared_ptr<const WorldModel>& model, double capacity, d
     const double travel = kFrame * world.state(0).V_WB.w.norm() * kBallRadius;
     const auto tests = static_cast<double>(report.tests.looked_up);
     const double exact_queries = report.exact_queries;
-    ride.exact_queries += exact_queries / kFrames;
-    ride.tests += tests / kFrames;
-    ride.travel += travel / kFrames;
-    ride.most_cost = std::max(ride.most_cost, tests + query_price * exact_queries);
-    ride.travels.push_back(travel);
+    turned.exact_queries += exact_queries / kFrames;
+    turned.tests += tests / kFrames;
+    turned.travel += travel / kFrames;
+    turned.most_cost = std::max(turned.most_cost, tests + query_price * exact_queries);
+    turned.travels.push_back(travel);
   }
-  return ride;
+  return turned;
 }
 
 // The cost of queries does not depend on the travel: a ball that fills its hollow costs a frame
@@ -73,8 +73,8 @@ TEST(QueryPrice, SlowsHeavyContactOnlyIfThatSavesQueries) {
   const auto model = BallInHollow();
   constexpr double kPrice = 400;
   const Measured free = Turn(model, 1e9, kPrice);
-  const auto cost = [](const Measured& ride) {
-    return ride.tests + kPrice * ride.exact_queries;
+  const auto cost = [](const Measured& turned) {
+    return turned.tests + kPrice * turned.exact_queries;
   };
   RecordProperty("free_cost", std::to_string(cost(free)));
   RecordProperty("free_travel_voxels", std::to_string(free.travel / kVoxel));
@@ -86,10 +86,10 @@ TEST(QueryPrice, SlowsHeavyContactOnlyIfThatSavesQueries) {
   EXPECT_LT(floor.travel, 1.1 * kTravelFloor * kVoxel);
   EXPECT_GT(cost(floor), 0.8 * cost(free));
   for (const double share : {0.8, 0.6, 0.4}) {
-    const Measured ride = Turn(model, share * cost(free), kPrice);
+    const Measured turned = Turn(model, share * cost(free), kPrice);
     SCOPED_TRACE(share);
-    EXPECT_GT(ride.travel, 0.95 * free.travel);
-    EXPECT_LT(cost(ride), 1.02 * cost(free));
+    EXPECT_GT(turned.travel, 0.95 * free.travel);
+    EXPECT_LT(cost(turned), 1.02 * cost(free));
   }
 }
 

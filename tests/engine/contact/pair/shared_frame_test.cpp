@@ -62,8 +62,8 @@ void RecordThreads(const WorkerPool& asked_four) {
   ::testing::Test::RecordProperty("threads", asked_four.threads());
 }
 
-// Lets two bodies swim about. One, two and four threads test the same motion.
-void SwimTogether(const Bodies& bodies, const ScheduleOptions& options, std::uint64_t seed) {
+// Moves two bodies at random. One, two and four threads test the same motion.
+void MoveTogether(const Bodies& bodies, const ScheduleOptions& options, std::uint64_t seed) {
   Shared one(bodies, 1, options);
   Shared two(bodies, 2, options);
   Shared four(bodies, 4, options);
@@ -106,7 +106,7 @@ TEST(SharedFrame, IsBitIdenticalOnOneTwoAndFourThreads) {
   for (const bool drift : {true, false}) {
     for (const bool chunks : {true, false}) {
       SCOPED_TRACE(::testing::Message() << "drift " << drift << " chunks " << chunks);
-      SwimTogether(bodies, {.experiments = {.chunks = chunks, .drift = drift}}, 11);
+      MoveTogether(bodies, {.experiments = {.chunks = chunks, .drift = drift}}, 11);
     }
   }
 }

@@ -31,7 +31,7 @@ struct Bodies {
   Pose X_MV() const { return {Quat::Identity(), voxmap.p_WVo()}; }
 };
 
-/// A body that swims about: its speed changes at random, and something pulls it back.
+/// A body that moves at random: its speed changes at random, and something pulls it back.
 struct RandomWalker {
   Pose X_WB;
   Vec3 velocity = Vec3::Zero();
@@ -64,7 +64,8 @@ struct Outcome {
   double over = 0;     // share of frames with more look-ups than a fifth above capacity
 };
 
-/// Two bodies swim about for some frames, held to MaxTravel; force layer and displacement change.
+/// Two bodies move at random for some frames, held to MaxTravel; force layer and displacement
+/// change.
 inline Outcome RunRandomWalk(const Bodies& bodies, const ScheduleOptions& options, double capacity,
                              int frames, std::uint64_t seed) {
   std::mt19937_64 random(seed);
