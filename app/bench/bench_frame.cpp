@@ -300,7 +300,7 @@ int RunFrame(const FrameArguments& arguments) {
   setup.model = *loaded;
   if (!setup.model->has_fixture)
     return Fail(kExitFile, arguments.scene.scene + ": the scene has no fixed body");
-  if (arguments.schedule == "printed") setup.schedule.experiments.schedule = MakePrintedSchedule;
+  if (arguments.schedule == "printed") setup.schedule.instead = MakePrintedSchedule;
   if (const auto fault = LeaveOut(arguments.without, setup)) return Fail(kExitUsage, fault->what);
   const Scene& scene = setup.model->scene;
   if (scene.hands.empty())

@@ -221,7 +221,7 @@ int RunReplay(const ReplayArguments& arguments) {
       JoinForViewers(arguments.session, arguments.connection, active_peers, exit_code);
   if (!transport) return Fail(exit_code, transport.error().what);
   Say(header.name + " as recorded by version " + header.program + ", scene " + header.scene);
-  if (header.contact) TellStart(FindStartGaps(**model));
+  if (header.peer.experiments.contact) TellStart(FindStartGaps(**model));
   const std::atomic<bool>& stop_asked = StopOnSignals();
 
   kHapticThread.Enter();
@@ -247,7 +247,7 @@ int RunReplay(const ReplayArguments& arguments) {
     Say("the recording is incomplete: it ends within a frame, and the frames before are replayed");
   const std::vector<BodyVerdict> verdicts =
       Judge(**model, player.poses(), player.met(), FinalPoses((*replay)->node().world()),
-            !header.contact);
+            !header.peer.experiments.contact);
   for (const BodyVerdict& verdict : verdicts) Say(Describe(verdict));
   if (arguments.json) {
     ordered_json json = ReplayJson(result, *reader, wall_s);

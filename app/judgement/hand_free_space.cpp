@@ -222,7 +222,7 @@ Result<HandFreeSpace> MeasureHandFreeSpace(const std::filesystem::path& file,
   HandFreeSpace room;
   room.frames = recorded->frames;
   room.torn = recorded->torn;
-  room.contact = reader->header().contact;
+  room.contact = reader->header().peer.experiments.contact;
   room.nearest = SignedNearest(*recorded, model->scene.voxel_size, room.crosses);
   room.at_s = 1e-9 * static_cast<double>(room.nearest.at_ns - recorded->first_ns);
   if (!room.contact) return room;

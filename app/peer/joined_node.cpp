@@ -149,7 +149,6 @@ int StartRecorder(const PeerArguments& arguments, const Device& device, SessionS
                                           .scene = std::filesystem::absolute(setup.scene.file),
                                           .scene_hash = setup.hash.content,
                                           .parameters = ParametersOf(setup.scene),
-                                          .contact = !arguments.no_contact,
                                           .law = arguments.law,
                                           .limits = arguments.limits,
                                           .peer = peer,

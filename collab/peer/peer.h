@@ -34,7 +34,7 @@ struct PeerOptions {
   bool own_only = false;       // takes no shared body: the other peers have other force parameters
   std::size_t wait_for = 0;    // other users whose loop must be closed before the hand starts
   std::shared_ptr<const CouplingLaw> law = DefaultLaw();  // law of shared bodies' links
-  ExperimentOptions experiments;                          // experiments of the lab and tests
+  ExperimentOptions experiments;                          // the product: contact and gate alone
   double capacity = kDefaultCapacity;       // point tests that fit into a frame (paper §5)
   double query_price = kDefaultQueryPrice;  // price of an exact query, in point tests
   std::size_t trace_frames = 0;             // frames to trace from the hand's start; 0: none

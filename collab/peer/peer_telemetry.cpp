@@ -42,6 +42,7 @@ void PeerTelemetry::CountForce(const Wrench& given) noexcept {
 }
 
 void PeerTelemetry::NoteLimits(const ObjectState& state) noexcept {
+  if (state.peer == 0) return;  // no peer has this number
   ReceivedLimits* received = received_limits_.FindOrInsert(state.peer);
   if (received == nullptr) {  // the limits heard first give way
     received = received_limits_.InSlot(next_received_);

@@ -38,6 +38,7 @@ void PeerInbox::OnLinks(const CouplingLinks& links, std::int64_t arrival_ns) {
 template <typename T>
 void PeerInbox::Arrive(PeerId from, const T& sample, std::int64_t arrival_ns,
                        SpscQueue<DueSample<T>>& ring) noexcept {
+  if (from == 0) return;  // no peer has this number
   TakeSwitches();
   std::array<std::int64_t, 2> due_ns{};
   Sender& sender = SenderOf(from, arrival_ns);

@@ -108,6 +108,7 @@ PeerOptions PeerIn(const JsonNode& root) {
   constexpr std::uint64_t kLongestSettlingNs = 1'000'000'000'000;
   PeerOptions peer;
   peer.own_only = root["own_only"].TrueOrFalse();
+  peer.experiments.contact = root["contact"].TrueOrFalse();
   peer.experiments.energy_gate = root["gate"].TrueOrFalse();
   peer.id = root["peer"].Unsigned();
   peer.held_object = root["held_object"].WholeNumber(-1, kMostBodies);
@@ -135,7 +136,6 @@ RecordingHeader HeaderIn(const JsonNode& root) {
   header.scene = root["scene"].PlainText(kLongestPath);
   header.scene_hash = root["scene_hash"].Unsigned();
   header.parameters = ParametersIn(root);
-  header.contact = root["contact"].TrueOrFalse();
   header.law = root["law"].PlainText(kNameBytes);
   const JsonNode limits = root["law_limits"];
   for (const LimitName& limit : kLimitNames) {
@@ -175,7 +175,7 @@ std::string AsText(const RecordingHeader& header) {
                     {"force_layer", header.parameters.force_layer},
                     {"friction", header.parameters.friction},
                     {"own_only", header.peer.own_only},
-                    {"contact", header.contact},
+                    {"contact", header.peer.experiments.contact},
                     {"law", header.law},
                     {"law_limits", LimitsOf(header.limits)},
                     {"gate", header.peer.experiments.energy_gate},

@@ -26,7 +26,6 @@ struct RecordingHeader {
   std::string scene;    // file of the scene
   std::uint64_t scene_hash = 0;
   ForceParameters parameters;  // the session's, which may not be the file's
-  bool contact = true;
   std::string law;
   CouplingLimits limits;        // limits of the law
   PeerOptions peer;             // lacks law and tap

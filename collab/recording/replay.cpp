@@ -60,7 +60,6 @@ Result<std::unique_ptr<Replay>> Replay::Create(const RecordingHeader& header,
   NodeOptions options;
   options.peer = header.peer;
   options.peer.law = *std::move(law);
-  options.peer.experiments.contact = header.contact;
   options.peer.observer = replay->tap_.get();
   options.name = header.name;
   options.workers = workers;

@@ -1,19 +1,8 @@
 #pragma once
 
 #include <cstdint>
-#include <memory>
 
 namespace tandem {
-
-class PointBlocks;
-class Schedule;
-class Voxmap;
-struct ScheduleOptions;
-
-/// Makes a schedule of another kind than ours.
-using ScheduleMaker = std::unique_ptr<Schedule> (*)(const PointBlocks& blocks, const Voxmap& voxmap,
-                                                    int force_layer,
-                                                    const ScheduleOptions& options);
 
 /// The behaviour of a mirror while we push it.
 enum class MirrorModel : std::uint8_t {
@@ -29,10 +18,9 @@ struct ExperimentOptions {
   bool contact = true;  // off: bodies pass through one another
 
   // the schedule of contact tests
-  bool coherence = true;             // §5: distance queues; off: every awake point in every frame
-  bool chunks = true;                // §5.1: whole chunks by their centre while they are far
-  bool drift = true;                 // §5.2: points that have not drifted near are not looked up
-  ScheduleMaker schedule = nullptr;  // makes the schedule in place of ours; null: ours
+  bool coherence = true;  // §5: distance queues; off: every awake point in every frame
+  bool chunks = true;     // §5.1: whole chunks by their centre while they are far
+  bool drift = true;      // §5.2: points that have not drifted near are not looked up
 
   // the couplings
   bool energy_gate = true;  // off: the copies of links move without regard to energy

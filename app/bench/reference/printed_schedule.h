@@ -74,7 +74,7 @@ class PrintedSchedule final : public Schedule {
   std::vector<Lookup> lookups_;
 };
 
-/// Makes a printed schedule, for ExperimentOptions::schedule.
+/// Makes a printed schedule, for ScheduleOptions::instead.
 std::unique_ptr<Schedule> MakePrintedSchedule(const PointBlocks& blocks, const Voxmap& voxmap,
                                               int force_layer, const ScheduleOptions& options);
 

@@ -39,9 +39,9 @@ void Schedule::SortContacts() noexcept {
 std::unique_ptr<Schedule> MakeSchedule(const PointBlocks& blocks, const Voxmap& voxmap,
                                        int force_layer, const ScheduleOptions& options,
                                        VoxelReader* reader) {
-  if (options.experiments.schedule != nullptr) {
+  if (options.instead != nullptr) {
     TANDEM_CHECK(reader == nullptr);
-    return options.experiments.schedule(blocks, voxmap, force_layer, options);
+    return options.instead(blocks, voxmap, force_layer, options);
   }
   return std::make_unique<PointSchedule>(blocks, voxmap, force_layer, options, reader);
 }

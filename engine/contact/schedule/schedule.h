@@ -14,7 +14,14 @@
 
 namespace tandem {
 
+class Schedule;
 class VoxelReader;
+struct ScheduleOptions;
+
+/// Makes a schedule of another kind than ours.
+using ScheduleMaker = std::unique_ptr<Schedule> (*)(const PointBlocks& blocks, const Voxmap& voxmap,
+                                                    int force_layer,
+                                                    const ScheduleOptions& options);
 
 /// The threads that help with a frame, and the experiments.
 struct ScheduleOptions {
@@ -24,6 +31,8 @@ struct ScheduleOptions {
   /// Blocks due in a frame from which on workers are called: about 50 us of one thread.
   std::size_t shared_from = 1500;
   ExperimentOptions experiments{};
+  /// Makes the schedule that is used in place of ours, to compare with; null: ours.
+  ScheduleMaker instead = nullptr;
 };
 
 /// The counts of a frame's tests.
@@ -113,7 +122,7 @@ class Schedule {
   TestCounts counts_;
 };
 
-/// Makes a PointSchedule, or what `options.experiments.schedule` makes. `blocks`, `voxmap` and
+/// Makes a PointSchedule, or what `options.instead` makes. `blocks`, `voxmap` and
 /// `reader` must outlive it. `reader` is for a voxmap of which a part is in memory, and null for a
 /// whole one, which a schedule of another kind needs.
 std::unique_ptr<Schedule> MakeSchedule(const PointBlocks& blocks, const Voxmap& voxmap,

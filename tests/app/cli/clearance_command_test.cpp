@@ -58,7 +58,7 @@ RecordingHeader HeaderFor(const Scene& scene, const std::string& scene_file, Pee
   header.scene = scene_file;
   header.scene_hash = HashScene(scene)->content;
   header.parameters = ParametersOf(scene);
-  header.contact = hand.contact;
+  header.peer.experiments.contact = hand.contact;
   header.law = "p+d";
   header.peer.id = id;
   header.peer.held_object = hand.body.empty() ? -1 : scene.BodyNamed(hand.body);
@@ -75,7 +75,6 @@ std::unique_ptr<PeerNode> NodeFor(const std::shared_ptr<const WorldModel>& model
   NodeOptions options;
   options.peer = header.peer;
   options.peer.law = *MakeLaw(header.law, header.limits, true);
-  options.peer.experiments.contact = hand.contact;
   options.peer.observer = observer;
   options.name = header.name;
   auto node = std::make_unique<PeerNode>(

@@ -29,7 +29,7 @@ TEST(PrintedSchedule, MissesContactsThatOurScheduleFinds) {
     const double capacity = ((trial & 4) == 0 ? 0.1 : 0.2) * points;
     const auto seed = 177 + static_cast<std::uint64_t>(trial);
     const Outcome ours = RunRandomWalk(bodies, options, capacity, frames, seed);
-    options.experiments.schedule = MakePrintedSchedule;
+    options.instead = MakePrintedSchedule;
     const Outcome printed = RunRandomWalk(bodies, options, capacity, frames, seed);
     EXPECT_EQ(ours.missed, 0U) << "trial " << trial;
     // the printed schedule works, but for being late
