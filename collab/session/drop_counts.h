@@ -40,8 +40,8 @@ inline constexpr std::size_t kDropReasons = static_cast<std::size_t>(Drop::kCoun
 using DropCounts = std::array<std::uint64_t, kDropReasons>;
 
 const char* NameOf(Drop reason) noexcept;  // "not_finite" …
-/// Says for a person what the sender does: "claims what others have and have not given away"; null:
-/// the person is not told of this reason.
+/// Says for a person what the sender does: "claims bodies that others have and have not given
+/// away"; null: the person is not told of this reason.
 const char* ReasonText(Drop reason) noexcept;
 /// Returns the count from which on the user is told. A few drops of some reasons arise from
 /// messages that cross.

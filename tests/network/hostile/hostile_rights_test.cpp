@@ -92,7 +92,7 @@ TEST_F(HostileRights, MemberCannotTakeAHeldBodyAndIsReportedOnce) {
       << programs_.at("anna")->output();
   EXPECT_EQ(Told("anna", "carl claims bodies with a greater epoch"), 1)
       << programs_.at("anna")->output();
-  EXPECT_EQ(Told("anna", "carl speaks in another's name"), 1) << programs_.at("anna")->output();
+  EXPECT_EQ(Told("anna", "carl sends in another's name"), 1) << programs_.at("anna")->output();
 
   for (const char* name : {"anna", "ben"}) {
     const PeerWithOrders& here = *programs_.at(name);

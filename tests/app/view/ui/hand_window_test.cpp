@@ -252,7 +252,7 @@ TEST_F(HandWindow, LostControllerIsReportedAndThePartStops) {
   PressOnBall();
   controller_.received = false;
   EXPECT_TRUE(ProcessEventsUntil([&] {
-    return view().warning().contains("not heard");
+    return view().warning().contains("does not answer");
   }));
   EXPECT_TRUE(Action("hand_stop")->isEnabled()) << "it may hear";
   EXPECT_FALSE(window_.panel()->mouse()->dragging());
