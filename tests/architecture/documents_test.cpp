@@ -253,31 +253,6 @@ TEST(Documents, DecisionsInAnotherFormAreFound) {
               ::testing::ElementsAre(::testing::HasSubstr("line 20 ")));
 }
 
-/// Returns the names of all tests of this tree, as Suite.Name.
-std::set<std::string> TestNames() {
-  static const std::regex test(R"(\bTEST(?:_F|_P)?\(\s*(\w+),\s*(\w+)\s*\))");
-  std::set<std::string> names;
-  for (const std::filesystem::path& file : testing::TreeFiles()) {
-    if (file.extension() != ".cpp" || *file.begin() != "tests") continue;
-    const std::string& text = testing::TreeText(file);
-    for (std::sregex_iterator it(text.begin(), text.end(), test), end; it != end; ++it) {
-      names.insert((*it)[1].str() + "." + (*it)[2].str());
-    }
-  }
-  return names;
-}
-
-/// Returns the tests that a text names as `Suite.Name` and that are not among `tests`.
-std::vector<std::string> TestsNamedInVain(const std::string& text,
-                                          const std::set<std::string>& tests) {
-  static const std::regex name(R"(`([A-Z]\w+\.[A-Z]\w+)`)");
-  std::vector<std::string> vain;
-  for (std::sregex_iterator it(text.begin(), text.end(), name), end; it != end; ++it) {
-    if (!tests.contains((*it)[1])) vain.push_back((*it)[1]);
-  }
-  return vain;
-}
-
 /// Returns the names that a text gives as `file.h`: `Name`, `Name` and that the file does not have.
 std::vector<std::string> NamesMissingInFiles(const std::string& text) {
   static const std::regex place(R"(`([\w./-]+\.(?:h|cpp))`: ((?:`\w+`(?:, )?)+))");
@@ -297,15 +272,11 @@ std::vector<std::string> NamesMissingInFiles(const std::string& text) {
   return missing;
 }
 
-TEST(Documents, PaperMapNamesOnlyTestsAndFunctionsThatExist) {
-  const std::string map = testing::TreeText("docs/paper_map.md");
-  EXPECT_THAT(TestsNamedInVain(map, TestNames()), ::testing::IsEmpty());
-  EXPECT_THAT(NamesMissingInFiles(map), ::testing::IsEmpty());
+TEST(Documents, PaperMapNamesOnlyFunctionsThatExist) {
+  EXPECT_THAT(NamesMissingInFiles(testing::TreeText("docs/paper_map.md")), ::testing::IsEmpty());
 }
 
-TEST(Documents, DetectsUnknownTestsAndFunctions) {
-  EXPECT_THAT(TestsNamedInVain("`Map.Is`, `Map.Was`, `README.md`, Map.Out", {"Map.Is"}),
-              ::testing::ElementsAre("Map.Was"));
+TEST(Documents, DetectsUnknownFunctions) {
   EXPECT_THAT(NamesMissingInFiles("`engine/base/units.h`: `kMs`, `kGone`, and `kFar`"),
               ::testing::ElementsAre("engine/base/units.h: kGone"));
 }
