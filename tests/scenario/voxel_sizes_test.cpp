@@ -155,7 +155,8 @@ TEST(VoxelSizes, DelayedContactDiffersOnlyByItsOnset) {
     Pressing pressing(By(0.001), By(0.002), kWay, 1.5, delay_ms);
     pressing.Step(8000);
     const double difference = pressing.Pushed(1) - pressing.Pushed(0);
-    RecordProperty("difference_N", std::to_string(difference));
+    RecordProperty("difference_N_" + std::to_string(static_cast<int>(delay_ms)) + "_ms",
+                   std::to_string(difference));
     EXPECT_GT(difference, 0.0) << delay_ms;
     EXPECT_LT(difference, 10.0 / (1e-3 * delay_ms) * push->head_start) << delay_ms;
   }

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <string>
 
 #include <gtest/gtest.h>
 
@@ -176,7 +177,8 @@ TEST(Apart, WallBetweenInstancesIsDetectedForceCappedAndResolved) {
     SCOPED_TRACE(std::to_string(delay_ms) + " ms");
     ApartRun run({{1, 2}, {0.06, -0.06}, delay_ms});
     run.Run(2.4);
-    EXPECT_GT(run.apart(), kSide);
+    const double apart = run.apart();
+    EXPECT_GT(apart, kSide);
 
     double capped_s = -1;
     double led_s = -1;
@@ -223,6 +225,17 @@ TEST(Apart, WallBetweenInstancesIsDetectedForceCappedAndResolved) {
       EXPECT_TRUE(run.Told(part)) << part;
     }
     EXPECT_FALSE(run.Told("0: your cube"));  // the lower id stays where it is
+
+    const std::string key = "delay_" + std::to_string(static_cast<int>(delay_ms)) + "_ms";
+    RecordProperty(key + "_found_first_s", std::to_string(run.found_s[0]));
+    RecordProperty(key + "_found_second_s", std::to_string(run.found_s[1]));
+    RecordProperty(key + "_capped_s", std::to_string(capped_s));
+    RecordProperty(key + "_led_s", std::to_string(led_s));
+    RecordProperty(key + "_back_s", std::to_string(back_s));
+    RecordProperty(key + "_apart_before_mm", std::to_string(1e3 * apart));
+    RecordProperty(key + "_apart_after_mm", std::to_string(1e3 * run.apart()));
+    RecordProperty(key + "_force_step_N",
+                   std::to_string(std::max(run.most_step[0], run.most_step[1])));
   }
 }
 

@@ -39,7 +39,9 @@ TEST(PrintedSchedule, MissesContactsThatOurScheduleFinds) {
     const std::string key = "trial_" + std::to_string(trial);
     RecordProperty(key + "_missed", static_cast<int>(printed.missed));
     RecordProperty(key + "_tests", std::to_string(ours.tests));
+    RecordProperty(key + "_over", std::to_string(ours.over));
     RecordProperty(key + "_printed_tests", std::to_string(printed.tests));
+    RecordProperty(key + "_printed_over", std::to_string(printed.over));
   }
   RecordProperty("missed", static_cast<int>(printed_missed));
   EXPECT_GT(printed_missed, 0U);

@@ -1,6 +1,7 @@
 #include <bit>
 #include <limits>
 #include <string>
+#include <utility>
 
 #include <gtest/gtest.h>
 
@@ -115,9 +116,14 @@ TEST(ScheduleLimits, AlignedEdgesAreTestedContinuously) {
     const EdgeFigures aligned = OnEdge(bars, 0, layer);
     const EdgeFigures crossed = OnEdge(bars, 0.5 * kPi, layer);
     const std::string key = "layer_" + std::to_string(layer);
-    RecordProperty(key + "_aligned_tests", static_cast<int>(aligned.tests));
-    RecordProperty(key + "_crossed_tests", static_cast<int>(crossed.tests));
-    RecordProperty(key + "_aligned_travel_at_400", std::to_string(TravelAt(aligned, 400)));
+    for (const auto& [name, figures] :
+         {std::pair(key + "_aligned", &aligned), std::pair(key + "_crossed", &crossed)}) {
+      RecordProperty(name + "_contacts", static_cast<int>(figures->contacts));
+      RecordProperty(name + "_tests", static_cast<int>(figures->tests));
+      RecordProperty(name + "_mandatory", std::to_string(figures->load.mandatory));
+      RecordProperty(name + "_travel_at_2000", std::to_string(TravelAt(*figures, 2000)));
+      RecordProperty(name + "_travel_at_400", std::to_string(TravelAt(*figures, 400)));
+    }
     EXPECT_GE(aligned.contacts, 200U);
     EXPECT_LE(aligned.contacts, 250U);
     EXPECT_LE(crossed.contacts, 20U);
