@@ -44,8 +44,8 @@ std::vector<std::vector<Waypoint>> Hands() {
   const Quat turned(Eigen::AngleAxisd(10 * kDegree, Vec3::UnitZ()));
   return {{{0, Vec3::Zero(), Quat::Identity()},
            {1, pulled, Quat::Identity()},
-           {1e-9 * kMovesNs, pulled, Quat::Identity()},
-           {1e-9 * kMovedNs, moved, turned}},
+           {ToSeconds(kMovesNs), pulled, Quat::Identity()},
+           {ToSeconds(kMovedNs), moved, turned}},
           {Waypoint{}},
           {Waypoint{}}};
 }

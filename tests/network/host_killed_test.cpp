@@ -10,6 +10,7 @@
 
 #include "app/process/child_processes.h"
 #include "collab/controller/controller.h"
+#include "engine/base/units.h"
 
 // Real processes: two controllers in one session, each with the peg in its hand. A host moves the
 // first one's hand and is killed; this program is a host of the second, and sees what its user
@@ -73,7 +74,7 @@ TEST(HostKilled, PartnersFeelLittleAndTheNextHostRestoresEverything) {
 
   std::vector<ForceThen> course;
   partner->OnSnapshot([&course](const ControllerSnapshot& now) {
-    course.push_back({1e-9 * static_cast<double>(now.time_ns), now.hand.force_N});
+    course.push_back({ToSeconds(now.time_ns), now.hand.force_N});
   });
   const auto look = [&partner](int ms) {
     const auto until = std::chrono::steady_clock::now() + milliseconds(ms);

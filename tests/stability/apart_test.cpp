@@ -8,6 +8,7 @@
 #include "collab/recording/recorder.h"
 #include "collab/recording/replay.h"
 #include "collab/simulated/network/simulated_session.h"
+#include "engine/base/units.h"
 #include "engine/haptics/scripted_device.h"
 #include "tests/support/allocation_counter.h"
 #include "tests/support/scratch_folder.h"
@@ -201,7 +202,7 @@ TEST(Apart, WallBetweenInstancesIsDetectedForceCappedAndResolved) {
     // both find the wall: the hands part for good at 1.6 to 2.4 s
     for (const double found_s : run.found_s) EXPECT_NEAR(found_s, 2.8, 0.5);
     // the link is capped before the way back begins
-    EXPECT_LT(capped_s - run.found_s[1], InstanceSeparation::kPatienceNs * 1e-9);
+    EXPECT_LT(capped_s - run.found_s[1], ToSeconds(InstanceSeparation::kPatienceNs));
 
     // the second comes back by its way: patience and letting go, looked at every 10 ms; the search
     // takes some frames

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "app/bench/measure/paired_ratios.h"
+#include "engine/base/units.h"
 #include "engine/realtime/clock.h"
 #include "engine/world/world.h"
 #include "tests/support/shapes.h"
@@ -37,7 +38,7 @@ template <class Work>
 double CpuSeconds(const Work& work) {
   const std::int64_t begin = MachineClock().ThreadCpuNs();
   work();
-  return 1e-9 * static_cast<double>(MachineClock().ThreadCpuNs() - begin);
+  return ToSeconds(MachineClock().ThreadCpuNs() - begin);
 }
 
 TEST(Capacity, IsProportionalToTheFrameTime) {

@@ -7,6 +7,7 @@
 
 #include <gmock/gmock.h>
 
+#include "engine/base/units.h"
 #include "tests/support/scratch_folder.h"
 
 namespace tandem {
@@ -15,8 +16,6 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
-
-constexpr std::int64_t kSecond = 1'000'000'000;
 
 PeerInfo Here(PeerId id, const std::string& name) {
   PeerInfo info;
@@ -49,7 +48,7 @@ class NetworkPlanTest : public ::testing::Test {
     inbox_.OnState(state, now_ns_);
     inbox_.Collect();
     std::vector<double> due;
-    for (std::int64_t later = 0; later < 3 * kSecond; later += 1'000'000) {
+    for (std::int64_t later = 0; later < 3 * kSecondNs; later += 1'000'000) {
       while (const ObjectState* next = inbox_.states().Due(now_ns_ + later)) {
         EXPECT_EQ(next->peer, from);
         due.push_back(1e-6 * static_cast<double>(later));
@@ -59,7 +58,7 @@ class NetworkPlanTest : public ::testing::Test {
     return due;
   }
 
-  static constexpr std::int64_t kBegin = 1000 * kSecond;
+  static constexpr std::int64_t kBegin = 1000 * kSecondNs;
   ScratchFolder folder_;
   PeerDirectory directory_{1, 0};
   PeerInbox inbox_{LinkConditions{}, directory_};
@@ -158,19 +157,19 @@ TEST_F(NetworkPlanTest, OrderSwitchesItAtRunTime) {
           .string();
   ASSERT_TRUE(PlannedNetwork::IsOrder("network " + other));
   EXPECT_FALSE(PlannedNetwork::IsOrder("networks x"));
-  EXPECT_FALSE(planned_.Obey("network " + other, kBegin + 10 * kSecond, 2));
+  EXPECT_FALSE(planned_.Obey("network " + other, kBegin + 10 * kSecondNs, 2));
   ApplyAt(10.5);
   EXPECT_THAT(Due(12), ElementsAre(0)) << "its time begins with the order";
   ApplyAt(11.5);
   EXPECT_THAT(Due(12), ElementsAre(30));
   // a file that cannot be read changes nothing
   const std::optional<Error> wrong =
-      planned_.Obey("network /nowhere.json", kBegin + 12 * kSecond, 2);
+      planned_.Obey("network /nowhere.json", kBegin + 12 * kSecondNs, 2);
   ASSERT_TRUE(wrong);
   EXPECT_THAT(wrong->what, HasSubstr("/nowhere.json"));
   ApplyAt(12.5);
   EXPECT_THAT(Due(12), ElementsAre(30));
-  EXPECT_FALSE(planned_.Obey("network off", kBegin + 13 * kSecond, 2));
+  EXPECT_FALSE(planned_.Obey("network off", kBegin + 13 * kSecondNs, 2));
   ApplyAt(13);
   EXPECT_THAT(Due(12), ElementsAre(0));
   EXPECT_TRUE(planned_.Obey("network", kBegin, 2));

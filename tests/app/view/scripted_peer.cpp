@@ -12,6 +12,7 @@
 
 #include "collab/dds/transport/dds_transport.h"
 #include "collab/session/viewer.h"
+#include "engine/base/units.h"
 #include "engine/realtime/clock.h"
 #include "engine/scene/scene.h"
 
@@ -71,7 +72,7 @@ int Play(char** argv, int argc) {
     if (frame.seq % 16 == 0) transport.Publish(info);
     ++info.beat;
     frame.sample_ns = MonotonicNowNs();
-    const double t = static_cast<double>(frame.sample_ns - begin_ns) * 1e-9;
+    const double t = ToSeconds(frame.sample_ns - begin_ns);
     frame.bodies[0].X_W.p = (0.75 + 0.25 * std::cos(6.2831853 * t / kPeriod)) * way;
     transport.Publish(frame);
     ++frame.seq;

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "engine/base/units.h"
 #include "engine/realtime/clock.h"
 #include "engine/voxel/build/voxelize.h"
 #include "tests/support/delayed_pages.h"
@@ -27,7 +28,7 @@ TEST(SlowPages, DelayIsProportionalToSize) {
     EXPECT_EQ(page.quarters, same.quarters);
     bytes += static_cast<double>(slow.BytesOf(r));
   }
-  const double seconds = 1e-9 * static_cast<double>(MonotonicNowNs() - begin_ns);
+  const double seconds = ToSeconds(MonotonicNowNs() - begin_ns);
   EXPECT_GT(bytes, 1e5);
   EXPECT_GE(seconds, bytes / kBytesPerSecond);
 }

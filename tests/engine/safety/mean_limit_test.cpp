@@ -7,10 +7,10 @@
 
 #include <gtest/gtest.h>
 
+#include "engine/base/units.h"
+
 namespace tandem {
 namespace {
-
-constexpr std::int64_t kMilli = 1'000'000;
 
 /// Returns the largest mean over any ten seconds of forces of a millisecond each.
 double LargestMean(const std::vector<double>& forces) {
@@ -33,7 +33,7 @@ TEST(MeanLimit, TheMeanOfAnyTenSecondsStaysWithinTheContinuousForce) {
     for (int i = 0; i < 60'000; ++i) {
       if (run > 0 && random() % 3000 == 0) wanted = 3.3 * static_cast<double>(random() % 3) / 2;
       given.push_back(std::min(wanted, limit.Allowed()));
-      limit.RecordForce(given.back(), kMilli);
+      limit.RecordForce(given.back(), kMs);
     }
     EXPECT_LE(LargestMean(given), 0.88 + 1e-9) << run;
     // a force that is always wanted gets nearly all that the motor bears
@@ -48,7 +48,7 @@ TEST(MeanLimit, LimitsGradually) {
   double last = limit.Allowed();
   EXPECT_EQ(last, 10);
   for (int i = 0; i < 30'000; ++i) {
-    limit.RecordForce(limit.Allowed(), kMilli);
+    limit.RecordForce(limit.Allowed(), kMs);
     EXPECT_LE(std::abs(limit.Allowed() - last), 0.5) << i;
     last = limit.Allowed();
   }
@@ -56,7 +56,7 @@ TEST(MeanLimit, LimitsGradually) {
 
 TEST(MeanLimit, ContinuousPeakForceIsNotLimited) {
   MeanLimit limit(5, 5);
-  for (int i = 0; i < 30'000; ++i) limit.RecordForce(5, kMilli);
+  for (int i = 0; i < 30'000; ++i) limit.RecordForce(5, kMs);
   EXPECT_EQ(limit.Allowed(), 5);
 }
 

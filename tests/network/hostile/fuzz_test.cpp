@@ -15,6 +15,7 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include "engine/base/units.h"
 #include "engine/safety/force_guard.h"
 #include "tests/network/hostile/packet_fuzzer.h"
 #include "tests/network/in_process_peer.h"
@@ -175,7 +176,7 @@ TEST(Fuzz, SessionSurvivesInvalidPacketsAtEveryPort) {
   });
   fuzz.join();
   const long lines = NetworkLinesOf(output) - lines_before;
-  const double elapsed_s = 1e-9 * static_cast<double>(MonotonicNowNs() - begin_ns);
+  const double elapsed_s = ToSeconds(MonotonicNowNs() - begin_ns);
 
   for (std::size_t i = 0; i < 2; ++i) peers.peer(i).Signal(SIGTERM);
   EXPECT_EQ(peers.Wait(), (std::vector<int>{0, 0}));

@@ -2,14 +2,15 @@
 
 #include <gmock/gmock.h>
 
+#include "engine/base/units.h"
+
 namespace tandem {
 namespace {
 
 using ::testing::ElementsAre;
 using ::testing::IsEmpty;
 
-constexpr std::int64_t kMilliNs = 1'000'000;
-constexpr std::int64_t kTickNs = 20 * kMilliNs;
+constexpr std::int64_t kTickNs = 20 * kMs;
 
 TEST(NotificationLimiter, QuietSessionsNewsAreImmediate) {
   NotificationLimiter news;
@@ -49,7 +50,7 @@ TEST(NotificationLimiter, TotalLineRateIsBounded) {
   }
   ASSERT_GT(said_ns.size(), NotificationLimiter::kMostPerSecond);
   for (std::size_t i = NotificationLimiter::kMostPerSecond; i < said_ns.size(); ++i) {
-    EXPECT_GE(said_ns[i] - said_ns[i - NotificationLimiter::kMostPerSecond], 1000 * kMilliNs);
+    EXPECT_GE(said_ns[i] - said_ns[i - NotificationLimiter::kMostPerSecond], 1000 * kMs);
   }
   EXPECT_GT(news.left_out(), 24'000U);
 }

@@ -2,22 +2,23 @@
 
 #include <gtest/gtest.h>
 
+#include "engine/base/units.h"
+
 namespace tandem {
 namespace {
 
-constexpr std::int64_t kGateMsNs = 1'000'000;
 constexpr WriterLimits kLimits{.per_second = 1000, .at_once = 100, .keys = 10, .of_one = 3};
 
 TEST(WriterRateLimiter, WriterWithinItsRateIsNeverRefused) {
   WriterRateLimiter gate(kLimits);
   for (std::int64_t i = 0; i < 10'000; ++i) {
-    ASSERT_FALSE(gate.Refuses(7, 1, static_cast<std::uint64_t>(1 + i % 10), i * kGateMsNs)) << i;
+    ASSERT_FALSE(gate.Refuses(7, 1, static_cast<std::uint64_t>(1 + i % 10), i * kMs)) << i;
   }
 }
 
 TEST(WriterRateLimiter, DelayedSamplesMayArriveInABurst) {
   WriterRateLimiter gate(kLimits);
-  for (int i = 0; i < 100; ++i) ASSERT_FALSE(gate.Refuses(7, 1, 1, kGateMsNs)) << i;
+  for (int i = 0; i < 100; ++i) ASSERT_FALSE(gate.Refuses(7, 1, 1, kMs)) << i;
 }
 
 TEST(WriterRateLimiter, FloodMutesItsWriterForAWhile) {
@@ -25,7 +26,7 @@ TEST(WriterRateLimiter, FloodMutesItsWriterForAWhile) {
   // ten times the rate, for ten seconds
   int let_through = 0;
   for (std::int64_t i = 0; i < 100'000; ++i) {
-    const auto refused = gate.Refuses(7, 1, 1, i * kGateMsNs / 10);
+    const auto refused = gate.Refuses(7, 1, 1, i * kMs / 10);
     if (refused) {
       EXPECT_EQ(*refused, Drop::kFlood);
     } else {
@@ -34,14 +35,14 @@ TEST(WriterRateLimiter, FloodMutesItsWriterForAWhile) {
   }
   EXPECT_LE(let_through, 10'000 + 100);
   // it has stopped, and is heard again
-  EXPECT_FALSE(gate.Refuses(7, 1, 1, 20'000 * kGateMsNs));
+  EXPECT_FALSE(gate.Refuses(7, 1, 1, 20'000 * kMs));
 }
 
 TEST(WriterRateLimiter, FloodOfOneWriterDoesNotAffectOthers) {
   WriterRateLimiter gate(kLimits);
   for (std::int64_t i = 0; i < 10'000; ++i) {
-    for (int n = 0; n < 100; ++n) gate.Refuses(7, 1, 1, i * kGateMsNs);
-    ASSERT_FALSE(gate.Refuses(8, 2, 1, i * kGateMsNs)) << i;
+    for (int n = 0; n < 100; ++n) gate.Refuses(7, 1, 1, i * kMs);
+    ASSERT_FALSE(gate.Refuses(8, 2, 1, i * kMs)) << i;
   }
 }
 

@@ -10,12 +10,11 @@
 #include <gtest/gtest.h>
 
 #include "collab/trace/path_record.h"
+#include "engine/base/units.h"
 
 namespace tandem {
 namespace {
 
-constexpr std::int64_t kLineMs = 1'000'000;
-constexpr std::int64_t kLineSecond = 1000 * kLineMs;
 constexpr std::array<std::uint8_t, 32> kLineSecret{7};
 
 using LineBytes = std::vector<std::byte>;
@@ -71,7 +70,7 @@ class PathResponderTest : public ::testing::Test {
   int Run(int ms, bool asker_sends) {
     int count = 0;
     for (int i = 0; i < ms; ++i) {
-      now_ns_ += kLineMs;
+      now_ns_ += kMs;
       if (asker_sends) Sample(next_++, now_ns_);
       sent_.clear();
       answerer_.SendDue(now_ns_, send_);
@@ -83,7 +82,7 @@ class PathResponderTest : public ::testing::Test {
   PathResponder answerer_{kLineSecret};
   PathResponder::Address asker_{0x0100007f, 999};
   PathRequest ask_;
-  std::int64_t now_ns_ = 100 * kLineSecond;
+  std::int64_t now_ns_ = 100 * kSecondNs;
   std::uint32_t next_ = 0;
   bool may_answer_ = true;
   std::size_t received_ = 0;  // bytes
@@ -186,7 +185,7 @@ TEST_F(PathResponderTest, RefusesExcessiveRatesAndTooManyAskers) {
   EXPECT_EQ(word(), PathMessageKind::kRefuse) << "a third";
   EXPECT_EQ(answerer_.streams(), PathResponder::kMostStreams);
   // a stream that has gone makes room
-  now_ns_ += PathResponder::kKeptNs + kLineSecond;
+  now_ns_ += PathResponder::kKeptNs + kSecondNs;
   answerer_.SendDue(now_ns_, send_);
   EXPECT_EQ(answerer_.streams(), 0U);
   EXPECT_EQ(word(), PathMessageKind::kOffer);
@@ -196,9 +195,9 @@ TEST_F(PathResponderTest, ReportsArrivalTimesAndLosses) {
   ask_.terms.samples = 300;
   ASSERT_TRUE(Begin());
   for (std::uint32_t i = 0; i < 300; ++i) {
-    now_ns_ += kLineMs;
+    now_ns_ += kMs;
     if (i % 10 == 4) continue;
-    Sample(i, now_ns_ - (40 + i) * kLineMs);
+    Sample(i, now_ns_ - (40 + i) * kMs);
     if (i % 10 == 5) Sample(i, now_ns_);  // twice: the first counts
   }
   std::map<std::uint32_t, std::int64_t> reported;
@@ -215,23 +214,23 @@ TEST_F(PathResponderTest, ReportsArrivalTimesAndLosses) {
   }
   ASSERT_EQ(reported.size(), 300U);
   for (const auto& [seq, ns] : reported) {
-    EXPECT_EQ(ns, seq % 10 == 4 ? PathRecord::kNever : (40 + seq) * kLineMs) << seq;
+    EXPECT_EQ(ns, seq % 10 == 4 ? PathRecord::kNever : (40 + seq) * kMs) << seq;
   }
 }
 
 TEST_F(PathResponderTest, EchoesTheNewestTimestampAndItsHoldTime) {
   ASSERT_TRUE(Begin());
-  now_ns_ += 50 * kLineMs;
+  now_ns_ += 50 * kMs;
   answerer_.SendDue(now_ns_, send_);
   Sample(1, 777);
   Sample(0, 555);  // older
-  now_ns_ += 3 * kLineMs;
+  now_ns_ += 3 * kMs;
   sent_.clear();
   answerer_.SendDue(now_ns_, send_);
   ASSERT_FALSE(sent_.empty());
   const auto sample = MessageIn<PathSample>(sent_.back().second);
   EXPECT_EQ(sample->echo_ns, 777);
-  EXPECT_EQ(sample->held_ns, 3 * kLineMs);
+  EXPECT_EQ(sample->held_ns, 3 * kMs);
   EXPECT_EQ(sample->received, 2U);
 }
 

@@ -5,6 +5,8 @@
 
 #include <gmock/gmock.h>
 
+#include "engine/base/units.h"
+
 namespace tandem {
 namespace {
 
@@ -123,22 +125,21 @@ TEST(Announcement, NamesAreSafeToPrint) {
 }
 
 TEST(AnnouncedPrograms, AreForgottenWhenAnnouncementsStop) {
-  constexpr std::int64_t kSecond = 1'000'000'000;
   AnnouncedPrograms programs;
   const Announcement ended{{1}, {"ended", false}};
   const Announcement here{{2}, {"here", true}};
   const Announcement self{{3}, {"own", false}};
   for (std::int64_t i = 0; i < 4; ++i) {
     if (i == 0) programs.Note(ended, 0);
-    programs.Note(here, i * 2 * kSecond);
-    programs.Note(self, i * 2 * kSecond);
+    programs.Note(here, i * 2 * kSecondNs);
+    programs.Note(self, i * 2 * kSecondNs);
   }
   using ::testing::ElementsAre;
   const std::set<ProgramId> own{self.program};
-  EXPECT_THAT(programs.Sessions(own, 2 * kSecond),
+  EXPECT_THAT(programs.Sessions(own, 2 * kSecondNs),
               ElementsAre(AnnouncedSession{"ended", false}, AnnouncedSession{"here", true}));
-  EXPECT_THAT(programs.Sessions(own, 8 * kSecond), ElementsAre(AnnouncedSession{"here", true}));
-  EXPECT_THAT(programs.Sessions(own, 20 * kSecond), ElementsAre());
+  EXPECT_THAT(programs.Sessions(own, 8 * kSecondNs), ElementsAre(AnnouncedSession{"here", true}));
+  EXPECT_THAT(programs.Sessions(own, 20 * kSecondNs), ElementsAre());
 }
 
 // A flood of forged announcements costs nothing.

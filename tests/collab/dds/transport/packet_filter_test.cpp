@@ -6,12 +6,13 @@
 
 #include <gtest/gtest.h>
 
+#include "engine/base/units.h"
+
 namespace tandem {
 namespace {
 
 using RawPacket = std::vector<std::uint8_t>;
 
-constexpr std::int64_t kFilterMsNs = 1'000'000;
 constexpr std::uint32_t kHere = 0x0100007F;
 
 void Put(RawPacket& packet, std::uint64_t value, int bytes) {
@@ -81,29 +82,29 @@ TEST(PacketFilter, SessionPacketsPass) {
   PacketFilter filter(1);
   for (std::int64_t ms = 1; ms < 10'000; ++ms) {
     for (std::uint64_t program = 1; program <= 20; ++program) {
-      ASSERT_EQ(filter.Judge(Empty(program), kHere, ms * kFilterMsNs), PacketDrop::kNone);
+      ASSERT_EQ(filter.Judge(Empty(program), kHere, ms * kMs), PacketDrop::kNone);
       if (ms % 650 != 0) continue;
-      ASSERT_EQ(filter.Judge(Announced(program), kHere, ms * kFilterMsNs), PacketDrop::kNone);
+      ASSERT_EQ(filter.Judge(Announced(program), kHere, ms * kMs), PacketDrop::kNone);
     }
   }
 }
 
 TEST(PacketFilter, NonDdsPacketsAreDropped) {
   PacketFilter filter(1);
-  EXPECT_EQ(filter.Judge({}, kHere, kFilterMsNs), PacketDrop::kNotRtps);
-  EXPECT_EQ(filter.Judge(RawPacket(100, 'x'), kHere, kFilterMsNs), PacketDrop::kNotRtps);
+  EXPECT_EQ(filter.Judge({}, kHere, kMs), PacketDrop::kNotRtps);
+  EXPECT_EQ(filter.Judge(RawPacket(100, 'x'), kHere, kMs), PacketDrop::kNotRtps);
   const RawPacket good = Empty(1);
-  EXPECT_EQ(filter.Judge(std::span(good).first(19), kHere, kFilterMsNs), PacketDrop::kNotRtps);
+  EXPECT_EQ(filter.Judge(std::span(good).first(19), kHere, kMs), PacketDrop::kNotRtps);
 }
 
 TEST(PacketFilter, ForgedProgramsDoNotReachDds) {
   PacketFilter filter(1);
-  std::int64_t now_ns = kFilterMsNs;
+  std::int64_t now_ns = kMs;
   ASSERT_EQ(filter.Judge(Announced(7), kHere, now_ns), PacketDrop::kNone);
   std::int64_t passed = 0;
   // 2,000 a second
   for (std::uint64_t program = 1000; program < 101'000; ++program) {
-    now_ns += kFilterMsNs / 2;
+    now_ns += kMs / 2;
     if (filter.Judge(Announced(program), kHere, now_ns) == PacketDrop::kNone) {
       ++passed;
     }
@@ -116,9 +117,9 @@ TEST(PacketFilter, ForgedProgramsDoNotReachDds) {
 
 TEST(PacketFilter, FloodFromOneAddressDoesNotBlockAnother) {
   PacketFilter filter(1);
-  std::int64_t now_ns = kFilterMsNs;
+  std::int64_t now_ns = kMs;
   for (std::uint64_t program = 1000; program < 11'000; ++program) {
-    now_ns += kFilterMsNs / 2;
+    now_ns += kMs / 2;
     filter.Judge(Announced(program), kHere, now_ns);
   }
   EXPECT_EQ(filter.Judge(Announced(7), kHere + 256, now_ns), PacketDrop::kNone);
@@ -127,10 +128,10 @@ TEST(PacketFilter, FloodFromOneAddressDoesNotBlockAnother) {
 // 51 packets a second could keep all places taken.
 TEST(PacketFilter, HourOfNewProgramsFromOneAddressDoesNotBlockAnother) {
   PacketFilter filter(1);
-  std::int64_t now_ns = kFilterMsNs;
+  std::int64_t now_ns = kMs;
   std::uint64_t newest = 1000;
   for (int second = 0; second < 3600; ++second) {
-    now_ns += 1000 * kFilterMsNs;
+    now_ns += 1000 * kMs;
     newest += 2;
     for (std::uint64_t program = newest - std::min<std::uint64_t>(newest - 1000, 1500);
          program < newest && second % 10 == 0; ++program) {
@@ -148,22 +149,21 @@ TEST(PacketFilter, FullTableEvictsFromTheLargestAddress) {
   constexpr std::uint32_t kFrom = 20;  // addresses
   for (std::uint32_t from = 1; from <= kFrom; ++from) {
     for (std::uint64_t program = 0; program < 128; ++program) {
-      filter.Judge(Empty(1000 * from + program), kHere + 256 * from, kFilterMsNs);
+      filter.Judge(Empty(1000 * from + program), kHere + 256 * from, kMs);
     }
   }
   for (std::uint64_t program = 1; program <= 16; ++program) {
-    EXPECT_EQ(filter.Judge(Announced(program), kHere, 2 * kFilterMsNs), PacketDrop::kNone);
-    EXPECT_EQ(filter.Judge(Announced(program), kHere, 3 * kFilterMsNs), PacketDrop::kNone);
+    EXPECT_EQ(filter.Judge(Announced(program), kHere, 2 * kMs), PacketDrop::kNone);
+    EXPECT_EQ(filter.Judge(Announced(program), kHere, 3 * kMs), PacketDrop::kNone);
   }
 }
 
 TEST(PacketFilter, ProgramAnnouncesOnlyItself) {
   PacketFilter filter(1);
-  EXPECT_EQ(filter.Judge(Data(7, kSpdpWriterId, Terms(8, 2)), kHere, kFilterMsNs),
-            PacketDrop::kForged);
+  EXPECT_EQ(filter.Judge(Data(7, kSpdpWriterId, Terms(8, 2)), kHere, kMs), PacketDrop::kForged);
   RawPacket both = Announced(7);
   PutData(both, kSpdpWriterId, Terms(8, 2));
-  EXPECT_EQ(filter.Judge(both, kHere, kFilterMsNs), PacketDrop::kForged);
+  EXPECT_EQ(filter.Judge(both, kHere, kMs), PacketDrop::kForged);
 }
 
 // DDS would remember a program without a lease for 100 s, and one that announces no endpoints for
@@ -171,7 +171,7 @@ TEST(PacketFilter, ProgramAnnouncesOnlyItself) {
 TEST(PacketFilter, AnnouncementNeedsALeaseAndEndpoints) {
   PacketFilter filter(1);
   const auto judged = [&](const RawPacket& terms) {
-    return filter.Judge(Data(7, kSpdpWriterId, terms), kHere, kFilterMsNs);
+    return filter.Judge(Data(7, kSpdpWriterId, terms), kHere, kMs);
   };
   EXPECT_EQ(judged(Terms(7, 2)), PacketDrop::kNone);
   EXPECT_EQ(judged(Terms(7, 0)), PacketDrop::kForged);
@@ -193,9 +193,9 @@ TEST(PacketFilter, GoodbyeNeedsNeitherLeaseNorEndpoints) {
   content.insert(content.end(), terms.begin(), terms.end());
   PutData(goodbye, kSpdpWriterId, content);
   goodbye[21] = 0x0B;  // with inline QoS, and a key
-  EXPECT_EQ(filter.Judge(goodbye, kHere, kFilterMsNs), PacketDrop::kNone);
+  EXPECT_EQ(filter.Judge(goodbye, kHere, kMs), PacketDrop::kNone);
   goodbye[20 + 4 + 20 + 4 + 3] = 0;  // the key is none
-  EXPECT_EQ(filter.Judge(goodbye, kHere, kFilterMsNs), PacketDrop::kForged);
+  EXPECT_EQ(filter.Judge(goodbye, kHere, kMs), PacketDrop::kForged);
 }
 
 TEST(PacketFilter, EmptySubmessageHidesNothing) {
@@ -206,16 +206,15 @@ TEST(PacketFilter, EmptySubmessageHidesNothing) {
     RawPacket endless = packet;
     PutData(packet, kSpdpWriterId, Terms(7, 2));
     PutData(endless, kSpdpWriterId, Terms(7, 0x7FFFFFFF));
-    EXPECT_EQ(filter.Judge(packet, kHere, kFilterMsNs), PacketDrop::kNone) << int{kind};
-    EXPECT_EQ(filter.Judge(endless, kHere, kFilterMsNs), PacketDrop::kForged) << int{kind};
+    EXPECT_EQ(filter.Judge(packet, kHere, kMs), PacketDrop::kNone) << int{kind};
+    EXPECT_EQ(filter.Judge(endless, kHere, kMs), PacketDrop::kForged) << int{kind};
   }
 }
 
 TEST(PacketFilter, SecureAnnouncerFollowsTheSameRules) {
   PacketFilter filter(1);
-  EXPECT_EQ(filter.Judge(Data(7, 0xFF0101C2, Terms(7, 2)), kHere, kFilterMsNs), PacketDrop::kNone);
-  EXPECT_EQ(filter.Judge(Data(7, 0xFF0101C2, Terms(8, 2)), kHere, kFilterMsNs),
-            PacketDrop::kForged);
+  EXPECT_EQ(filter.Judge(Data(7, 0xFF0101C2, Terms(7, 2)), kHere, kMs), PacketDrop::kNone);
+  EXPECT_EQ(filter.Judge(Data(7, 0xFF0101C2, Terms(8, 2)), kHere, kMs), PacketDrop::kForged);
 }
 
 TEST(PacketFilter, AnnouncementNeedsTheUsualLayout) {
@@ -223,25 +222,25 @@ TEST(PacketFilter, AnnouncementNeedsTheUsualLayout) {
   for (const unsigned to_inline_qos : {0U, 4U, 8U, 12U, 20U, 0xFFFFU}) {
     RawPacket packet = Empty(7);
     PutData(packet, kSpdpWriterId, Terms(7, 2), static_cast<std::uint16_t>(to_inline_qos));
-    EXPECT_EQ(filter.Judge(packet, kHere, kFilterMsNs), PacketDrop::kForged) << to_inline_qos;
+    EXPECT_EQ(filter.Judge(packet, kHere, kMs), PacketDrop::kForged) << to_inline_qos;
   }
 }
 
 TEST(PacketFilter, FragmentedOrPermanentAnnouncementsAreDropped) {
   PacketFilter filter(1);
-  EXPECT_EQ(filter.Judge(Announced(7), kHere, kFilterMsNs), PacketDrop::kNone);
-  EXPECT_EQ(filter.Judge(Announced(7, 0x7FFFFFFF), kHere, kFilterMsNs), PacketDrop::kForged);
+  EXPECT_EQ(filter.Judge(Announced(7), kHere, kMs), PacketDrop::kNone);
+  EXPECT_EQ(filter.Judge(Announced(7, 0x7FFFFFFF), kHere, kMs), PacketDrop::kForged);
   // in pieces, which hide what they are
   RawPacket piece = Announced(7);
   piece[20] = 0x16;
-  EXPECT_EQ(filter.Judge(piece, kHere, kFilterMsNs), PacketDrop::kForged);
+  EXPECT_EQ(filter.Judge(piece, kHere, kMs), PacketDrop::kForged);
 }
 
 TEST(PacketFilter, ForgedIdFromAnotherAddressDoesNotHarmItsOwner) {
   PacketFilter filter(1);
-  for (int i = 0; i < 200'000; ++i) filter.Judge(Empty(7), kHere + 256, kFilterMsNs);
-  EXPECT_EQ(filter.Judge(Empty(7), kHere + 256, kFilterMsNs), PacketDrop::kFlood);
-  EXPECT_EQ(filter.Judge(Empty(7), kHere, kFilterMsNs), PacketDrop::kNone);
+  for (int i = 0; i < 200'000; ++i) filter.Judge(Empty(7), kHere + 256, kMs);
+  EXPECT_EQ(filter.Judge(Empty(7), kHere + 256, kMs), PacketDrop::kFlood);
+  EXPECT_EQ(filter.Judge(Empty(7), kHere, kMs), PacketDrop::kNone);
 }
 
 TEST(PacketFilter, AnnouncedEndpointsAreBounded) {
@@ -249,7 +248,7 @@ TEST(PacketFilter, AnnouncedEndpointsAreBounded) {
     PacketFilter filter(1);
     std::int64_t passed = 0;
     for (int i = 0; i < 100'000; ++i) {
-      const PacketDrop drop = filter.Judge(Data(7, writer, RawPacket(64, 0)), kHere, kFilterMsNs);
+      const PacketDrop drop = filter.Judge(Data(7, writer, RawPacket(64, 0)), kHere, kMs);
       if (drop == PacketDrop::kNone) {
         ++passed;
       } else {
@@ -262,11 +261,11 @@ TEST(PacketFilter, AnnouncedEndpointsAreBounded) {
 
 TEST(PacketFilter, SilentSenderIsForgotten) {
   PacketFilter filter(1);
-  std::int64_t now_ns = kFilterMsNs;
+  std::int64_t now_ns = kMs;
   std::size_t passed = 0;
   // over a day there is room for many more than at once
   for (std::uint64_t program = 1; program <= 20'000; ++program) {
-    now_ns += 4'000 * kFilterMsNs;
+    now_ns += 4'000 * kMs;
     if (filter.Judge(Empty(program), kHere, now_ns) == PacketDrop::kNone) ++passed;
   }
   EXPECT_EQ(passed, 20'000U);
