@@ -77,7 +77,7 @@ TEST(SharedBody, OutdatedSamplesChangeNothing) {
   EXPECT_EQ(bench.inputs.links[0].copy.X_WA.p.x(), 0.02);
 }
 
-TEST(SharedBody, LostPartnersForceFadesOver200Milliseconds) {
+TEST(SharedBody, LostCoupledPeersForceFadesOver200Milliseconds) {
   LinkBench bench;
   bench.body.Join(kOther);
   for (int i = 0; i < 2000; ++i) bench.Frame(0.01, 200, 60);
@@ -97,7 +97,7 @@ TEST(SharedBody, LostPartnersForceFadesOver200Milliseconds) {
 }
 
 // Only the session says who is lost: a link over which nothing comes is made for its age.
-TEST(SharedBody, SilentPartnersLinkSoftensWithoutEnding) {
+TEST(SharedBody, SilentCoupledPeersLinkSoftensWithoutEnding) {
   LinkBench bench;
   bench.body.Join(kOther);
   for (int i = 0; i < 1000; ++i) bench.Frame(0.01, 100, 500);
@@ -209,7 +209,7 @@ TEST(SharedBody, ReportsTheDifferenceOfALinksWrenches) {
 }
 
 // A partner may say anything of what its end felt. The force here comes from its poses alone.
-TEST(SharedBody, ReportedPartnerForceIsNeverApplied) {
+TEST(SharedBody, ReportedCoupledPeerForceIsNeverApplied) {
   std::array<StepInputs, 2> inputs;
   for (const std::size_t lies : {0U, 1U}) {
     LinkBench bench;
@@ -311,7 +311,7 @@ TEST(SharedBody, MomentIsConstantBeyondFiveTwelfthsOfATurn) {
   }
 }
 
-TEST(SharedBody, EchoesEachPartnersNewestTimestamp) {
+TEST(SharedBody, EchoesEachCoupledPeersNewestTimestamp) {
   LinkBench bench;
   bench.body.Join(kOther);
   bench.Frame(0, 200, 100);

@@ -28,7 +28,7 @@ TEST(OwnershipDisputes, PartitionsOfASessionAgreeAfterReconnecting) {
   EXPECT_EQ(cluster.Authority(0), 5U);
 }
 
-TEST(OwnershipDisputes, OnlyTheOwnersSamplesCount) {
+TEST(OwnershipDisputes, OnlyTheAuthoritysSamplesCount) {
   OwnershipCluster cluster({3, 5, 9}, 0);
   cluster[5].Ask(kOwn);
   cluster.Run(20);
@@ -117,7 +117,7 @@ TEST(OwnershipDisputes, EpochsRiseNoFasterThanPeersCanGrab) {
   EXPECT_GT(drops.CountsOf(77)[static_cast<std::size_t>(Drop::kEpochLeap)], 1000U);
 }
 
-TEST(OwnershipDisputes, OnlyTheOwnersGrantsAndRefusalsCount) {
+TEST(OwnershipDisputes, OnlyTheAuthoritysGrantsAndRefusalsCount) {
   OwnershipCluster cluster({3, 5, 9}, 0);
   cluster[5].Ask(kOwn);
   cluster.Run(300);
@@ -158,7 +158,7 @@ TEST(OwnershipDisputes, MajorityKeepsItsBodiesAfterACut) {
 }
 
 // Nobody but the authority raises its claim. The grants of an authority that is gone count in turn.
-TEST(OwnershipDisputes, SuccessorsGrantCountsAfterTheOwnerIsLost) {
+TEST(OwnershipDisputes, SuccessorsGrantCountsAfterTheAuthorityIsLost) {
   OwnershipCluster cluster({3, 5, 9}, 0);
   cluster[5].Ask(kOwn);
   cluster.Run(300);
@@ -183,7 +183,7 @@ TEST(OwnershipDisputes, SuccessorsGrantCountsAfterTheOwnerIsLost) {
 
 // A newcomer hears the liar first, who says that it is far along, and then all the others. The
 // names that they give are no hearsay once it has known them for a while.
-TEST(OwnershipDisputes, MisledPeerReturnsToTheCommonlyNamedOwner) {
+TEST(OwnershipDisputes, MisledPeerReturnsToTheCommonlyNamedAuthority) {
   Ownership late(9, TwoBodies());
   std::array<Event, 8> out;
   std::size_t count = 0;

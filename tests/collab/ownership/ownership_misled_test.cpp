@@ -126,7 +126,7 @@ TEST(OwnershipMisled, NewcomerDoesNotTakeAHeldBody) {
 }
 
 // The owner is cut off from this peer, and the peer that has the body from it is still to be heard.
-TEST(OwnershipMisled, LostOwnersBodyDoesNotGoToAClaimantAtOnce) {
+TEST(OwnershipMisled, LostAuthoritysBodyDoesNotGoToAClaimantAtOnce) {
   Listener three(3);
   three.HearClaim(5, 1, true, Kind::kJoined);
   three.HearName(9, 5, 1, Kind::kJoined);
@@ -141,7 +141,7 @@ TEST(OwnershipMisled, LostOwnersBodyDoesNotGoToAClaimantAtOnce) {
 }
 
 // One honest peer was misled, so that two name the liar. This one knows the owner's claim itself.
-TEST(OwnershipMisled, PeerThatKnowsTheOwnersClaimCountsItself) {
+TEST(OwnershipMisled, PeerThatKnowsTheAuthoritysClaimCountsItself) {
   Listener three(3);
   three.HearClaim(5, 1, true, Kind::kJoined);
   three.HearName(9, 5, 1, Kind::kJoined);
@@ -155,7 +155,7 @@ TEST(OwnershipMisled, PeerThatKnowsTheOwnersClaimCountsItself) {
 
 // 3 took the body over while 5 was away, and claimed above 5 while 7 went by 3 still. Now 7 goes by
 // 5. Under its own name 3 never counts back.
-TEST(OwnershipMisled, OwnerYieldsToTheMajorityAndKeepsCountingEpochs) {
+TEST(OwnershipMisled, AuthorityYieldsToTheMajorityAndKeepsCountingEpochs) {
   Listener three(3);
   three.HearClaim(5, 1, false, Kind::kJoined);
   three.HearName(7, 5, 1, Kind::kJoined);
@@ -179,7 +179,7 @@ TEST(OwnershipMisled, OwnerYieldsToTheMajorityAndKeepsCountingEpochs) {
 
 // The same holds as for a body of one hand: to wait for a claim above ours would take two ways
 // more.
-TEST(OwnershipMisled, SharedBodysOwnerYieldsToTheMajority) {
+TEST(OwnershipMisled, SharedBodysAuthorityYieldsToTheMajority) {
   Listener three(3, kShared);
   three.HearClaim(5, 1, false, Kind::kJoined);
   three.HearName(7, 5, 1, Kind::kJoined);
@@ -229,7 +229,7 @@ TEST(OwnershipMisled, NamesUnderALowEpochDoNotSupportAHighOne) {
 
 // The liar says that 5 has it under an epoch that 5 does not go by. To take it over from there
 // would be a claim that the others go by as little (hostile seed 619).
-TEST(OwnershipMisled, OwnersOwnLowerEpochIsAccepted) {
+TEST(OwnershipMisled, AuthoritysOwnLowerEpochIsAccepted) {
   Listener nine(9);
   nine.HearClaim(kLiar, 1, false, Kind::kJoined);
   nine.Run(6000);

@@ -13,7 +13,7 @@ using Kind = MembershipChange::Kind;
 
 // The peer that is granted a body says for a while that the granter has it. The granter does not
 // get it back by that word.
-TEST(OwnershipMisled, OutdatedReportOfTheNewOwnerDoesNotUndoAGrant) {
+TEST(OwnershipMisled, OutdatedReportOfTheNewAuthorityDoesNotUndoAGrant) {
   Listener three(3);
   three.HearClaim(kLiar, 1, false, Kind::kJoined);
   three.HearName(5, kLiar, 1, Kind::kJoined);
@@ -93,7 +93,7 @@ TEST(OwnershipMisled, OutdatedReportDoesNotReturnAGivenBody) {
 
 // 5 took the body over while the liar was lost, and this peer hears of that only when the liar is
 // here again (hostile seed 720).
-TEST(OwnershipMisled, RestartedOwnerHasNothingToGive) {
+TEST(OwnershipMisled, RestartedAuthorityHasNothingToGive) {
   for (const Kind gone : {Kind::kLost, Kind::kLeft}) {
     Listener nine(9);
     nine.HearClaim(kLiar, 1, false, Kind::kJoined);

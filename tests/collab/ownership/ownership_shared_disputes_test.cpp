@@ -88,7 +88,7 @@ TEST(OwnershipDisputes, BodyReturnedToItsHolderContinuesItsEpoch) {
 
 // The lowest of the peers that hold it under one epoch answers, and another may have heard of that
 // before we do.
-TEST(OwnershipDisputes, NamedOwnerOfASharedBodyMayClaimIt) {
+TEST(OwnershipDisputes, NamedAuthorityOfASharedBodyMayClaimIt) {
   Ownership nine(9, TwoBodies());
   std::int64_t now_ns = 1'000'000'000;
   const auto run = [&](int frames) {

@@ -257,7 +257,7 @@ TEST(Ownership, SharedBodyIsHeldJointlyAndParkedByTheLastHolder) {
   EXPECT_TRUE(cluster[3].Parks(1));
 }
 
-TEST(Ownership, LateJoinerLearnsTheOwners) {
+TEST(Ownership, LateJoinerLearnsTheAuthorities) {
   OwnershipCluster cluster({5, 9}, 20);
   cluster[9].Ask(kOwn);
   cluster.Run(100);
@@ -292,7 +292,7 @@ TEST(Ownership, ResumedPeerListensBeforeItClaims) {
 }
 
 // The peer that answers for the body is here and holds something else. It goes on to answer.
-TEST(Ownership, LastHolderLeavesASharedBodyToItsOwner) {
+TEST(Ownership, LastHolderLeavesASharedBodyToItsAuthority) {
   OwnershipCluster cluster({3, 5, 9}, 10);
   cluster[9].Ask(kShared);
   cluster.Run(100);

@@ -45,7 +45,7 @@ TEST_F(OwnershipTouch, LowestPeerMovesUntouchedBodies) {
   EXPECT_EQ(cluster_.doubles(), 0);
 }
 
-TEST_F(OwnershipTouch, PushingPeerBecomesOwnerAfterARoundTrip) {
+TEST_F(OwnershipTouch, PushingPeerBecomesAuthorityAfterARoundTrip) {
   Run(400, {});
   Run(2 * kDelay, {9});
   EXPECT_FALSE(cluster_[9].Parks(0));
@@ -57,7 +57,7 @@ TEST_F(OwnershipTouch, PushingPeerBecomesOwnerAfterARoundTrip) {
   EXPECT_EQ(cluster_.doubles(), 0);
 }
 
-TEST_F(OwnershipTouch, OwnerThatPushesKeepsTheBody) {
+TEST_F(OwnershipTouch, AuthorityThatPushesKeepsTheBody) {
   Run(400, {3});
   Run(2000, {3, 5});
   EXPECT_EQ(cluster_.Authority(0), 3U);
@@ -67,7 +67,7 @@ TEST_F(OwnershipTouch, OwnerThatPushesKeepsTheBody) {
   EXPECT_EQ(cluster_.doubles(), 0);
 }
 
-TEST_F(OwnershipTouch, NewOwnerKeepsTheBodyForAWhile) {
+TEST_F(OwnershipTouch, NewAuthorityKeepsTheBodyForAWhile) {
   Run(400, {});
   // 9 pushed for a moment, longer ago than a touch counts for, when the push of another arrives
   Run(1, {9});
@@ -109,7 +109,7 @@ TEST_F(OwnershipTouch, PushingAnUnfreeBodySendsNothing) {
   EXPECT_EQ(cluster_[3].epoch(1), epoch);
 }
 
-TEST_F(OwnershipTouch, LooseBodyOfALostOwnerGoesToTheNextPeer) {
+TEST_F(OwnershipTouch, LooseBodyOfALostAuthorityGoesToTheNextPeer) {
   Run(400, {});
   Run(2 * kDelay + 3, {9});
   Run(3 * kDelay, {});
@@ -120,7 +120,7 @@ TEST_F(OwnershipTouch, LooseBodyOfALostOwnerGoesToTheNextPeer) {
   EXPECT_TRUE(cluster_[3].Parks(0));
 }
 
-TEST_F(OwnershipTouch, OnlyTheOwnerPlacesALooseFreeBody) {
+TEST_F(OwnershipTouch, OnlyTheAuthorityPlacesALooseFreeBody) {
   Run(400, {});
   ObjectState state;
   state.peer = 3;

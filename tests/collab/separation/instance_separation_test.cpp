@@ -77,7 +77,7 @@ TEST_F(InstanceSeparationTest, LeadsAReleasedBodyFromItsCurrentPose) {
 
 // Anna says that she is where she likes, and asks all the time. The body does not leave our hand at
 // each of her words.
-TEST_F(InstanceSeparationTest, YieldsToThePartnerTwiceThenOnceEveryHalfAMinute) {
+TEST_F(InstanceSeparationTest, YieldsToTheCoupledPeerTwiceThenOnceEveryHalfAMinute) {
   int led = 0;
   const auto stay_apart = [&](bool by_user) {
     const bool before = separation.guiding();

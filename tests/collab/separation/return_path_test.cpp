@@ -41,7 +41,7 @@ bool Begin(ReturnPath& retrace, const PoseHistory& history, PeerId towards, cons
   return retrace.state() == ReturnPath::State::kUnderWay;
 }
 
-TEST(ReturnPath, ReturnsByOwnPathThenFollowsThePartners) {
+TEST(ReturnPath, ReturnsByOwnPathThenFollowsTheCoupledPeers) {
   DivergingPaths separation;
   ReturnPath retrace;
   Pose X_WB = separation.history.Ours(separation.history.end() - 1);
@@ -79,7 +79,7 @@ TEST(ReturnPath, WaitsForABlockedBodyThenGivesUp) {
   EXPECT_EQ(retrace.state(), ReturnPath::State::kStuck);
 }
 
-TEST(ReturnPath, FollowsAMovingPartner) {
+TEST(ReturnPath, FollowsAMovingCoupledPeer) {
   DivergingPaths separation;
   ReturnPath retrace;
   Pose X_WB = separation.history.Ours(separation.history.end() - 1);
@@ -95,7 +95,7 @@ TEST(ReturnPath, FollowsAMovingPartner) {
 }
 
 // The hand feels nothing on the way, so the way may not last for ever.
-TEST(ReturnPath, GivesUpOnAFasterPartner) {
+TEST(ReturnPath, GivesUpOnAFasterCoupledPeer) {
   DivergingPaths separation;
   ReturnPath retrace;
   Pose X_WB = separation.history.Ours(separation.history.end() - 1);
@@ -112,7 +112,7 @@ TEST(ReturnPath, GivesUpOnAFasterPartner) {
   EXPECT_NEAR(frames * kFrame, 15, 0.1);
 }
 
-TEST(ReturnPath, HasNoPathToAPartnerThatWasNeverNear) {
+TEST(ReturnPath, HasNoPathToACoupledPeerThatWasNeverNear) {
   PoseHistory history(true);
   for (int i = 0; i < 100; ++i) {
     PoseHistory::Moment& moment = history.Add();
@@ -161,7 +161,7 @@ TEST(ReturnPath, StartsAtTheBodysCurrentPose) {
   EXPECT_EQ(retrace.goal().p.x(), X_WB.p.x());
 }
 
-TEST(ReturnPath, StopsWhenThePartnerIsGone) {
+TEST(ReturnPath, StopsWhenTheCoupledPeerIsGone) {
   DivergingPaths separation;
   ReturnPath retrace;
   const Pose X_WB = separation.history.Ours(separation.history.end() - 1);

@@ -181,7 +181,7 @@ TEST(TrapDetector, EndsWhenThePathIsFree) {
 }
 
 // Seven others, every second one behind the wall; a frame reads few voxels and allocates nothing.
-TEST(TrapDetector, ChecksSevenPartnersInTurn) {
+TEST(TrapDetector, ChecksSevenCoupledPeersInTurn) {
   const auto model = CubeAnd(Wall(0.005));
   TrapDetector detector(*model);
   detector.Begin(0);
