@@ -294,7 +294,7 @@ TEST(Ends, DemoAlwaysRemovesItsTemporaryFolder) {
   }
 }
 
-TEST(Ends, DoctorsAnswererEndsUnderAProbeFlood) {
+TEST(Ends, DoctorsResponderEndsUnderAProbeFlood) {
   const TemporaryFolder folder;
   const File output(folder.path() / "said");
   Started doctor({TANDEM_PROGRAM, "doctor", "--answer"}, output.get());

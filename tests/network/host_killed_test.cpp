@@ -55,7 +55,7 @@ Result<ChildProcess> StartController(const std::string& session, const std::stri
   return ChildProcess::Start(words);
 }
 
-TEST(HostKilled, PartnersFeelLittleAndTheNextHostRestoresEverything) {
+TEST(HostKilled, PartnersFeelLittleAndTheNextHostFindsEverything) {
   // nothing of ours sets the environment
   const char* requested = std::getenv("TANDEM_HOST_KILLS");  // NOLINT(concurrency-mt-unsafe)
   const int kills = requested != nullptr ? std::atoi(requested) : 3;

@@ -87,7 +87,7 @@ TEST_P(EveryLaw, IsStableWithEightUsersOverALossyLine) {
 }
 
 // The oracle is not blind, and the gate keeps even this law within its credit, one for each end.
-TEST(Type2, FixedStiffnessExplodesUnlessGated) {
+TEST(Type2, FixedStiffnessIsUnstableWithoutTheGate) {
   LabCase test = Knock("constant", "off", 0.1, false);
   const CaseResult without = RunCase(test, FreeBox());
   EXPECT_EQ(without.verdict, Verdict::kUnstable);

@@ -278,7 +278,7 @@ TEST(Apart, UserCanRequestTheWayBack) {
 
 // The user asks before the link is capped. It pulls with more than is gentle to let go of in 0.2 s,
 // and falls with the hand all the same, at both ends.
-TEST(Apart, LinkEndsWithTheReleasedHand) {
+TEST(Apart, LinkForceFallsWithTheReleasingHand) {
   for (const double delay_ms : {1.0, 50.0}) {
     SCOPED_TRACE(delay_ms);
     ApartRun run({{1, 2}, {0.06, -0.06}, delay_ms});

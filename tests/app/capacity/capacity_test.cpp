@@ -107,7 +107,7 @@ TEST(Capacity, ReportsTheTimeOfFeatureFrames) {
 }
 
 // There are no exact queries in the plain model: none is measured.
-TEST(Capacity, HasNoMeasuredQueryCostInThePlainModel) {
+TEST(Capacity, HasNoMeasuredQueryPriceInThePlainModel) {
   const FrameCapacity capacity =
       MeasureCapacity(*BallOverPlate(ContactModel::kPlain), kFrameBudget);
   EXPECT_EQ(capacity.query_price, kDefaultQueryPrice);

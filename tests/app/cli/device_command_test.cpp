@@ -125,7 +125,7 @@ TEST_F(DeviceCommand, PeerSurvivesItsDevice) {
   EXPECT_EQ(anna.Wait(), kExitOk);
 }
 
-TEST_F(DeviceCommand, EmergencyStopIsReportedAndHoldsUntilReset) {
+TEST_F(DeviceCommand, EmergencyStopIsReportedAndHoldsUntilResumed) {
   Running anna = Start("one", Swinging("--report " + In("report")));
   ASSERT_TRUE(anna.WaitFor("anna is in session"));
   ASSERT_TRUE(WaitForForce());

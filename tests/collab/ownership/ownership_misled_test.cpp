@@ -141,7 +141,7 @@ TEST(OwnershipMisled, LostAuthoritysBodyDoesNotGoToAClaimantAtOnce) {
 }
 
 // One honest peer was misled, so that two name the liar. This one knows the owner's claim itself.
-TEST(OwnershipMisled, PeerThatKnowsTheAuthoritysClaimCountsItself) {
+TEST(OwnershipMisled, PeerCountsItsOwnVoteForTheClaimThatItKnows) {
   Listener three(3);
   three.HearClaim(5, 1, true, Kind::kJoined);
   three.HearName(9, 5, 1, Kind::kJoined);

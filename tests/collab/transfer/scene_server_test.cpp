@@ -81,7 +81,7 @@ TEST_F(Serving, RespectsItsRateLimit) {
   EXPECT_GT(bytes_to_[7], 3'600'000);
 }
 
-TEST_F(Serving, ServesRequestsRoundRobin) {
+TEST_F(Serving, GivesAllReceiversEqualShares) {
   Open();
   for (int i = 0; i < 20; ++i) {
     for (const PeerId peer : {7U, 8U, 9U, 10U}) {

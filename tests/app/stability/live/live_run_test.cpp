@@ -47,7 +47,7 @@ TEST(TryLive, RepeatsAnAttemptOnABusyMachine) {
   }
 }
 
-TEST(TryLive, RunsTwiceAtMost) {
+TEST(TryLive, RunsASecondTimeIfTooManyFramesAreMissed) {
   for (const auto& [missed, count] : {std::pair(100U, 1), std::pair(101U, 2)}) {
     const ScratchFolder scratch;
     for (const std::filesystem::path& keep : {std::filesystem::path{}, scratch.path() / "kept"}) {

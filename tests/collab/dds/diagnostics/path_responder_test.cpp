@@ -147,7 +147,7 @@ TEST_F(PathResponderTest, EndsWhenTheAskerFallsSilent) {
 
 // One sample a second keeps a stream from being silent. Four go out for each that comes, and three
 // seconds' worth.
-TEST_F(PathResponderTest, SendsAtMostFourPacketsPerRequestAndThreeSecondsAhead) {
+TEST_F(PathResponderTest, SendsAtMostFourSamplesPerReceivedSampleAndThreeSecondsAhead) {
   ask_.terms.samples = 600'000;
   ASSERT_TRUE(Begin());
   int count = 0;

@@ -150,7 +150,7 @@ TEST(Reachability, AnswersAreNotProbes) {
   EXPECT_TRUE(asking.Received().empty());
 }
 
-TEST(Reachability, AnswererIgnoresItsOwnPort) {
+TEST(Reachability, ResponderIgnoresItsOwnPort) {
   Result<ProbeResponder> answerer = ProbeResponder::Open(0);
   ASSERT_TRUE(answerer.has_value()) << answerer.error().what;
   // a raw socket writes the source's port itself
@@ -196,7 +196,7 @@ TEST(Reachability, ProbeFloodIsAnsweredAtABoundedRate) {
   EXPECT_LT(took.count(), 2.0);
 }
 
-TEST(Reachability, MissingAnswererDiffersFromAMissingHost) {
+TEST(Reachability, MissingResponderDiffersFromAMissingHost) {
   const PathFacts path = ProbePath("127.0.0.1", testing::FreePortPair());
   EXPECT_TRUE(path.refused);
   EXPECT_EQ(path.answered, 0);

@@ -110,7 +110,7 @@ double TravelAt(const EdgeFigures& figures, double capacity) {
 // Geometrical awareness cannot help here (paper §4): edges meet edges, so two that lie along one
 // another are tested point by point, at 200 mm and 1 mm voxels some 200 of them. Crossed edges meet
 // in one place. The limit is felt only where a few hundred tests are too many.
-TEST(ScheduleLimits, AlignedEdgesAreTestedContinuously) {
+TEST(ScheduleLimits, AlignedEdgesAreTestedAlongTheirWholeLength) {
   const Bodies bars(Box(Vec3(0.2, 0.03, 0.03)), Box(Vec3(0.2, 0.03, 0.03)), kMillimetre);
   for (const int layer : {0, 1, 2}) {
     const EdgeFigures aligned = OnEdge(bars, 0, layer);

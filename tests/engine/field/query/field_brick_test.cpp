@@ -57,7 +57,7 @@ TEST(FieldBrick, StoresAnEdgeInMoreBits) {
   EXPECT_LE(WorstOf(packed, values), 0.5F * FieldBrick::kStep + 1e-6F);
 }
 
-TEST(FieldBrick, OverOfListsIsATightUpperBound) {
+TEST(FieldBrick, StoredExcessOfCellsWithListsIsATightUpperBound) {
   for (int k = 0; k <= 2000; ++k) {
     const float over = 1e-3F * static_cast<float>(k);
     FieldBrick brick;

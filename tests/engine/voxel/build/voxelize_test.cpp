@@ -189,7 +189,7 @@ TEST(Voxelize, GivesTheSameBitsForAnyNumberOfThreads) {
 
 // All three fields, against brute force over the sources that exact tests give; and each chunk's
 // place in the chunk-level field against all chunks that hold a mark.
-TEST(DistanceField, FeatureDistanceIsToTheNearestFeature) {
+TEST(DistanceField, HoldsTheDistanceToTheNearestFeatureUpToItsRange) {
   std::mt19937_64 random(4);
   TriangleMesh mesh = Box(Vec3(1.9, 1.3, 0.4));
   const Quat q = RandomRotation(random);

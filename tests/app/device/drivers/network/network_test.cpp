@@ -6,9 +6,10 @@
 // | no device; wrong key, address, option | OpenReportsWhatIsMissing |
 // | loss, reordering, duplicates | SurvivesLossReorderingAndDuplicates |
 // | a loop that hangs | HungLoopInvalidatesTheForce |
-// | a device that is silent, and goes on; that says goodbye; that begins anew | ADeviceThat… |
+// | a device that is silent, and goes on | SilentDeviceIsUnpluggedAndCanReturn |
+// | a device that says goodbye; that begins anew | DeviceMayLeaveAndRestart |
 // | replays and forgeries while it works | ForgeriesAndReplaysChangeNothing |
-// | another port | DeviceWithAKeyMayMove |
+// | another port | KeyedDeviceMayChangeItsAddress |
 #include <algorithm>
 #include <atomic>
 #include <chrono>
@@ -231,7 +232,7 @@ TEST(Network, ForgeriesAndReplaysChangeNothing) {
   EXPECT_NE(it.trial.output()[0].find("packets were refused"), std::string::npos);
 }
 
-TEST(Network, DeviceWithAKeyMayMove) {
+TEST(Network, KeyedDeviceMayChangeItsAddress) {
   NetworkTrial keyed(true);
   ASSERT_TRUE(keyed.IsAt(0.1));
   keyed.far->Move();

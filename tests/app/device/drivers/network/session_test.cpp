@@ -9,7 +9,7 @@
 // | packets of an earlier session, or of an earlier run of Tandem | RefusesAnEarlier… |
 // | a hello that is played again | ReplayedHelloIsIgnored |
 // | packets that were held up | RefusesDelayedPackets |
-// | another address, with and without a key | MotionNeedsAKey |
+// | another address, with and without a key | OnlyAKeyedDeviceMayChangeItsAddress |
 // | a second device; a device that can other things | AcceptsOneDeviceAtATime,
 // ADeviceThatComesBack… | | numbers that are none | RefusesInvalidNumbers |
 #include "app/device/drivers/network/session.h"
@@ -277,7 +277,7 @@ TEST(NetworkSession, RefusesDelayedPackets) {
   EXPECT_EQ(tandem.Take(device.State(tandem.device_ns(), StateAt(3))), Refusal::kUnsound);
 }
 
-TEST(NetworkSession, MotionNeedsAKey) {
+TEST(NetworkSession, OnlyAKeyedDeviceMayChangeItsAddress) {
   const net::Address elsewhere = At("127.0.0.1:5001");
   Tandem bare;
   DeviceEnd device;
