@@ -106,9 +106,9 @@ ordered_json Delivery(const SessionArguments& arguments, const std::vector<order
   std::uint64_t pairs_heard = 0;
   for (const ordered_json& report : reports) {
     const ordered_json& listeners = report.at("heard");
-    const ordered_json& output = report.at("said");
-    least_said = std::min(least_said, output.at("sent").get<double>() /
-                                          std::max(1.0, output.at("wanted").get<double>()));
+    const ordered_json& sent_states = report.at("said");
+    least_said = std::min(least_said, sent_states.at("sent").get<double>() /
+                                          std::max(1.0, sent_states.at("wanted").get<double>()));
     sent += listeners.at("sent").get<std::uint64_t>();
     received += listeners.at("received").get<std::uint64_t>();
     least = std::min(least, listeners.at("least_delivered").get<double>());

@@ -55,7 +55,7 @@ const VoxelCache* ProgramCache() {
 }
 
 Result<std::shared_ptr<const WorldModel>> LoadCached(const Scene& scene, LoadOptions options) {
-  const LongLoad reported(scene.name);
+  const LongLoad notice(scene.name);
   options.cache = ProgramCache();
   return LoadWorld(scene, options);
 }

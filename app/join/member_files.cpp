@@ -143,23 +143,23 @@ void AddMemberFileCommands(CLI::App& keys, int& exit_code) {
     exit_code = AskByFile(*folder);
   });
 
-  auto requested = std::make_shared<AnswerArguments>();
+  auto arguments = std::make_shared<AnswerArguments>();
   CLI::App* answer = keys.add_subcommand("answer", "Make a member from a request file");
-  answer->add_option("FOLDER", requested->session, "folder of the session")->required();
-  answer->add_option("NAME", requested->name, "name that others see")
+  answer->add_option("FOLDER", arguments->session, "folder of the session")->required();
+  answer->add_option("NAME", arguments->name, "name that others see")
       ->required()
       ->check(MemberName());
-  answer->add_option("REQUEST", requested->request, "request file of 'tandem keys request'")
+  answer->add_option("REQUEST", arguments->request, "request file of 'tandem keys request'")
       ->required();
-  answer->add_option("--role", requested->role, "active: take part; viewer: look on")
+  answer->add_option("--role", arguments->role, "active: take part; viewer: look on")
       ->check(OneOf({"active", "viewer"}))
       ->capture_default_str();
-  answer->add_option("--out", requested->out, "new answer file; default: NAME.answer");
-  answer->add_option("--days", requested->days, "validity of the member's keys, days")
+  answer->add_option("--out", arguments->out, "new answer file; default: NAME.answer");
+  answer->add_option("--days", arguments->days, "validity of the member's keys, days")
       ->check(WholeNumberFrom(1, 36'500))
       ->capture_default_str();
-  answer->callback([requested, &exit_code] {
-    exit_code = AnswerRequest(*requested);
+  answer->callback([arguments, &exit_code] {
+    exit_code = AnswerRequest(*arguments);
   });
 
   auto into = std::make_shared<std::string>();

@@ -53,7 +53,7 @@ int StartDevice(const PeerArguments& arguments, const Pose& X_WB0, SessionSetup&
   arguments.space->Keep(*std::move(device));
   const DeviceProcess& process = *arguments.space->process();
   const DeviceCapabilities can = process.capabilities();
-  for (const std::string& output : DescribeClaimChanges(arguments.device, can)) Say(output);
+  for (const std::string& line : DescribeClaimChanges(arguments.device, can)) Say(line);
   if (const std::string lacks = process.warning(); !lacks.empty()) {
     Say("device process: " + lacks);
   }

@@ -120,7 +120,8 @@ void PeerSession::PrintNotifications(std::int64_t now_ns) {
     const std::vector<std::string> names = NamesOfPeers(node_.directory());
     for (const std::string& line : fresh) notifications_.Add(SubjectOf(line, names), line);
   }
-  for (const std::string& line : refusals_.Check(PacketsJudged())) notifications_.Add("", line);
+  for (const std::string& line : refusals_.TakeNotifications(PacketsJudged()))
+    notifications_.Add("", line);
   if (setup_.files) {
     if (const std::string line = setup_.files->TakeNotifications(); !line.empty())
       notifications_.Add("", line);

@@ -124,8 +124,8 @@ TemporaryFolder::~TemporaryFolder() {
   removal_.reset();
   if (lifeline_ >= 0) {
     // the line tells the guardian that all is done
-    const ssize_t reported = write(lifeline_, "\n", 1);
-    static_cast<void>(reported);
+    const ssize_t written = write(lifeline_, "\n", 1);
+    static_cast<void>(written);
     close(lifeline_);
   }
   if (guardian_ > 0) waitpid(guardian_, nullptr, 0);

@@ -20,17 +20,17 @@ int ControlScene::BodyOfMoving(int moving) const {
 
 ControlScene ControlSceneOf(const WorldModel& model) {
   ControlScene scene;
-  const Scene& reported = model.scene;
-  scene.file = reported.file.string();
-  scene.clearance = reported.clearance_bounds();
-  for (std::size_t i = 0; i < reported.bodies.size(); ++i) {
+  const Scene& source = model.scene;
+  scene.file = source.file.string();
+  scene.clearance = source.clearance_bounds();
+  for (std::size_t i = 0; i < source.bodies.size(); ++i) {
     const int moving = model.body_index[i];
-    ControlScene::Body body{.name = reported.bodies[i].name,
+    ControlScene::Body body{.name = source.bodies[i].name,
                             .fixed = moving < 0,
-                            .shared = reported.bodies[reported.WholeOf(i)].shared,
+                            .shared = source.bodies[source.WholeOf(i)].shared,
                             .moving = moving,
                             .object = kNoObject,
-                            .X_WB0 = reported.bodies[i].X_WM};
+                            .X_WB0 = source.bodies[i].X_WM};
     if (moving >= 0) {
       body.object = model.object[static_cast<std::size_t>(moving)];
       body.X_WB0 = model.bodies[static_cast<std::size_t>(moving)].X_WB0;

@@ -105,18 +105,18 @@ void ControlServer::Resume() {
 }
 
 void ControlServer::OnDone(std::uint64_t job, const Answer& answer) {
-  const auto requested = jobs_.find(job);
-  if (requested == jobs_.end()) return;
-  Reply(requested->second.host, requested->second.number, answer);
-  jobs_.erase(requested);
+  const auto found = jobs_.find(job);
+  if (found == jobs_.end()) return;
+  Reply(found->second.host, found->second.number, answer);
+  jobs_.erase(found);
 }
 
 void ControlServer::AnswerTasks() {
   while (const std::optional<HandTask::Ended> ended = task_.TakeEnded()) {
-    const auto requested = tasks_.find(ended->tag);
-    if (requested == tasks_.end()) continue;
-    Reply(requested->second.host, requested->second.number, *ended);
-    tasks_.erase(requested);
+    const auto task = tasks_.find(ended->tag);
+    if (task == tasks_.end()) continue;
+    Reply(task->second.host, task->second.number, *ended);
+    tasks_.erase(task);
   }
 }
 

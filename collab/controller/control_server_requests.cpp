@@ -253,8 +253,8 @@ Answer ControlServer::Do(const SetViewRequest& request) {
 Answer ControlServer::Rescale(double scale) {
   const Answer there = ChangeWorkspace({});
   if (!there.ok) return there;
-  const bool output = peer_->Order({.kind = Command::Kind::kScale, .metres = scale});
-  return output ? there : Answer{false, "too many commands at once: ask again"};
+  const bool queued = peer_->Order({.kind = Command::Kind::kScale, .metres = scale});
+  return queued ? there : Answer{false, "too many commands at once: ask again"};
 }
 
 Answer ControlServer::ChangeWorkspace(const WorkspaceChange& change) {
@@ -276,10 +276,10 @@ Answer ControlServer::Do(const SetClearanceRequest& request) {
                   bounds.most_inward);
     return {false, text};
   }
-  const bool output =
+  const bool queued =
       peer_->Order({.kind = Command::Kind::kLayer, .layer = request.force_layer}) &&
       peer_->Order({.kind = Command::Kind::kDisplace, .metres = request.displacement_m});
-  return output ? Answer{true, ""} : Answer{false, "too many commands at once: ask again"};
+  return queued ? Answer{true, ""} : Answer{false, "too many commands at once: ask again"};
 }
 
 }  // namespace tandem

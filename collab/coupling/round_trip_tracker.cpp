@@ -47,7 +47,7 @@ RoundTripTracker::Loop RoundTripTracker::LoopTo(Other& other, std::int64_t now_n
                                                 bool holding) noexcept {
   if (std::exchange(other.received, false)) other.received_ns = now_ns;
   Loop loop{.peer = other.peer};
-  if (other.received_ns != 0) loop.heard_s = ToSeconds(now_ns - other.received_ns);
+  if (other.received_ns != 0) loop.received_s = ToSeconds(now_ns - other.received_ns);
   if (!holding || !other.holds) {
     other.since_ns = 0;
     other.echo_ns = 0;

@@ -35,7 +35,7 @@ class RoundTripTracker {
     /// Loop age that gains must hold for, s: the worst of the past two seconds, or the wait for the
     /// first echo so far. 0: there is none.
     double peak_s = 0;
-    double heard_s = -1;  // s since a state of the peer came; -1: none has
+    double received_s = -1;  // s since a state of the peer was received; -1: none has been
   };
   /// Loops to all active peers, as last measured.
   std::span<const Loop> loops() const noexcept { return std::span(loops_).first(loop_count_); }

@@ -52,7 +52,7 @@ Peer::Peer(World& world, Device& device, PeerInbox& inbox, const PeerOptions& op
                   .report = report_,
                   .ownership = ownership_,
                   .remote = remote_,
-                  .echoes = round_trips_,
+                  .round_trips = round_trips_,
                   .separation = separation_,
                   .drops = inbox.drops()},
                  options.trace_frames) {

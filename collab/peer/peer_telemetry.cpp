@@ -143,7 +143,7 @@ void PeerTelemetry::PublishTable(std::int64_t now_ns, const SharedBody* shared) 
   table.own_limits = limits_.last();
   table.own_layer = parts_.inputs.clearance.force_layer;
   table.own_displacement_m = parts_.inputs.clearance.displacement;
-  const std::span<const RoundTripTracker::Loop> loops = parts_.echoes.loops();
+  const std::span<const RoundTripTracker::Loop> loops = parts_.round_trips.loops();
   table.count = static_cast<std::uint32_t>(loops.size());
   std::array<LinkView, kMaxLinks> links;
   const std::size_t link_count = shared != nullptr ? shared->Links(now_ns, links) : 0;
@@ -158,7 +158,7 @@ void PeerTelemetry::FillRow(const RoundTripTracker::Loop& loop, std::span<const 
   row = {};
   row.peer = loop.peer;
   row.loop_age_s = loop.age_s;
-  row.mirror_age_s = loop.heard_s;
+  row.mirror_age_s = loop.received_s;
   for (const LinkView& link : links) {
     if (link.peer != row.peer) continue;
     row.coupled = link.closed;

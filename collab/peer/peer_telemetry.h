@@ -62,7 +62,7 @@ class PeerTelemetry {
     const StepReport& report;
     const Ownership& ownership;
     const RemoteBodies& remote;
-    const RoundTripTracker& echoes;
+    const RoundTripTracker& round_trips;
     const InstanceSeparation& separation;
     const DropTable& drops;
   };

@@ -28,8 +28,8 @@ void InstanceSeparation::Begin(int body) noexcept {
   frames_ = 0;
   trapped_ = false;
   apart_ = false;
-  requested_ = false;
-  asked_by_another_ = false;
+  requested_by_user_ = false;
+  requested_by_peer_ = false;
   reported_.Clear();
   given_up_ = 0;
   apart_since_ns_ = 0;
@@ -108,8 +108,8 @@ bool InstanceSeparation::MayReturn(std::int64_t now_ns) noexcept {
 }
 
 void InstanceSeparation::Reunite(std::int64_t now_ns, PeerId lowest) noexcept {
-  const bool by_user = std::exchange(requested_, false);
-  const bool requested = std::exchange(asked_by_another_, false) || by_user;
+  const bool by_user = std::exchange(requested_by_user_, false);
+  const bool requested = std::exchange(requested_by_peer_, false) || by_user;
   if (phase_ == Phase::kReleasing || phase_ == Phase::kGuiding) return;
   if (return_path_.state() == ReturnPath::State::kSearching) return SearchPath(lowest);
   if (lowest == self_ || !detector_.trapped(lowest)) {

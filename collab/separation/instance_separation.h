@@ -34,9 +34,9 @@ class InstanceSeparation {
   /// Begins with a shared body that is in hand (index into the moving bodies), or with none (-1).
   void Begin(int body) noexcept;
   /// Notes that our user wants to be brought together again.
-  void RequestReunion() noexcept { requested_ = true; }
+  void RequestReunion() noexcept { requested_by_user_ = true; }
   /// Notes that another holder wants it.
-  void RequestReunionForPeer() noexcept { asked_by_another_ = true; }
+  void RequestReunionForPeer() noexcept { requested_by_peer_ = true; }
   /// Sees where the instances are and caps the links; first in a frame.
   void Update(std::int64_t now_ns, const RigidState& own, SharedBody& shared) noexcept;
   /// Then makes the hand pull less, or draws the body along in its place. `X_BD`: the grasp, taken
@@ -76,8 +76,8 @@ class InstanceSeparation {
   std::int64_t frames_ = 0;
   bool trapped_ = false;
   bool apart_ = false;
-  bool requested_ = false;
-  bool asked_by_another_ = false;
+  bool requested_by_user_ = false;
+  bool requested_by_peer_ = false;
   PeerSet<kMaxLinks> reported_;  // peers told to the user as apart
   PeerId given_up_ = 0;  // peer to which the way failed; the way is tried again only on request
   // when the body has paid off its moves without our user's request

@@ -76,23 +76,23 @@ bool ResidentVoxels::Ask(std::uint32_t record, std::uint32_t frames, bool hint) 
   return true;
 }
 
-void ResidentVoxels::TakeNotifications() noexcept {
-  PageUpdate news;
-  while (mail_.news.TryPop(news)) {
-    there_[news.record] = news.there ? 1 : 0;
-    outstanding_ -= requested_[news.record].due != 0 ? 1 : 0;
-    requested_[news.record] = {};
+void ResidentVoxels::TakeUpdates() noexcept {
+  PageUpdate update;
+  while (mail_.news.TryPop(update)) {
+    there_[update.record] = update.there ? 1 : 0;
+    outstanding_ -= requested_[update.record].due != 0 ? 1 : 0;
+    requested_[update.record] = {};
   }
 }
 
 void ResidentVoxels::BeginFrame() noexcept {
   ++frame_;
-  TakeNotifications();
+  TakeUpdates();
   constexpr int kMostVerdicts = 32;  // greatest number in a frame
   for (int k = 0; k < kMostVerdicts; ++k) {
     const std::uint32_t* back = mail_.asked_back.Front();
     if (back == nullptr) break;
-    TakeNotifications();  // the news that it has come was sent before it was asked back
+    TakeUpdates();  // the update that it has come was sent before it was asked back
     const std::uint32_t record = *back;
     const bool goes = std::all_of(readers_.begin(), readers_.end(), [record](const auto& reader) {
       return !reader->active_ ||

@@ -91,7 +91,7 @@ class ResidentVoxels {
  private:
   friend class VoxelReader;
   ResidentVoxels(std::shared_ptr<const PageSource> source, std::size_t frames);
-  void TakeNotifications() noexcept;
+  void TakeUpdates() noexcept;
   /// Requests a page; false: there is no room for the request.
   bool Ask(std::uint32_t record, std::uint32_t frames, bool hint) noexcept;
 

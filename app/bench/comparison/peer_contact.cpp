@@ -182,11 +182,11 @@ std::optional<Error> Run(const PeerPair& files) {
                             {"first_touch_us", nullptr},
                             {"distance_ratio", MedianOf(f.distance) / frame}});
     if (!f.touch.empty()) {
-      nlohmann::ordered_json& reported = out["kinds"].back();
-      reported["touch_us"] = MedianOf(f.touch);
-      reported["first_touch_us"] = MedianOf(f.first_touch);
-      reported["touch_yes_no_ratio"] = MedianOf(f.yes_no) / MedianOf(f.touch);
-      reported["first_touch_yes_no_ratio"] = MedianOf(f.yes_no) / MedianOf(f.first_touch);
+      nlohmann::ordered_json& row = out["kinds"].back();
+      row["touch_us"] = MedianOf(f.touch);
+      row["first_touch_us"] = MedianOf(f.first_touch);
+      row["touch_yes_no_ratio"] = MedianOf(f.yes_no) / MedianOf(f.touch);
+      row["first_touch_yes_no_ratio"] = MedianOf(f.yes_no) / MedianOf(f.first_touch);
     }
   }
   std::printf("%s\n", out.dump(2).c_str());

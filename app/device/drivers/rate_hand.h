@@ -55,9 +55,9 @@ class RateHand {
         last_ns_ < 0 ? 0.0
                      : std::clamp(1e-9 * static_cast<double>(now_ns - last_ns_), 0.0, kLongestStep);
     last_ns_ = now_ns;
-    const double received = dt / (dt + kSmoothSeconds);
-    smooth_force_ += received * (force_ - smooth_force_);
-    smooth_moment_ += received * (moment_ - smooth_moment_);
+    const double share = dt / (dt + kSmoothSeconds);
+    smooth_force_ += share * (force_ - smooth_force_);
+    smooth_moment_ += share * (moment_ - smooth_moment_);
     const Vec3 way_v = TakeWay(way_left_, dt, kMostSpeed);
     const Vec3 turn_w = TakeWay(turn_left_, dt, kMostTurn);
     velocity_ = ClampedLength(YieldedRate(v + way_v, smooth_force_, kFreeForce, kFullForce) +

@@ -30,9 +30,8 @@ void NotificationLimiter::Add(const std::string& about, const std::string& line)
 std::vector<std::string> NotificationLimiter::Due(std::int64_t now_ns) {
   std::vector<std::string> output;
   for (auto line = waiting_.begin(); line != waiting_.end() && HasRoom(now_ns);) {
-    const auto reported = told_ns_.find(line->about);
-    if (!line->about.empty() && reported != told_ns_.end() &&
-        now_ns - reported->second < kSecondNs) {
+    const auto last = told_ns_.find(line->about);
+    if (!line->about.empty() && last != told_ns_.end() && now_ns - last->second < kSecondNs) {
       ++line;
       continue;
     }

@@ -21,7 +21,7 @@ const char* WordsFor(PacketDrop reason) {
 
 }  // namespace
 
-std::vector<std::string> RefusalNotifier::Check(const PacketCounts& packets) {
+std::vector<std::string> RefusalNotifier::TakeNotifications(const PacketCounts& packets) {
   std::vector<std::string> news;
   for (std::size_t i = 0; i < packets.size(); ++i) {
     const auto reason = static_cast<PacketDrop>(i);

@@ -15,8 +15,8 @@ class RefusalNotifier {
   /// Fewer packets of a kind are an accident: a program starts, or ends.
   static constexpr std::uint64_t kLeastPackets = 200;
 
-  /// Returns the news since the last call.
-  std::vector<std::string> Check(const PacketCounts& packets);
+  /// Returns the notifications since the last call.
+  std::vector<std::string> TakeNotifications(const PacketCounts& packets);
 
  private:
   std::set<PacketDrop> packets_told_;

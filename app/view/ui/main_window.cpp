@@ -128,7 +128,7 @@ void MainWindow::ShowPicture(const QString& gl_error) {
       page_->Show(tr("The scene is missing"), scene_.message());
       break;
     case SceneModel::State::kWaiting:
-      if (session_.state() == SessionModel::State::kJoined && !session_.received()) {
+      if (session_.state() == SessionModel::State::kJoined && !session_.has_peers()) {
         QString text = session_.nobody_heard();  // a sentence here, part of a sentence elsewhere
         if (!text.isEmpty()) text[0] = text[0].toUpper();
         page_->Show(tr("Waiting for others"), text);
@@ -152,7 +152,7 @@ void MainWindow::OnSessionChanged() {
   QString text = Describe(state);
   if (state == SessionModel::State::kJoined) {
     text = tr("Joined \u201c%1\u201d").arg(QString::fromStdString(session_.request().session));
-    if (!session_.received()) text += tr("; no peer answers yet");
+    if (!session_.has_peers()) text += tr("; no peer answers yet");
   } else if (!session_.error().isEmpty()) {
     text += ": " + session_.error();
   }

@@ -167,7 +167,7 @@ void SessionDock::ShowSession() {
   leave_->setEnabled(state == SessionModel::State::kJoined);
   QString text = Describe(state);
   if (!session_model_.error().isEmpty()) text += ": " + session_model_.error();
-  if (state == SessionModel::State::kJoined && !session_model_.received()) {
+  if (state == SessionModel::State::kJoined && !session_model_.has_peers()) {
     text += QStringLiteral("; ") + session_model_.nobody_heard();
   } else if (state == SessionModel::State::kJoined) {
     text += session_model_.request().secured ? tr("; secured: members only")

@@ -152,11 +152,11 @@ void Controller::Link::Receive() {
     if (other_version_ == 0) scene_.Keep(scene);
   });
   TakeData<tandem_control_Snapshot>(snapshots_, [&](const tandem_control_Snapshot& wire) {
-    heard_ns_ = MonotonicNow_ns();
+    received_ns_ = MonotonicNow_ns();
     // they come at the highest rate that any host has asked for
-    if (heard_ns_ < next_snapshot_ns_ && wire.scene_number == newest_.scene_number) return;
+    if (received_ns_ < next_snapshot_ns_ && wire.scene_number == newest_.scene_number) return;
     const auto period_ns = static_cast<std::int64_t>(1e9 / rate_hz_);
-    next_snapshot_ns_ = std::max(next_snapshot_ns_ + period_ns, heard_ns_ - period_ns / 2);
+    next_snapshot_ns_ = std::max(next_snapshot_ns_ + period_ns, received_ns_ - period_ns / 2);
     if (!FromWire(wire, scene_.wire, newest_)) return;
     fresh_ = received = true;
   });

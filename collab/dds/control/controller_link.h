@@ -80,7 +80,7 @@ class Controller::Link {
     }
   };
   bool Fresh() const { return fresh_ || !answers_.empty(); }
-  bool Heard() const { return heard_ns_ != 0 && MonotonicNow_ns() - heard_ns_ < kGoneNs; }
+  bool Heard() const { return received_ns_ != 0 && MonotonicNow_ns() - received_ns_ < kGoneNs; }
   void Run();
   void Receive();
   void Beat(bool goodbye);
@@ -121,7 +121,7 @@ class Controller::Link {
   bool fresh_ = false;
   ControllerSnapshot newest_;
   std::deque<HostAnswer> answers_;
-  std::int64_t heard_ns_ = 0;
+  std::int64_t received_ns_ = 0;
 
   std::thread thread_;
 };

@@ -102,10 +102,10 @@ std::size_t WriterOwners::Refresh(dds_entity_t reader, const Seats& seats) {
     const PeerId owner = taken ? 0 : slot.facts.owner.peer;
     slot.owner.store(owner != 0 ? owner : kNobody);
   }
-  const auto received = std::ranges::count_if(slots_, [](const Slot& slot) {
+  const auto known = std::ranges::count_if(slots_, [](const Slot& slot) {
     return slot.writer.load() != 0;
   });
-  return writers.size() - static_cast<std::size_t>(received);
+  return writers.size() - static_cast<std::size_t>(known);
 }
 
 bool WriterOwners::Has(dds_instance_handle_t writer) const noexcept {

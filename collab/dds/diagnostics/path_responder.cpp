@@ -35,9 +35,9 @@ PathToken PathResponder::TokenOf(const Address& to, std::uint64_t nonce,
     std::uint32_t unused;
   };
   static_assert(sizeof(TokenContent) == 64);
-  const TokenContent output{secret_, nonce, terms, to.host, to.port, 0};
-  std::array<char, sizeof output> bytes;
-  std::memcpy(bytes.data(), &output, sizeof output);
+  const TokenContent content{secret_, nonce, terms, to.host, to.port, 0};
+  std::array<char, sizeof content> bytes;
+  std::memcpy(bytes.data(), &content, sizeof content);
   const FileDigest digest = FileDigestOf(bytes);
   PathToken token;
   std::copy_n(digest.begin(), token.size(), token.begin());

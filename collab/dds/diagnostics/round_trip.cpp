@@ -92,11 +92,11 @@ class StatePair {
 
   bool WaitForMatch(std::int64_t until_ns) const {
     for (;;) {
-      dds_publication_matched_status_t received{};
-      dds_subscription_matched_status_t hears{};
-      dds_get_publication_matched_status(writer_, &received);
-      dds_get_subscription_matched_status(reader_, &hears);
-      if (received.current_count > 0 && hears.current_count > 0) return true;
+      dds_publication_matched_status_t readers{};
+      dds_subscription_matched_status_t writers{};
+      dds_get_publication_matched_status(writer_, &readers);
+      dds_get_subscription_matched_status(reader_, &writers);
+      if (readers.current_count > 0 && writers.current_count > 0) return true;
       if (MonotonicNow_ns() > until_ns) return false;
       std::this_thread::sleep_for(std::chrono::milliseconds(10));
     }

@@ -123,9 +123,9 @@ class DdsTransport final : public Transport {
   }
   void Publish(const PeerInfo& info) override {
     if (said_goodbye_.load()) return;  // the program ends by force, unseen by this thread yet
-    PeerInfo output = info;
-    output.incarnation = incarnation_;
-    SayPresence(output);
+    PeerInfo announced = info;
+    announced.incarnation = incarnation_;
+    SayPresence(announced);
   }
   void Publish(const Event& event) override { PublishFast<tandem_Event>(writers_.event, event); }
   void Publish(const SceneManifest& manifest) override {
@@ -157,15 +157,15 @@ class DdsTransport final : public Transport {
   std::string KeysEnd() const override { return EndOfKeys(keys_); }
 
  private:
-  void SayPresence(const PeerInfo& output) {
+  void SayPresence(const PeerInfo& info) {
     if (options_.role == Role::kViewer) {
       tandem_ViewerInfo wire{};
-      ToWire(output, wire);
+      ToWire(info, wire);
       CountUnless(dds_write(writers_.presence, &wire) == DDS_RETCODE_OK);
       return;
     }
     tandem_PeerInfo wire{};
-    CountUnless(ToWire(output, wire, info_room_) &&
+    CountUnless(ToWire(info, wire, info_room_) &&
                 dds_write(writers_.presence, &wire) == DDS_RETCODE_OK);
   }
   template <typename Wire, typename Message>
@@ -354,10 +354,10 @@ Result<std::unique_ptr<Transport>> JoinOverDds(const DdsOptions& options, Inbox&
   auto transport =
       std::make_unique<DdsTransport>(options, inbox, *std::move(domain), qos.get(), keys);
   if (const std::optional<Error> error = transport->Open()) {
-    const std::string output = log.Take();
-    if (qos != nullptr) return Error{ExplainRefusal(error->what + " " + output, keys)};
+    const std::string logged = log.Take();
+    if (qos != nullptr) return Error{ExplainRefusal(error->what + " " + logged, keys)};
     return Error{"cannot join session '" + options.session + "': " + error->what +
-                 (output.empty() ? "" : " (" + output + ")")};
+                 (logged.empty() ? "" : " (" + logged + ")")};
   }
   return std::unique_ptr<Transport>(std::move(transport));
 }

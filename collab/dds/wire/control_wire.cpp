@@ -222,10 +222,10 @@ void ToWire(const ControlScene& scene, bool loading, tandem_control_Scene& wire,
   SetWords(wire.file, scene.file);
   room.clear();
   for (const ControlScene::Body& body : scene.bodies) {
-    tandem_control_SceneBody& reported = room.emplace_back();
-    SetWords(reported.name, body.name);
-    reported.is_fixed = body.fixed;
-    reported.is_shared = body.shared;
+    tandem_control_SceneBody& to = room.emplace_back();
+    SetWords(to.name, body.name);
+    to.is_fixed = body.fixed;
+    to.is_shared = body.shared;
   }
   LendList(room, wire.bodies);
 }
@@ -272,30 +272,30 @@ void ToWire(const ControllerSnapshot& snapshot, std::uint64_t controller,
     LendList(holders, room.bodies[i].holders);
   }
   room.instances.clear();
-  for (const SnapshotInstance& reported : snapshot.instances) {
+  for (const SnapshotInstance& from : snapshot.instances) {
     tandem_control_Instance& instance = room.instances.emplace_back();
-    instance.peer = reported.peer;
-    instance.body = static_cast<std::uint32_t>(reported.body);
-    SetPose(reported.X_W, instance.X_W);
+    instance.peer = from.peer;
+    instance.body = static_cast<std::uint32_t>(from.body);
+    SetPose(from.X_W, instance.X_W);
   }
   room.contacts.clear();
-  for (const SnapshotContact& reported : snapshot.contacts) {
+  for (const SnapshotContact& from : snapshot.contacts) {
     tandem_control_Contact& contact = room.contacts.emplace_back();
-    SetVector(reported.p_W, contact.p);
-    SetVector(reported.n_W, contact.n);
-    contact.depth = reported.depth_m;
-    contact.force = reported.force_N;
+    SetVector(from.p_W, contact.p);
+    SetVector(from.n_W, contact.n);
+    contact.depth = from.depth_m;
+    contact.force = from.force_N;
   }
   room.peers.clear();
-  for (const SnapshotPeer& reported : snapshot.peers) {
+  for (const SnapshotPeer& from : snapshot.peers) {
     tandem_control_Peer& peer = room.peers.emplace_back();
-    peer.id = reported.id;
-    SetWords(peer.name, reported.name);
-    peer.active = reported.active;
-    peer.here = reported.here;
-    SetWords(peer.refused, reported.refused);
-    peer.delay = reported.delay_s;
-    peer.link_force = reported.link_force_N;
+    peer.id = from.id;
+    SetWords(peer.name, from.name);
+    peer.active = from.active;
+    peer.here = from.here;
+    SetWords(peer.refused, from.refused);
+    peer.delay = from.delay_s;
+    peer.link_force = from.link_force_N;
     peer.held = {};  // the bodies' holders have it
   }
   LendList(room.bodies, wire.bodies);
@@ -348,41 +348,39 @@ bool FromWire(const tandem_control_Snapshot& wire, const tandem_control_Scene& s
   snapshot.news_count = wire.news_count;
   snapshot.news = TextFromWire(wire.news);
   for (std::uint32_t i = 0; i < wire.peers._length; ++i) {
-    const tandem_control_Peer& reported = wire.peers._buffer[i];
+    const tandem_control_Peer& from = wire.peers._buffer[i];
     SnapshotPeer& peer = snapshot.peers.emplace_back();
-    peer.id = reported.id;
-    peer.name = TextFromWire(reported.name);
-    peer.active = reported.active;
-    peer.here = reported.here;
-    peer.refused = TextFromWire(reported.refused);
-    peer.delay_s = reported.delay;
-    peer.link_force_N = reported.link_force;
+    peer.id = from.id;
+    peer.name = TextFromWire(from.name);
+    peer.active = from.active;
+    peer.here = from.here;
+    peer.refused = TextFromWire(from.refused);
+    peer.delay_s = from.delay;
+    peer.link_force_N = from.link_force;
   }
   for (std::uint32_t i = 0; i < wire.bodies._length; ++i) {
-    const tandem_control_Body& reported = wire.bodies._buffer[i];
+    const tandem_control_Body& from = wire.bodies._buffer[i];
     SnapshotBody& body = snapshot.bodies.emplace_back();
     body.name = TextFromWire(scene.bodies._buffer[i].name);
     body.fixed = scene.bodies._buffer[i].is_fixed;
     body.shared = scene.bodies._buffer[i].is_shared;
-    body.in_hand = reported.in_hand;
-    body.X_WB = ReadPose(reported.X_WB);
-    body.X_W = ReadPose(reported.X_W);
-    body.holders.assign(reported.holders._buffer,
-                        reported.holders._buffer + reported.holders._length);
+    body.in_hand = from.in_hand;
+    body.X_WB = ReadPose(from.X_WB);
+    body.X_W = ReadPose(from.X_W);
+    body.holders.assign(from.holders._buffer, from.holders._buffer + from.holders._length);
     for (SnapshotPeer& peer : snapshot.peers) {
       if (std::ranges::find(body.holders, peer.id) != body.holders.end()) peer.held.push_back(i);
     }
   }
   for (std::uint32_t i = 0; i < wire.instances._length; ++i) {
-    const tandem_control_Instance& reported = wire.instances._buffer[i];
-    if (reported.body < snapshot.bodies.size()) {
-      snapshot.instances.push_back({reported.peer, reported.body, ReadPose(reported.X_W)});
+    const tandem_control_Instance& from = wire.instances._buffer[i];
+    if (from.body < snapshot.bodies.size()) {
+      snapshot.instances.push_back({from.peer, from.body, ReadPose(from.X_W)});
     }
   }
   for (std::uint32_t i = 0; i < wire.contacts._length; ++i) {
-    const tandem_control_Contact& reported = wire.contacts._buffer[i];
-    snapshot.contacts.push_back(
-        {ReadVector(reported.p), ReadVector(reported.n), reported.depth, reported.force});
+    const tandem_control_Contact& from = wire.contacts._buffer[i];
+    snapshot.contacts.push_back({ReadVector(from.p), ReadVector(from.n), from.depth, from.force});
   }
   return true;
 }

@@ -233,11 +233,11 @@ void SimulatedController::GiveAnswer(const HostAnswer& answer) {
     if (answer.answer.ok) hand_.Set(parameter->second.name, parameter->second.value, now_ns);
     parameters_.erase(parameter);
   }
-  const Answer& stated = answer.answer;
+  const Answer& reply = answer.answer;
   Log("answers host-" + std::to_string(answer.host) + ", number " + std::to_string(answer.number) +
-      (stated.ok ? ": yes " : ": no, ") + stated.reason);
-  ways_.OnAnswer(answer.host, answer.number, stated);
-  hosts_.OnAnswer(answer.host, answer.number, stated.ok, now_ns);
+      (reply.ok ? ": yes " : ": no, ") + reply.reason);
+  ways_.OnAnswer(answer.host, answer.number, reply);
+  hosts_.OnAnswer(answer.host, answer.number, reply.ok, now_ns);
   const auto mail = mail_.find(answer.host);
   if (mail != mail_.end()) mail->second.answers.push_back(answer);
 }

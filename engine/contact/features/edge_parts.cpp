@@ -110,19 +110,19 @@ std::size_t QueryAlong(const DistanceField& field, double reach,
   const auto slack = [](const EdgePart& part) {
     return std::max(0.25 * part.half_length, kSeam) + kPlaceError;
   };
-  std::array<EdgePart*, kBlockPlaces> requested;
+  std::array<EdgePart*, kBlockPlaces> queried;
   std::array<float, kMost> x{};
   std::array<float, kMost> y{};
   std::array<float, kMost> z{};
   std::array<float, kMost> values;
   std::array<std::int32_t, kMost> kinds;
   std::array<float, kMost> over;
-  std::size_t asked_count = 0;
+  std::size_t queried_count = 0;
   std::size_t count = 0;
   for (EdgePart& part : parts) {
     // the middle alone excludes contact
     if (part.middle_bound - slack(part) <= reach) continue;
-    requested[asked_count++] = &part;
+    queried[queried_count++] = &part;
     for (const double along : kAlong) {
       const Vec3 place = part.middle_V + along * part.half_length * part.tangent_V;
       x[count] = static_cast<float>(place.x());
@@ -134,8 +134,8 @@ std::size_t QueryAlong(const DistanceField& field, double reach,
   if (count == 0) return 0;
   field.Values({0, 0, 0}, {x.data(), y.data(), z.data()}, (count + 15) / 16 * 16, values.data(),
                kinds.data(), over.data());
-  for (std::size_t i = 0; i < asked_count; ++i) {
-    EdgePart& part = *requested[i];
+  for (std::size_t i = 0; i < queried_count; ++i) {
+    EdgePart& part = *queried[i];
     double least = part.middle_bound;
     for (std::size_t k = kAlong.size() * i; k < kAlong.size() * (i + 1); ++k) {
       least = std::min<double>(least, values[k] - over[k]);
@@ -149,7 +149,7 @@ std::size_t QueryAlong(const DistanceField& field, double reach,
 
 std::size_t QueryOtherEdges(const BodyFeatures& others, double reach, double enough,
                             std::span<EdgePart> parts) noexcept {
-  std::array<EdgePart*, kBlockPlaces> requested;
+  std::array<EdgePart*, kBlockPlaces> queried;
   std::array<double, kBlockPlaces> gaps;
   gaps.fill(kEdgesEnough);
   std::size_t count = 0;
@@ -158,7 +158,7 @@ std::size_t QueryOtherEdges(const BodyFeatures& others, double reach, double eno
   double longest = 0;
   for (EdgePart& part : parts) {
     if (part.gap > enough) continue;
-    requested[count++] = &part;
+    queried[count++] = &part;
     low = low.cwiseMin(part.middle_V);
     high = high.cwiseMax(part.middle_V);
     longest = std::max(longest, part.half_length);
@@ -170,7 +170,7 @@ std::size_t QueryOtherEdges(const BodyFeatures& others, double reach, double eno
   std::size_t pairs = 0;
   const auto look = [&] {
     pairs += count * near.count();
-    for (std::size_t i = 0; i < count; ++i) gaps[i] = near.GapOf(*requested[i], reach, gaps[i]);
+    for (std::size_t i = 0; i < count; ++i) gaps[i] = near.GapOf(*queried[i], reach, gaps[i]);
     near.Clear();
   };
   others.VisitEdgesIn(low - margin, high + margin, [&](const BodyFeatures::Edge& edge) {
@@ -181,7 +181,7 @@ std::size_t QueryOtherEdges(const BodyFeatures& others, double reach, double eno
     if (near.full()) look();
   });
   look();
-  for (std::size_t i = 0; i < count; ++i) requested[i]->gap = std::max(requested[i]->gap, gaps[i]);
+  for (std::size_t i = 0; i < count; ++i) queried[i]->gap = std::max(queried[i]->gap, gaps[i]);
   return pairs / kPairsOfALookUp;
 }
 

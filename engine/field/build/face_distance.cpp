@@ -58,26 +58,26 @@ HWY_INLINE Lanes3 PlacesAt(const PlaceLanes& places, std::size_t i) {
 }
 
 /// Adds a face to the nearest lanes.
-HWY_INLINE void AddNearest(const DistanceAndHeight& reported, float* distances, float* heights) {
+HWY_INLINE void AddNearest(const DistanceAndHeight& measured, float* distances, float* heights) {
   const F f;
   const Floats tie = hn::Set(f, NearestLanes::kTie);
   const Floats distance = hn::LoadU(f, distances);
   const Floats height = hn::LoadU(f, heights);
-  const auto nearer = hn::Lt(reported.distance, hn::Sub(distance, tie));
-  const auto turned = hn::And(hn::Le(reported.distance, hn::Add(distance, tie)),
-                              hn::Gt(hn::Abs(reported.height), hn::Abs(height)));
+  const auto nearer = hn::Lt(measured.distance, hn::Sub(distance, tie));
+  const auto turned = hn::And(hn::Le(measured.distance, hn::Add(distance, tie)),
+                              hn::Gt(hn::Abs(measured.height), hn::Abs(height)));
   const auto taken = hn::Or(nearer, turned);
-  hn::StoreU(hn::IfThenElse(taken, reported.height, height), f, heights);
-  hn::StoreU(hn::Min(distance, reported.distance), f, distances);
+  hn::StoreU(hn::IfThenElse(taken, measured.height, height), f, heights);
+  hn::StoreU(hn::Min(distance, measured.distance), f, distances);
 }
 
 void MeasureLanes(const NearFace::View& face, const PlaceLanes& places, unsigned edges,
                   float* distances, float* heights) {
   const F f;
   for (std::size_t i = 0; i < places.count; i += hn::Lanes(f)) {
-    const DistanceAndHeight reported = MeasureVector(face, edges, PlacesAt(places, i));
-    hn::StoreU(reported.distance, f, distances + i);
-    if (heights != nullptr) hn::StoreU(reported.height, f, heights + i);
+    const DistanceAndHeight measured = MeasureVector(face, edges, PlacesAt(places, i));
+    hn::StoreU(measured.distance, f, distances + i);
+    if (heights != nullptr) hn::StoreU(measured.height, f, heights + i);
   }
 }
 
@@ -85,9 +85,9 @@ void MeasureLanesInto(const NearFace::View& face, const PlaceLanes& places, unsi
                       NearestLanes& nearest, float* distances) {
   const F f;
   for (std::size_t i = 0; i < places.count; i += hn::Lanes(f)) {
-    const DistanceAndHeight reported = MeasureVector(face, edges, PlacesAt(places, i));
-    AddNearest(reported, &nearest.distance[i], &nearest.height[i]);
-    if (distances != nullptr) hn::StoreU(reported.distance, f, distances + i);
+    const DistanceAndHeight measured = MeasureVector(face, edges, PlacesAt(places, i));
+    AddNearest(measured, &nearest.distance[i], &nearest.height[i]);
+    if (distances != nullptr) hn::StoreU(measured.distance, f, distances + i);
   }
 }
 

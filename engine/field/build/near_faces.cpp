@@ -292,18 +292,18 @@ HyperbrickSurvey::BrickCells HyperbrickSurvey::CellsOf(std::size_t brick, double
   const std::array<float, 3> centre{lowest[0] + 0.5F, lowest[1] + 0.5F, lowest[2] + 0.5F};
   BrickCells cells;
   cells.least.fill(std::numeric_limits<float>::max());
-  std::vector<CellDistances> reported(faces.size());
+  std::vector<CellDistances> distances(faces.size());
   float least = std::numeric_limits<float>::max();
   std::uint32_t nearest = kNone;
   for (std::size_t i = 0; i < faces.size(); ++i) {
-    faces_.seen(faces[i]).MeasureCube(centre, reported[i].data());
-    const float of_face = *std::ranges::min_element(reported[i]);
+    faces_.seen(faces[i]).MeasureCube(centre, distances[i].data());
+    const float of_face = *std::ranges::min_element(distances[i]);
     if (of_face < least) {
       least = of_face;
       nearest = faces[i];
     }
     for (std::size_t cell = 0; cell < kCellsPerBrick; ++cell) {
-      cells.least[cell] = std::min(cells.least[cell], reported[i][cell]);
+      cells.least[cell] = std::min(cells.least[cell], distances[i][cell]);
     }
   }
   if (nearest == kNone) return cells;
@@ -320,7 +320,7 @@ HyperbrickSurvey::BrickCells HyperbrickSurvey::CellsOf(std::size_t brick, double
   std::vector<std::uint64_t> near_cells;
   std::vector<NearFace::CubeSides> sides;
   for (std::size_t i = 0; i < faces.size(); ++i) {
-    const std::uint64_t bits = LanesWithin(reported[i].data(), farthest.data(), 0);
+    const std::uint64_t bits = LanesWithin(distances[i].data(), farthest.data(), 0);
     if (bits == 0) continue;
     near.push_back(faces[i]);
     near_cells.push_back(bits);

@@ -15,8 +15,8 @@ std::int32_t EntryAt(const FieldView& field, std::int32_t hyperbrick, std::int32
   const std::int32_t entry = field.hyperbricks[hyperbrick];
   if (entry < 0) return entry;
   const std::ptrdiff_t at = std::ptrdiff_t{entry} * kBricksPerHyperbrick + in_table;
-  const std::int32_t reported = field.tables[at];
-  return reported < 0 ? reported : static_cast<std::int32_t>(field.first_bricks[entry]) + reported;
+  const std::int32_t brick = field.tables[at];
+  return brick < 0 ? brick : static_cast<std::int32_t>(field.first_bricks[entry]) + brick;
 }
 
 /// Copies a vector of words.

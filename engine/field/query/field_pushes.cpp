@@ -56,16 +56,16 @@ class FacesNear {
   }
   std::span<const NearbyFace> all() const { return std::span(faces_).first(count_); }
   /// Returns the nearest face; among equally near faces the face that turns most to the place.
-  const NearbyFace& Told() const {
-    const NearbyFace* reported = faces_.data();
+  const NearbyFace& Nearest() const {
+    const NearbyFace* nearest = faces_.data();
     for (const NearbyFace& face : all()) {
       if (face.distance >= faces_[0].distance + kTie) break;
-      if (std::abs(face.height) > std::abs(reported->height)) reported = &face;
+      if (std::abs(face.height) > std::abs(nearest->height)) nearest = &face;
     }
-    return *reported;
+    return *nearest;
   }
   /// Tells whether the place is in the solid.
-  bool Inside() const { return !Told().sheet && Told().height < 0; }
+  bool Inside() const { return !Nearest().sheet && Nearest().height < 0; }
 
  private:
   static NearbyFace FaceOf(const ListPairs& pairs, std::size_t k) {
@@ -114,12 +114,12 @@ double Alike(const NearbyFace& one, const NearbyFace& other) {
 /// Returns the gradient that faces give a place, as DistanceField::At() does.
 FieldGradient GradientOf(const FacesNear& near) {
   const bool inside = near.Inside();
-  const NearbyFace& reported = near.Told();
+  const NearbyFace& face = near.Nearest();
   const double nearest = near.all()[0].distance;
   // on the face itself its normal gives the direction, which points out already
-  const bool turned = inside && reported.distance > kTouching;
+  const bool turned = inside && face.distance > kTouching;
   return {.reading = {.value = inside ? -nearest : nearest, .near = true},
-          .gradient = turned ? Vec3(-reported.away) : reported.away};
+          .gradient = turned ? Vec3(-face.away) : face.away};
 }
 
 }  // namespace
@@ -211,19 +211,19 @@ void DistanceField::WithGradients(std::span<const Vec3> places_V,
         places_V.subspan(begin, std::min(FieldPushes::kMostPlaces, places_V.size() - begin));
     PushLanes places(*this, some);
     places.ForEach([&](std::size_t k, const PushLanes::ListedPlace& listed) {
-      FieldGradient& reported = gradients[begin + k];
+      FieldGradient& gradient = gradients[begin + k];
       const double value = places.HasBrick(k) ? places.lanes().value[k] : 0;
       if (!places.HasBrick(k) ||
           (listed.end == listed.begin && (value > most_near_ || value < -kMostNear))) {
-        reported = {.reading = At(some[k])};
+        gradient = {.reading = At(some[k])};
         return;
       }
-      reported = {.reading = {.value = value, .near = true}, .gradient = places.gradient(k)};
+      gradient = {.reading = {.value = value, .near = true}, .gradient = places.gradient(k)};
       if (listed.end == listed.begin) return;
       const FieldGradient exact =
           GradientOf(FacesNear(places.pairs(), listed.begin, listed.end, 0));
-      reported.reading.value += listed.share * (exact.reading.value - value);
-      reported.gradient += listed.share * (exact.gradient - reported.gradient);
+      gradient.reading.value += listed.share * (exact.reading.value - value);
+      gradient.gradient += listed.share * (exact.gradient - gradient.gradient);
     });
   }
 }

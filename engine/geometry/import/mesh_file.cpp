@@ -240,18 +240,18 @@ void RunImportHelperIfAsked(int argc, char** argv) {
   ConfineTo(job->limits);
   ConfineToFile(job->file);
   NoteWhenMemoryRunsOut();
-  bool received = false;
+  bool delivered = false;
   try {
     std::optional<ReadAnswer> answer = ReadNatively(job->file, job->part);
     if (!answer) answer = ReadWithAssimp(job->file.native(), job->part);
     if (answer->kind == ReadAnswer::Kind::kMesh && !(answer->metres_per_unit > 0)) {
       answer->metres_per_unit = DeclaredUnit(job->file).value_or(0);
     }
-    received = WriteAnswer(job->answer_fd, *answer);
+    delivered = WriteAnswer(job->answer_fd, *answer);
   } catch (const std::bad_alloc&) {
-    received = WriteAnswer(job->answer_fd, {ReadAnswer::Kind::kOutOfMemory, {}, {}, 0});
+    delivered = WriteAnswer(job->answer_fd, {ReadAnswer::Kind::kOutOfMemory, {}, {}, 0});
   }
-  _exit(received ? 0 : 1);  // the program's cleanup has nothing to clean up
+  _exit(delivered ? 0 : 1);  // the program's cleanup has nothing to clean up
 }
 
 }  // namespace tandem

@@ -22,7 +22,7 @@ class PeerTelemetryTest : public ::testing::Test {
         inputs_(testing::FreeInputs(*model_)),
         ownership_(kSelf, *model_, 0, false, &drops_),
         remote_(*model_),
-        echoes_(kSelf),
+        round_trips_(kSelf),
         separation_(kSelf, *model_) {}
 
   PeerTelemetry Make(std::size_t trace_frames = 0) const {
@@ -32,7 +32,7 @@ class PeerTelemetryTest : public ::testing::Test {
                           .report = report_,
                           .ownership = ownership_,
                           .remote = remote_,
-                          .echoes = echoes_,
+                          .round_trips = round_trips_,
                           .separation = separation_,
                           .drops = drops_},
                          trace_frames);
@@ -45,7 +45,7 @@ class PeerTelemetryTest : public ::testing::Test {
   DropTable drops_;
   Ownership ownership_;
   RemoteBodies remote_;
-  RoundTripTracker echoes_;
+  RoundTripTracker round_trips_;
   InstanceSeparation separation_;
 };
 

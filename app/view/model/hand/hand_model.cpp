@@ -221,9 +221,9 @@ void HandModel::Grab(std::size_t body, const Vec3& p_W) {
   goal_ = Pose{Quat::Identity(), p_W};
   grab_pending_ = true;
   grab_answered_ = false;
-  const std::uint64_t requested = ++grabs_asked_;
-  link_->Send(grab, [this, requested, name = grab.body](const Answer& answer) {
-    if (requested != grabs_asked_) return;  // a later grab replaced this one
+  const std::uint64_t number = ++grabs_asked_;
+  link_->Send(grab, [this, number, name = grab.body](const Answer& answer) {
+    if (number != grabs_asked_) return;  // a later grab replaced this one
     if (answer.ok) {
       grab_answered_ = true;  // the goal stays this hand's until a snapshot shows the grab
       if (!answer.reason.empty()) Tell(QString::fromStdString(answer.reason));

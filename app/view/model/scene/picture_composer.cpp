@@ -29,9 +29,9 @@ std::map<std::pair<ObjectId, PeerId>, int> NamedForBodies(const std::vector<View
   std::map<std::pair<ObjectId, PeerId>, int> named;
   for (const ViewedPeer& peer : peers) {
     if (peer.presence != Presence::kHere) continue;
-    std::set<ObjectId> output;
+    std::set<ObjectId> seen;
     for (const Belief& belief : peer.info.beliefs) {
-      const bool first = output.insert(belief.object).second;
+      const bool first = seen.insert(belief.object).second;
       if (first && belief.peer != peer.info.peer) ++named[{belief.object, belief.peer}];
     }
   }

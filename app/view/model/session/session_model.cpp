@@ -41,7 +41,7 @@ void SessionModel::Join(const JoinRequest& request) {
   request_ = request;
   peer_ = request.peer != 0 ? request.peer : RandomPeerId();
   viewer_ = std::make_unique<Viewer>();
-  received_ = false;
+  has_peers_ = false;
   nobody_heard_ =
       tr("no peer answers yet in session %1").arg(QString::fromStdString(request.session));
   SetState(State::kJoining);
@@ -68,9 +68,9 @@ void SessionModel::OnJoinEnded() {
 }
 
 void SessionModel::ListenForPeers() {
-  if (received_ || transport_ == nullptr) return;
-  received_ = !viewer_->Picture().peers.empty();
-  if (received_) {
+  if (has_peers_ || transport_ == nullptr) return;
+  has_peers_ = !viewer_->Picture().peers.empty();
+  if (has_peers_) {
     nearby_.reset();
     nobody_heard_.clear();
     Q_EMIT StateChanged();

@@ -61,7 +61,7 @@ class SessionModel : public QObject {
   const QString& error() const { return error_; }  // description for a person, in state kFailed
   const JoinRequest& request() const { return request_; }
   /// Returns whether a peer was heard in this session.
-  bool received() const { return received_; }
+  bool has_peers() const { return has_peers_; }
   /// Says in a line for a person what may be wrong, in state kJoined while no peer is heard.
   const QString& nobody_heard() const { return nobody_heard_; }
   /// Returns the session's state. After Leave() it is the last state, with no peer known to be
@@ -96,7 +96,7 @@ class SessionModel : public QObject {
   std::unique_ptr<Transport> transport_;  // null unless joined
   QTimer beat_timer_;
   QElapsedTimer since_joined_;
-  bool received_ = false;
+  bool has_peers_ = false;
   QString nobody_heard_;
   std::unique_ptr<SessionsNearby> nearby_;  // set while no peer is heard
 };

@@ -33,7 +33,7 @@ bool MotorChecker::Exceeds(const Wrench& given, double share) const {
 void MotorChecker::Note(const MotorTick& tick, bool now, Ended& ended) {
   if (now && !ended.now) {
     ended.ticks = 0;
-    ended.requested = tick.ramps + tick.resumes;
+    ended.ramps = tick.ramps + tick.resumes;
   }
   if (now) ended.last_ns = tick.now_ns;
   ended.now = now;
@@ -71,7 +71,7 @@ void MotorChecker::Check(const MotorTick& tick) {
   CheckEnded(tick, stopped_, true, "a motor has force during a stop");
   CheckEnded(tick, faulty_, true, "a motor has force in spite of a fault");
   CheckEnded(tick, fast_, false, "a motor has force though the handle is too fast");
-  if (!silent_.now && silent_.last_ns >= 0 && tick.ramps + tick.resumes == silent_.requested &&
+  if (!silent_.now && silent_.last_ns >= 0 && tick.ramps + tick.resumes == silent_.ramps &&
       Exceeds(tick.given, 0)) {
     Break("a motor's force comes back by itself", tick.given);
   }
@@ -117,7 +117,7 @@ void MotorChecker::CheckEnded(const MotorTick& tick, const Ended& ended, bool fo
   if (ended.now && Exceeds(tick.given, 1 - ended.ticks / kSlewTicks)) Break(sort, tick.given);
   // it is over, and no ramp-in was asked for
   if (ended.now || !for_good || ended.last_ns < 0) return;
-  const bool requested = tick.ramps + tick.resumes != ended.requested;
+  const bool requested = tick.ramps + tick.resumes != ended.ramps;
   const double share = 1 - ended.ticks / kSlewTicks;
   if (!requested && Exceeds(tick.given, share)) Break(sort, tick.given);
 }

@@ -49,9 +49,9 @@ class MotorChecker {
   /// A reason that takes the force away, and its times.
   struct Ended {
     bool now = false;
-    std::int64_t last_ns = -1;    // time when it last held
-    int ticks = 0;                // number of ticks since it began
-    std::uint32_t requested = 0;  // number of ramp-ins and resumes asked for when it began
+    std::int64_t last_ns = -1;  // time when it last held
+    int ticks = 0;              // number of ticks since it began
+    std::uint32_t ramps = 0;    // number of ramp-ins and resumes asked for when it began
   };
 
   void CheckSize(const MotorTick& tick, bool may_drop);

@@ -43,11 +43,11 @@ Doubles Settle(Doubles cells, Flags doubtful, std::int32_t first_row, const Exac
   const D d;
   if (hn::AllFalse(d, doubtful)) return cells;
   alignas(64) std::array<double, kPart> settled;
-  alignas(64) std::array<double, kPart> requested;
+  alignas(64) std::array<double, kPart> in_doubt;
   hn::Store(cells, d, settled.data());
-  hn::Store(hn::IfThenElseZero(doubtful, hn::Set(d, 1.0)), d, requested.data());
+  hn::Store(hn::IfThenElseZero(doubtful, hn::Set(d, 1.0)), d, in_doubt.data());
   for (std::size_t i = 0; i < kPart; ++i) {
-    if (requested[i] != 0) settled[i] = exact(first_row + static_cast<std::int32_t>(i));
+    if (in_doubt[i] != 0) settled[i] = exact(first_row + static_cast<std::int32_t>(i));
   }
   return hn::Load(d, settled.data());
 }

@@ -10,14 +10,15 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
 TEST(RefusalNotifier, PacketFloodsAreReportedOncePerKind) {
-  RefusalNotifier news;
+  RefusalNotifier notifier;
   PacketCounts packets{};
   packets[static_cast<std::size_t>(PacketDrop::kNone)] = 1'000'000;
   packets[static_cast<std::size_t>(PacketDrop::kNewSender)] = RefusalNotifier::kLeastPackets - 1;
-  EXPECT_THAT(news.Check(packets), IsEmpty());
+  EXPECT_THAT(notifier.TakeNotifications(packets), IsEmpty());
   packets[static_cast<std::size_t>(PacketDrop::kNewSender)] = 100'000;
-  EXPECT_THAT(news.Check(packets), ElementsAre(HasSubstr("announces more programs")));
-  EXPECT_THAT(news.Check(packets), IsEmpty());
+  EXPECT_THAT(notifier.TakeNotifications(packets),
+              ElementsAre(HasSubstr("announces more programs")));
+  EXPECT_THAT(notifier.TakeNotifications(packets), IsEmpty());
 }
 
 }  // namespace

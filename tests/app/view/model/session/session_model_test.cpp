@@ -129,7 +129,7 @@ TEST(SessionModel, EmptySessionListsOtherSessions) {
   ASSERT_TRUE(ProcessEventsUntil([&] {
     return session.state() == SessionModel::State::kJoined;
   }));
-  EXPECT_FALSE(session.received());
+  EXPECT_FALSE(session.has_peers());
   EXPECT_EQ(session.nobody_heard(), "no peer answers yet in session bracket");
   others = {{"brackets", true}};
   ASSERT_TRUE(ProcessEventsUntil([&] {
@@ -145,14 +145,14 @@ TEST(SessionModel, EmptySessionListsOtherSessions) {
   });
   fake.inbox->OnPeerInfo(FakeSession::Info(6, "Ben", Role::kActive), 0);
   ASSERT_TRUE(ProcessEventsUntil([&] {
-    return session.received();
+    return session.has_peers();
   }));
   EXPECT_EQ(changes, 1);
   EXPECT_TRUE(session.nobody_heard().isEmpty());
   // nobody has been heard of the next session that is joined
   session.Leave();
   session.Join({"bracket", "Dora", 42, ""});
-  EXPECT_FALSE(session.received());
+  EXPECT_FALSE(session.has_peers());
   ASSERT_TRUE(ProcessEventsUntil([&] {
     return session.state() == SessionModel::State::kJoined;
   }));
