@@ -91,19 +91,18 @@ Result<DiscoveredSession> HearOf(const InviteArguments& arguments) {
   Result<std::unique_ptr<Transport>> joined = JoinOverDds(dds, inbox);
   if (!joined) return joined.error();
   const std::unique_ptr<SessionsNearby> nearby = ListenForSessions(dds);
-  DiscoveredSession received;
+  DiscoveredSession found;
   const std::int64_t until_ns = MonotonicNowNs() + kHearSceneNs;
   StopOnSignals();
-  while (!received.scene && MonotonicNowNs() < until_ns) {
-    received.scene = inbox.SessionScene();
+  while (!found.scene && MonotonicNowNs() < until_ns) {
+    found.scene = inbox.SessionScene();
     for (const AnnouncedSession& session : nearby->Heard()) {
-      received.as_secured =
-          received.as_secured || (session.secured && session.name == arguments.session);
+      found.as_secured = found.as_secured || (session.secured && session.name == arguments.session);
     }
-    if (received.as_secured || StopRequestedWithin(std::chrono::nanoseconds(kHearTurnNs))) break;
+    if (found.as_secured || StopRequestedWithin(std::chrono::nanoseconds(kHearTurnNs))) break;
   }
   (*joined)->Leave();
-  return received;
+  return found;
 }
 
 void Tell(const SceneManifest& scene, Invitation& invitation) {

@@ -108,8 +108,8 @@ std::unique_ptr<Device> MakeDevice(const PeerArguments& arguments, HandScript sc
 std::size_t TraceFrames(const PeerArguments& arguments) {
   constexpr double kMost = 600'000;
   if (arguments.report.empty()) return 0;
-  const double requested = 1000.0 * arguments.seconds;
-  return static_cast<std::size_t>(requested > 0 ? std::min(requested, kMost) : kMost);
+  const double frames = 1000.0 * arguments.seconds;
+  return static_cast<std::size_t>(frames > 0 ? std::min(frames, kMost) : kMost);
 }
 
 /// Returns the node's options, but for the hand.

@@ -70,16 +70,16 @@ void PeerControl::Begin(std::uint64_t job, const ControlRequest& request) {
     job_came_.notify_all();
   };
   if (const auto* voxelize = std::get_if<VoxelizeRequest>(&request)) {
-    later([this, requested = *voxelize] {
-      return Voxelize(requested);
+    later([this, order = *voxelize] {
+      return Voxelize(order);
     });
   } else if (const auto* save = std::get_if<SaveRequest>(&request)) {
     later([this, file = save->file] {
       return Write(file, std::nullopt, false);
     });
   } else if (const auto* mesh = std::get_if<LoadMeshRequest>(&request)) {
-    later([this, job, requested = *mesh] {
-      return AddMesh(job, requested);
+    later([this, job, order = *mesh] {
+      return AddMesh(job, order);
     });
   } else if (const auto* load = std::get_if<LoadSceneRequest>(&request)) {
     later([this, job, file = load->file] {

@@ -35,32 +35,32 @@ Result<PathEstimates> ReadHeard(const std::string& file) {
   Result<RecordingReader> reader = RecordingReader::Open(file);
   if (!reader) return reader.error();
   const PeerId self = reader->header().peer.id;
-  PathEstimates received;
+  PathEstimates estimates;
   while (const std::optional<RecordedFrame> frame = reader->Next()) {
     for (const ObjectState& state : frame->states) {
-      received.lines.try_emplace(state.peer, self).first->second.Add(state, frame->now_ns);
+      estimates.lines.try_emplace(state.peer, self).first->second.Add(state, frame->now_ns);
     }
     for (const CouplingLinks& links : frame->links) {
-      received.lines.try_emplace(links.from, self).first->second.Add(links);
+      estimates.lines.try_emplace(links.from, self).first->second.Add(links);
     }
   }
-  std::erase_if(received.lines, [](const auto& line) {
+  std::erase_if(estimates.lines, [](const auto& line) {
     return line.second.states() == 0;
   });
-  received.names = reader->names();
-  return received;
+  estimates.names = reader->names();
+  return estimates;
 }
 
 /// Returns the peer whose line is asked for.
-Result<PeerId> Choose(const PathEstimates& received, const std::string& from) {
+Result<PeerId> Choose(const PathEstimates& estimates, const std::string& from) {
   std::string names;
-  for (const auto& [peer, line] : received.lines) {
-    if (!from.empty() && received.NameOf(peer) == from) return peer;
-    names += (names.empty() ? "" : ", ") + received.NameOf(peer);
+  for (const auto& [peer, line] : estimates.lines) {
+    if (!from.empty() && estimates.NameOf(peer) == from) return peer;
+    names += (names.empty() ? "" : ", ") + estimates.NameOf(peer);
   }
-  if (received.lines.empty())
+  if (estimates.lines.empty())
     return Error{"the recording has no messages of a peer that held a body"};
-  if (from.empty() && received.lines.size() == 1) return received.lines.begin()->first;
+  if (from.empty() && estimates.lines.size() == 1) return estimates.lines.begin()->first;
   if (from.empty())
     return Error{"the recording has several peers: give --from with one of " + names};
   return Error{"the recording has no peer called " + from + "; its peers: " + names};
@@ -87,12 +87,12 @@ int RunAsNetwork(const std::string& recording, const std::string& file, const st
   if (std::filesystem::equivalent(recording, file, not_there)) {
     return Fail(kExitUsage, file + ": is the recording itself: name another file");
   }
-  const Result<PathEstimates> received = ReadHeard(recording);
-  if (!received) return Fail(kExitFile, received.error().what);
-  const Result<PeerId> peer = Choose(*received, from);
+  const Result<PathEstimates> estimates = ReadHeard(recording);
+  if (!estimates) return Fail(kExitFile, estimates.error().what);
+  const Result<PeerId> peer = Choose(*estimates, from);
   if (!peer) return Fail(kExitFailed, recording + ": " + peer.error().what);
-  const std::string name = received->NameOf(*peer);
-  const std::optional<PathEstimator::Estimate> found = received->lines.at(*peer).EstimatePath();
+  const std::string name = estimates->NameOf(*peer);
+  const std::optional<PathEstimator::Estimate> found = estimates->lines.at(*peer).EstimatePath();
   if (!found)
     return Fail(kExitFailed, recording + ": the recording has too few messages of " + name);
   NetworkTrace trace = found->has_echoes ? TraceOf(found->record, EstimateClocks(found->record))

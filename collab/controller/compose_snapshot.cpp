@@ -67,17 +67,17 @@ ControllerSnapshot ControlServer::Snapshot() const {
   if (!scene_) return snapshot;
   AddHand(snapshot);
   AddContacts(snapshot);
-  for (const ControlScene::Body& reported : known.bodies) {
+  for (const ControlScene::Body& from : known.bodies) {
     SnapshotBody body;
-    body.fixed = reported.fixed;
-    body.shared = reported.shared;
-    body.X_WB = Plain(reported.X_WB0);
-    const auto moving = static_cast<std::uint32_t>(reported.moving);
-    if (reported.moving >= 0 && moving < facts_.body_count) {
+    body.fixed = from.fixed;
+    body.shared = from.shared;
+    body.X_WB = Plain(from.X_WB0);
+    const auto moving = static_cast<std::uint32_t>(from.moving);
+    if (from.moving >= 0 && moving < facts_.body_count) {
       const SimulationFacts::Body& fact = facts_.bodies[moving];
-      body.in_hand = facts_.held == reported.moving;
+      body.in_hand = facts_.held == from.moving;
       body.X_WB = Plain(fact.X_WB);
-      body.X_W = Plain(fact.X_WB * reported.X_WB0.Inverse());
+      body.X_W = Plain(fact.X_WB * from.X_WB0.Inverse());
       body.holders.assign(fact.holders.begin(), fact.holders.begin() + fact.holder_count);
     }
     snapshot.bodies.push_back(std::move(body));

@@ -59,8 +59,8 @@ std::uint32_t AsFlags(const FrameLimits& limits) noexcept {
   const std::array<double, 4> shares = Shares(limits);
   for (std::uint32_t k = 0; k < kInPercent; ++k) {
     const double percent = std::clamp(1e2 * shares[k], 0.0, static_cast<double>(kMostPercent));
-    const double reported = percent > 0 ? std::max(1.0, std::round(percent)) : 0.0;
-    flags |= static_cast<std::uint32_t>(reported) << bit;
+    const double rounded = percent > 0 ? std::max(1.0, std::round(percent)) : 0.0;
+    flags |= static_cast<std::uint32_t>(rounded) << bit;
     bit += kBitsEach;
   }
   if (limits.waited > 0) flags |= kWaited;

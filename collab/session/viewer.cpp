@@ -21,8 +21,8 @@ std::string OtherProtocol(const PeerInfo& info) {
 
 bool Viewer::IsOfAScene(ObjectId object) const {
   const SceneManifest* const session = offers_.session();
-  const bool reported = session != nullptr && !session->bodies.empty();
-  return object < (reported ? session->bodies.size() : kMaxSceneBodies);
+  const bool known = session != nullptr && !session->bodies.empty();
+  return object < (known ? session->bodies.size() : kMaxSceneBodies);
 }
 
 std::uint64_t Viewer::refused() const {

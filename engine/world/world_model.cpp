@@ -30,8 +30,8 @@ constexpr double kLarge = 2.0;  // m; larger than parts usually are
 /// millimetres are more likely.
 std::optional<std::string> ScaleRemark(const SceneBody& body, const TriangleMesh& mesh_W) {
   const Vec3 size = BoundsOf(mesh_W).size();
-  const bool reported = body.scale || KindDeclaresUnit(body.mesh);
-  if (reported || size.maxCoeff() < kLarge) return std::nullopt;
+  const bool has_unit = body.scale || KindDeclaresUnit(body.mesh);
+  if (has_unit || size.maxCoeff() < kLarge) return std::nullopt;
   char text[160];
   std::snprintf(text, sizeof text,
                 "it measures %.3g x %.3g x %.3g m: is the file in millimetres? Then give it "

@@ -74,9 +74,9 @@ std::optional<Error> EndOf(std::vector<ChildProcess>& peers, bool& ended) {
 /// Returns whether the peer that writes this log has told that the other peer left.
 bool ToldThatLeft(const fs::path& log, const std::string& other) {
   std::ifstream stream(log);
-  const std::string reported = "tandem: " + other + " left";
+  const std::string expected = "tandem: " + other + " left";
   for (std::string line; std::getline(stream, line);) {
-    if (line == reported) return true;
+    if (line == expected) return true;
   }
   return false;
 }
@@ -256,10 +256,10 @@ Result<TrialMeasures> TrialRunner::RunReal(const TrialOfParticipant& trial, cons
   TrialMeter meter = MeterOf(trial.plan, scene);
   TraceTail tail(folder / (NameOfUser(peers.own) + ".report.json.trace"));
   std::optional<std::int64_t> began_ns;
-  bool requested = false;
+  bool ending = false;
   while (std::chrono::steady_clock::now() < until) {
     bool ended = false;
-    if (const auto fault = EndOf(*children, ended); fault && !requested) return *fault;
+    if (const auto fault = EndOf(*children, ended); fault && !ending) return *fault;
     if (ended) {
       window.reset();
       return Measure(trial.plan, scene, folder);
@@ -279,7 +279,7 @@ Result<TrialMeasures> TrialRunner::RunReal(const TrialOfParticipant& trial, cons
         !all_here && began_ns &&
         ToldThatLeft(folder / (NameOfUser(peers.own) + ".log"), NameOfUser(1 - peers.own));
     if (!closed && !alone && !meter.ended() && !(line && began_ns)) continue;
-    requested = true;
+    ending = true;
     EndAll(*children);
   }
   EndAll(*children);

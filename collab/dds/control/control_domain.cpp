@@ -91,10 +91,10 @@ Result<ControlDomain> EnterControlDomain(const std::string& name, std::uint32_t 
   ControlDomain control{*std::move(domain), {}};
   control.participant = Entity(dds_create_participant(id, qos.get(), nullptr));
   if (control.participant.get() > 0) return control;
-  const std::string output = log.Take();
-  if (member) return Error{ExplainRefusal(output, *member)};
+  const std::string logged = log.Take();
+  if (member) return Error{ExplainRefusal(logged, *member)};
   return Error{"cannot reach controllers on DDS domain " + std::to_string(id) +
-               (output.empty() ? "" : ": " + output)};
+               (logged.empty() ? "" : ": " + logged)};
 }
 
 Result<fs::path> ControlFolder() {

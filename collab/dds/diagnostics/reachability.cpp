@@ -166,10 +166,10 @@ std::vector<InterfaceFacts> UsableInterfaces() {
     if ((i->ifa_flags & IFF_UP) == 0) continue;
     ifreq request{};
     std::strncpy(request.ifr_name, i->ifa_name, IFNAMSIZ - 1);
-    const bool reported = ioctl(socket.get(), SIOCGIFMTU, &request) == 0;
+    const bool has_mtu = ioctl(socket.get(), SIOCGIFMTU, &request) == 0;
     found.push_back({.name = i->ifa_name,
                      .address = Text(reinterpret_cast<const sockaddr_in*>(i->ifa_addr)->sin_addr),
-                     .mtu = reported ? request.ifr_mtu : 0,
+                     .mtu = has_mtu ? request.ifr_mtu : 0,
                      .loopback = (i->ifa_flags & IFF_LOOPBACK) != 0,
                      .multicast = (i->ifa_flags & IFF_MULTICAST) != 0});
   }

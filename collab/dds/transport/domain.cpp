@@ -262,11 +262,11 @@ Result<Entity> CreateDomain(const DdsOptions& options) {
   if (domain == DDS_RETCODE_PRECONDITION_NOT_MET) {
     return Error{"this program already takes part in a session on " + name + ": leave that first"};
   }
-  const std::string output = log.Take();
-  if (output.find("free participant index") != std::string::npos) {
+  const std::string logged = log.Take();
+  if (logged.find("free participant index") != std::string::npos) {
     return Error{"no free UDP port on " + name + ": too many programs take part in it already"};
   }
-  return Error{"cannot use " + name + ": " + (output.empty() ? dds_strretcode(domain) : output)};
+  return Error{"cannot use " + name + ": " + (logged.empty() ? dds_strretcode(domain) : logged)};
 }
 
 }  // namespace tandem

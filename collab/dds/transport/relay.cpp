@@ -240,10 +240,10 @@ Result<std::unique_ptr<Relay>> Relay::Open(const DdsOptions& viewers) {
   CycloneLogCapture log;
   auto relay = std::make_unique<DdsRelay>(*std::move(domain), viewers.domain, qos.get(), keys);
   if (!relay->Open()) {
-    const std::string output = log.Take();
-    if (qos != nullptr) return Error{ExplainRefusal(output, keys)};
+    const std::string logged = log.Take();
+    if (qos != nullptr) return Error{ExplainRefusal(logged, keys)};
     return Error{"cannot open the viewers' side of the relay" +
-                 (output.empty() ? "" : ": " + output)};
+                 (logged.empty() ? "" : ": " + logged)};
   }
   return std::unique_ptr<Relay>(std::move(relay));
 }

@@ -221,8 +221,8 @@ void AuthorityChecker::CheckStatements() {
     if (part == nullptr) continue;
     Known& greatest = part->stated[says.body];
     const std::int64_t most_ns = hostile_ == 0 ? 0 : 2 * way_ns_ + kSettle + kMisled;
-    const bool received = hostile_ == 0 || now_ns_ - part->said_ns[says.body] > most_ns;
-    if (received && says.claim < greatest && says.claim.peer != greatest.peer) {
+    const bool arrived = hostile_ == 0 || now_ns_ - part->said_ns[says.body] > most_ns;
+    if (arrived && says.claim < greatest && says.claim.peer != greatest.peer) {
       violations_->Add("two say where a body is", says.from,
                        model_->bodies[says.body].name + " after " + std::to_string(greatest.peer));
     }

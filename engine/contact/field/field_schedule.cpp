@@ -44,7 +44,7 @@ FieldSchedule::FieldSchedule(const BodyFeatures& features, const DistanceField& 
       due_words_(is_due_.size() / 64 + 1),
       due_(features.blocks().size()),
       due_chunks_(features.chunks().size()),
-      reported_(features.blocks().size()),
+      results_(features.blocks().size()),
       near_(features.blocks().size()) {
   for (const BodyFeatures::Chunk& chunk : features.chunks()) far_in_.push_back(chunk.count);
   // all places are still unknown: the first Test() finds them
@@ -157,7 +157,7 @@ void FieldSchedule::TestDue(std::size_t begin, std::size_t end) noexcept {
     x[k - begin] = static_cast<float>(place.x());
     y[k - begin] = static_cast<float>(place.y());
     z[k - begin] = static_cast<float>(place.z());
-    reported_[k].out = static_cast<float>(RadiusOf(Vec3(middle.x, middle.y, middle.z), place));
+    results_[k].out = static_cast<float>(RadiusOf(Vec3(middle.x, middle.y, middle.z), place));
   }
   const std::size_t padded = (end - begin + 15) / 16 * 16;
   field_->Values({0, 0, 0}, {x.data(), y.data(), z.data()}, padded, values.data(), kinds.data(),
@@ -167,7 +167,7 @@ void FieldSchedule::TestDue(std::size_t begin, std::size_t end) noexcept {
     const BodyFeatures::Block& block = features_->blocks()[due_[k]];
     const double seam = block.sharp != 0 ? kSeam : 0.0;
     const double gap = values[i] - over[i] - block.radius - seam - reach_ - kPlaceError;
-    reported_[k] = {.gap = static_cast<float>(gap), .out = reported_[k].out};
+    results_[k] = {.gap = static_cast<float>(gap), .out = results_[k].out};
     if (gap < middle_enough_) near[count++] = static_cast<std::uint32_t>(k);
   }
   for (std::size_t at = 0; at < count; at += kBlockPlaces) {
@@ -196,24 +196,24 @@ void FieldSchedule::QueryPoints(std::span<const std::uint32_t> which) noexcept {
   field_->ReadBlocks(rows_, static_cast<float>(reach_), std::span(blocks).first(which.size()),
                      bounds.data(), readings.data());
   for (std::size_t i = 0; i < which.size(); ++i) {
-    BlockResults& reported = reported_[which[i]];
-    reported.touching = readings[i].within;
-    reported.gap = static_cast<float>(readings[i].least - reach_ - kPlaceError);
-    reported.points = true;
+    BlockResults& results = results_[which[i]];
+    results.touching = readings[i].within;
+    results.gap = static_cast<float>(readings[i].least - reach_ - kPlaceError);
+    results.points = true;
     const std::uint32_t b = due_[which[i]];
     if (other_ != nullptr && features_->blocks()[b].sharp != 0) {
-      QueryEdges(b, &bounds[kBlockPlaces * i], reported);
+      QueryEdges(b, &bounds[kBlockPlaces * i], results);
     }
   }
 }
 
 void FieldSchedule::QueryEdges(std::uint32_t b, const float* bounds,
-                               BlockResults& reported) noexcept {
+                               BlockResults& results) noexcept {
   EdgesDue& due = edges_due_[b];
   const double known = due.at - calendar_.odometer(due.ring);
   if (known > 0) {
-    reported.crossing = due.crossing;
-    reported.gap = std::min(reported.gap, due.crossing != 0 ? 0 : static_cast<float>(known));
+    results.crossing = due.crossing;
+    results.gap = std::min(results.gap, due.crossing != 0 ? 0 : static_cast<float>(known));
     return;
   }
   const BodyFeatures::Block& block = features_->blocks()[b];
@@ -232,7 +232,7 @@ void FieldSchedule::QueryEdges(std::uint32_t b, const float* bounds,
       const double reach = edge_reach + edge.half_length + kSeam + kPlaceError;
       // neither the surface nor an edge is nearer to the edge's part
       const Vec3 place = R_VF_ * features_->place(b, lane) + p_VF_;
-      ++reported.compared;
+      ++results.compared;
       const double gap = std::max<double>(
           bounds[lane] - reach, other_->EdgesBeyond(place) - reach - other_->longest_half());
       if (gap > kEdgesEnough) {
@@ -247,7 +247,7 @@ void FieldSchedule::QueryEdges(std::uint32_t b, const float* bounds,
       }
     }
     const std::span<EdgePart> near = std::span(parts).first(count);
-    reported.compared +=
+    results.compared +=
         static_cast<std::uint32_t>(QueryAlong(*field_, edge_reach, near) +
                                    QueryOtherEdges(*other_, edge_reach, kCrossingMargin, near));
     const bool any = std::ranges::any_of(near, [](const EdgePart& part) {
@@ -256,20 +256,20 @@ void FieldSchedule::QueryEdges(std::uint32_t b, const float* bounds,
     const double crossing_below = any ? kCrossingMargin : 0.0;
     for (const EdgePart& part : near) {
       if (part.gap < crossing_below) {
-        reported.crossing = static_cast<std::uint16_t>(reported.crossing | 1U << part.lane);
+        results.crossing = static_cast<std::uint16_t>(results.crossing | 1U << part.lane);
       } else {
         least = std::min(least, part.gap);
       }
     }
   }
   // lanes that may cross do not stay so for long; not all blocks are looked at again in one frame
-  if (reported.crossing != 0) least = std::min(least, kCrossingMargin * ShareOfMargin(b));
-  due.crossing = reported.crossing;
-  due.compared = reported.compared;
+  if (results.crossing != 0) least = std::min(least, kCrossingMargin * ShareOfMargin(b));
+  due.crossing = results.crossing;
+  due.compared = results.compared;
   due.ring = static_cast<std::uint32_t>(
-      calendar_.RingOf(reported.out + block.radius, std::max(least, 0.0)));
+      calendar_.RingOf(results.out + block.radius, std::max(least, 0.0)));
   due.at = calendar_.odometer(due.ring) + least;
-  reported.gap = std::min(reported.gap, due.crossing != 0 ? 0 : static_cast<float>(least));
+  results.gap = std::min(results.gap, due.crossing != 0 ? 0 : static_cast<float>(least));
 }
 
 void FieldSchedule::PutDue() noexcept {
@@ -277,20 +277,20 @@ void FieldSchedule::PutDue() noexcept {
   edges_ahead_ = 0;
   for (std::size_t k = 0; k < due_count_; ++k) {
     const std::uint32_t b = due_[k];
-    const BlockResults& reported = reported_[k];
+    const BlockResults& results = results_[k];
     const BodyFeatures::Block& block = features_->blocks()[b];
-    const int looked_up = reported.points ? 1 + std::popcount(block.lanes) : 1;
+    const int looked_up = results.points ? 1 + std::popcount(block.lanes) : 1;
     counts_.looked_up += static_cast<std::size_t>(looked_up);
-    counts_.compared += reported.compared;
-    if (reported.touching != 0 || reported.crossing != 0) {
-      near_[near_count_++] = {b, reported.touching, reported.crossing};
+    counts_.compared += results.compared;
+    if (results.touching != 0 || results.crossing != 0) {
+      near_[near_count_++] = {b, results.touching, results.crossing};
     }
-    const bool far = reported.gap > kFar;
+    const bool far = results.gap > kFar;
     std::uint32_t& far_in = far_in_[block.chunk];
     far_in += (far ? 1U : 0U) - is_far_[b];
     is_far_[b] = far ? 1 : 0;
-    calendar_.Put(b, reported.out + block.radius, reported.gap,
-                  static_cast<std::uint32_t>(looked_up) + EdgeCost(b, reported));
+    calendar_.Put(b, results.out + block.radius, results.gap,
+                  static_cast<std::uint32_t>(looked_up) + EdgeCost(b, results));
   }
   // chunks whose blocks are all far stand whole from here on
   for (std::size_t k = 0; k < due_count_; ++k) {
@@ -302,11 +302,11 @@ void FieldSchedule::PutDue() noexcept {
   }
 }
 
-std::uint32_t FieldSchedule::EdgeCost(std::uint32_t block, const BlockResults& reported) noexcept {
-  if (other_ == nullptr || !reported.points || features_->blocks()[block].sharp == 0) return 0;
+std::uint32_t FieldSchedule::EdgeCost(std::uint32_t block, const BlockResults& results) noexcept {
+  if (other_ == nullptr || !results.points || features_->blocks()[block].sharp == 0) return 0;
   const EdgesDue& due = edges_due_[block];
   const double known = due.at - calendar_.odometer(due.ring);
-  if (reported.crossing == 0) return reported.gap >= known ? due.compared : 0;
+  if (results.crossing == 0) return results.gap >= known ? due.compared : 0;
   if (known <= pace_) return due.compared;
   edges_ahead_ += due.compared;
   return 0;
@@ -353,7 +353,7 @@ double FieldSchedule::Read(const Pose& X_VF, double reach) noexcept {
   middle_enough_ = kMiddleEnough;
   PutDue();
   double least = std::numeric_limits<double>::infinity();
-  for (std::size_t k = 0; k < due_count_; ++k) least = std::min<double>(least, reported_[k].gap);
+  for (std::size_t k = 0; k < due_count_; ++k) least = std::min<double>(least, results_[k].gap);
   return least + reach_;
 }
 

@@ -106,12 +106,12 @@ class FieldSchedule {
   void QueryPoints(std::span<const std::uint32_t> which) noexcept;
   /// Finds which sharp edges of a block may cross others. `bounds`: lower bounds of the distances
   /// of its points.
-  void QueryEdges(std::uint32_t block, const float* bounds, BlockResults& reported) noexcept;
+  void QueryEdges(std::uint32_t block, const float* bounds, BlockResults& results) noexcept;
   void TestAll() noexcept;
   void PutDue() noexcept;
   /// Returns what a block's edges will cost when it is due. Edges whose gaps are known beyond the
   /// last frame's travel are added to edges_ahead_, for travel.
-  std::uint32_t EdgeCost(std::uint32_t block, const BlockResults& reported) noexcept;
+  std::uint32_t EdgeCost(std::uint32_t block, const BlockResults& results) noexcept;
 
   const BodyFeatures* features_;
   const DistanceField* field_;
@@ -153,7 +153,7 @@ class FieldSchedule {
     bool points = false;  // its points were looked up
     std::uint32_t compared = 0;
   };
-  std::vector<BlockResults> reported_;
+  std::vector<BlockResults> results_;
   std::vector<NearBlock> near_;
   std::size_t near_count_ = 0;
   double edges_ahead_ = 0;

@@ -85,22 +85,21 @@ HWY_INLINE void Interpolate(const FieldView& field, std::size_t at, FieldLanes& 
   const Floats low = Lerp(row(0), row(1), from_y);
   const Floats high = Lerp(row(2), row(3), from_y);
   const Floats steps = Lerp(low, high, hn::LoadU(f, &lanes.z[at]));
-  const Floats reported =
-      hn::Add(hn::LoadU(f, &lanes.plane[at]), hn::Mul(StepOf(bits, flags), steps));
+  const Floats value = hn::Add(hn::LoadU(f, &lanes.plane[at]), hn::Mul(StepOf(bits, flags), steps));
   const auto listed = hn::And(near, Listed(lanes, at));
   const Floats of_brick = hn::Mul(hn::Set(f, FieldBrick::kOverStep),
                                   hn::ConvertTo(f, hn::ShiftRight<FieldBrick::kOverShift>(flags)));
-  const auto far_off = hn::Or(hn::Gt(reported, hn::Set(f, field.most_near)),
-                              hn::Lt(reported, hn::Set(f, -field.most_near_inside)));
+  const auto far_off = hn::Or(hn::Gt(value, hn::Set(f, field.most_near)),
+                              hn::Lt(value, hn::Set(f, -field.most_near_inside)));
   const auto beyond = hn::AndNot(listed, hn::RebindMask(i, far_off));
   const Floats bound =
-      hn::IfThenElse(hn::Gt(reported, hn::Zero(f)), hn::Sub(hn::Set(f, field.most_near), of_brick),
+      hn::IfThenElse(hn::Gt(value, hn::Zero(f)), hn::Sub(hn::Set(f, field.most_near), of_brick),
                      hn::Set(f, -field.beyond_near));
   const auto outside = hn::Lt(hn::LoadU(i, &lanes.hyperbrick[at]), hn::Zero(i));
   const Floats far =
       hn::IfThenElse(hn::RebindMask(f, outside), hn::LoadU(f, &lanes.value[at]), ReadBounds(entry));
   hn::StoreU(hn::IfThenElse(hn::RebindMask(f, near),
-                            hn::IfThenElse(hn::RebindMask(f, beyond), bound, reported), far),
+                            hn::IfThenElse(hn::RebindMask(f, beyond), bound, value), far),
              f, &lanes.value[at]);
   near = hn::AndNot(beyond, near);
   const Floats root = hn::ConvertTo(f, hn::LoadU(i, &lanes.over_of_lists[at]));
@@ -187,10 +186,10 @@ HWY_INLINE FieldReadings Sum(const FieldView& field, float reach, std::size_t at
     // a list decides only where the bound does not
     const auto open = hn::And(has_list, hn::Lt(hn::Min(bound, at_least), hn::Set(f, reach)));
     // finds every place that DistanceField::Pushes() pushes
-    const Floats reported = hn::IfThenElse(near, at_least, bound);
-    const auto is_within = hn::AndNot(open, hn::Lt(reported, hn::Set(f, reach)));
-    least = hn::Min(least,
-                    hn::IfThenElse(open, least, pushes_early ? hn::Min(bound, reported) : bound));
+    const Floats certain = hn::IfThenElse(near, at_least, bound);
+    const auto is_within = hn::AndNot(open, hn::Lt(certain, hn::Set(f, reach)));
+    least =
+        hn::Min(least, hn::IfThenElse(open, least, pushes_early ? hn::Min(bound, certain) : bound));
     hn::StoreU(bound, f, bounds + k);
     listed |= std::uint64_t{MaskBits(f, open)} << k;
     within |= std::uint64_t{MaskBits(f, is_within)} << k;

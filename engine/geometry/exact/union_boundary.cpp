@@ -164,13 +164,13 @@ class Pieces {
         }
       }
     }
-    std::vector<CutTriangle::Sides> reported(largest.size());
+    std::vector<CutTriangle::Sides> sides(largest.size());
     tbb::parallel_for(std::size_t{0}, largest.size(), [&](std::size_t patch) {
-      reported[patch] = TriangleAt(largest[patch]).SidesOfWhole(solid_);
+      sides[patch] = TriangleAt(largest[patch]).SidesOfWhole(solid_);
     });
     std::vector<std::optional<CutTriangle::Sides>> known(count);
     for (std::size_t t = 0; t < count; ++t) {
-      if (patch_of[t] != MeshSides::kNone) known[t] = reported[patch_of[t]];
+      if (patch_of[t] != MeshSides::kNone) known[t] = sides[patch_of[t]];
     }
     return known;
   }

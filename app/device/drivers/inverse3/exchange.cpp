@@ -96,8 +96,8 @@ bool Exchange::TalkWhileConnected(std::string& fault) {
   reported_ = {};
   if (!socket_.Receive(text, kLimitNs)) return false;  // the first message, unasked
   for (std::int64_t due_ns = MonotonicNowNs(); !ending_.load();) {
-    const Vec3 requested = ForceNow();
-    WriteCommand(choice_, requested, std::exchange(first, false), text);
+    const Vec3 force = ForceNow();
+    WriteCommand(choice_, force, std::exchange(first, false), text);
     if (!socket_.Send(text, kLimitNs) || !socket_.Receive(text, kLimitNs)) return received;
     for (int i = 0; i < kMostAtOnce && socket_.pending(); ++i) {
       if (!socket_.Receive(text, kLimitNs)) return received;
@@ -108,7 +108,7 @@ bool Exchange::TalkWhileConnected(std::string& fault) {
       received = true;
       unsound = 0;
       TurnFrom(before, 1e-9 * static_cast<double>(now_ns - reading_.time_ns));
-      CheckForce(requested);
+      CheckForce(force);
       ++reading_.number;
       reading_.time_ns = now_ns;
       const std::int32_t condition = ConditionOf(line);

@@ -122,21 +122,21 @@ std::unique_ptr<NetworkDevice> NetworkDevice::Open(const char* text, const Tande
 }
 
 std::string NetworkDevice::Capabilities(TandemDeviceCapabilities& can) const {
-  const Hello& reported = link_->session().hello();
-  can.freedoms_in = reported.freedoms_in;
-  can.freedoms_out = reported.freedoms_out;
-  can.asks = reported.freedoms_out == 0 ? 0 : 1;
-  can.rate_hz = reported.rate_hz;
-  can.peak_force = reported.peak_force;
-  can.peak_moment = reported.peak_moment;
-  can.continuous_force = reported.continuous_force;
-  can.continuous_moment = reported.continuous_moment;
-  can.stiffness = reported.stiffness;
-  can.damping = reported.damping;
-  can.rotation_stiffness = reported.rotation_stiffness;
-  can.rotation_damping = reported.rotation_damping;
-  std::ranges::copy(reported.workspace_min, can.workspace_min);
-  std::ranges::copy(reported.workspace_max, can.workspace_max);
+  const Hello& hello = link_->session().hello();
+  can.freedoms_in = hello.freedoms_in;
+  can.freedoms_out = hello.freedoms_out;
+  can.asks = hello.freedoms_out == 0 ? 0 : 1;
+  can.rate_hz = hello.rate_hz;
+  can.peak_force = hello.peak_force;
+  can.peak_moment = hello.peak_moment;
+  can.continuous_force = hello.continuous_force;
+  can.continuous_moment = hello.continuous_moment;
+  can.stiffness = hello.stiffness;
+  can.damping = hello.damping;
+  can.rotation_stiffness = hello.rotation_stiffness;
+  can.rotation_damping = hello.rotation_damping;
+  std::ranges::copy(hello.workspace_min, can.workspace_min);
+  std::ranges::copy(hello.workspace_max, can.workspace_max);
   return {};
 }
 

@@ -42,15 +42,14 @@ void ReturnChecker::OnAnswer(HostId host, std::uint64_t number, const Answer& an
   }
 }
 
-void ReturnChecker::Check(const HandObservation& sight, const GoalOrder& reported) {
+void ReturnChecker::Check(const HandObservation& sight, const GoalOrder& order) {
   const int held = sight.attached ? sight.held : -1;
   if (held >= 0 && held == held_) {
     way_m_ += (sight.body.X_WB.p - held_at_[held].p).norm();
   } else if (held >= 0) {
-    const bool to_go_back =
-        reported.keeps_way && reported.body == held && reported.grasp_seq != taken_seq_;
+    const bool to_go_back = order.keeps_way && order.body == held && order.grasp_seq != taken_seq_;
     if (!to_go_back) taken_.push_back({held, sight.body.X_WB, way_m_});
-    taken_seq_ = reported.grasp_seq;
+    taken_seq_ = order.grasp_seq;
   }
   held_ = held;
   if (held >= 0) held_at_[held] = sight.body.X_WB;

@@ -26,9 +26,9 @@ class ReturnChecker {
     requested_[{host, number}] = request.to;
   }
   void OnAnswer(HostId host, std::uint64_t number, const Answer& answer);
-  /// Judges a frame; call it after every frame. `reported` is the newest order to the hand. An
+  /// Judges a frame; call it after every frame. `order` is the newest order to the hand. An
   /// order to take a part that keeps its way is for the first part that comes.
-  void Check(const HandObservation& sight, const GoalOrder& reported);
+  void Check(const HandObservation& sight, const GoalOrder& order);
   /// Returns how far this hand has moved parts, m.
   double way_m() const { return way_m_; }
 
