@@ -149,7 +149,7 @@ const StepReport& World::Step(const StepInputs& in) noexcept {
 
 void World::BeginFrame(const StepInputs& in) noexcept {
   report_ = {};
-  held_loads_.Clear();
+  applied_forces_.Clear();
   for (Instance& instance : instances_) instance.load = {};
   for (Pair& pair : pairs_) pair.pushes = false;
   TANDEM_CHECK(in.instances.size() == instances_.size());
@@ -205,13 +205,13 @@ void World::UpdateClearances(const StepInputs& in) noexcept {
 }
 
 void World::LimitTravel(const StepInputs& in) noexcept {
-  TestDemand load;
+  TestDemand demand;
   for (const Pair& pair : pairs_) {
-    if (Tested(pair)) load += pair.contact->test_demand();
+    if (Tested(pair)) demand += pair.contact->test_demand();
   }
-  load.bound = std::numeric_limits<double>::infinity();
+  demand.bound = std::numeric_limits<double>::infinity();
   const double voxel = model_->scene.voxel_size;
-  const double affordable = MaxTravel(load, in.capacity, in.query_price, voxel);
+  const double affordable = MaxTravel(demand, in.capacity, in.query_price, voxel);
   if (affordable < 0.5 * voxel) report_.flags |= StepReport::kOverCapacity;
   for (Instance& instance : instances_) {
     instance.max_travel = std::min(affordable, kFreeTravel * voxel);
@@ -273,7 +273,7 @@ bool World::ComputeContactForces() noexcept {
     report_.query_cost += found.query_cost;
     report_.pushing_points += found.pushing_points;
   }
-  if (held_) held_loads_.SetContact(instances_[*held_].load);
+  if (held_) applied_forces_.SetContact(instances_[*held_].load);
   return all;
 }
 
@@ -284,7 +284,7 @@ void World::ApplyCouplings(const StepInputs& in) noexcept {
     const StepInputs::InstanceInput& input = in.instances[i];
     instance.load += CouplingForce(input.pull, instance.state, Pose{}, {input.mirror_WB, {}});
   }
-  if (held_) held_loads_.Couple(in, instances_[*held_].state, instances_[*held_].load);
+  if (held_) applied_forces_.Couple(in, instances_[*held_].state, instances_[*held_].load);
   for (Instance& instance : instances_) {
     if (instance.drive != BodyDrive::kSimulated) continue;
     instance.load.force.tail<3>() +=
@@ -337,7 +337,7 @@ void World::SumContactOfOthers() noexcept {
     const InstanceIndex other = is_shell ? pair.map : pair.shell;
     const Vec6 before = Stacked(instances_[other].state.V_WB);
     const Vec6 after = Stacked(together_.twist(other));
-    held_loads_.AddContactOfOther(pair.contact->cross(), is_shell, before, after);
+    applied_forces_.AddContactOfOther(pair.contact->cross(), is_shell, before, after);
   }
 }
 
@@ -361,7 +361,7 @@ void World::Integrate(const StepInputs& in) noexcept {
 void World::ReportAppliedForces(const StepInputs& in) noexcept {
   if (!held_ || !IsSimulated(*held_)) return;
   const Instance& held = instances_[*held_];
-  held_loads_.Report(in, held.before, held.desired, held.state.V_WB, report_);
+  applied_forces_.Report(in, held.before, held.desired, held.state.V_WB, report_);
 }
 
 }  // namespace tandem

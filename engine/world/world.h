@@ -141,7 +141,7 @@ class World {
   std::size_t first_pairs_ = 0;        // number of pairs of first instances, which come first
   std::optional<InstanceIndex> held_;  // instance in the hand in this frame
   CoupledStep together_;
-  AppliedForceReport held_loads_;
+  AppliedForceReport applied_forces_;
   bool contact_on_;  // experiments: off, bodies pass through one another
   int waited_ = 0;   // consecutive frames that waited for voxels
   WorkerPool* workers_;

@@ -43,10 +43,10 @@ StepInputs InputsOf(const World& world, const Pose& X_BD, const FrameCapacity& c
 
 /// Returns the point tests that all pairs owe in the next frame, however far it goes.
 std::int64_t OwedTests(const World& world) {
-  TestDemand load;
+  TestDemand demand;
   for (std::size_t pair = 0; pair < world.pair_count(); ++pair)
-    load += world.pair(pair).test_demand();
-  return std::llround(load.mandatory);
+    demand += world.pair(pair).test_demand();
+  return std::llround(demand.mandatory);
 }
 
 /// The times and counts of one frame.

@@ -174,24 +174,24 @@ void PrintedSchedule::Test(const Pose& X_VS, double travel) noexcept {
 }
 
 TestDemand PrintedSchedule::Demand() const noexcept {
-  TestDemand load;
-  load.bound = 0.5 * s_;
+  TestDemand demand;
+  demand.bound = 0.5 * s_;
   if (!options_.experiments.coherence) {
-    load.mandatory = static_cast<double>(points_in_.awake());
+    demand.mandatory = static_cast<double>(points_in_.awake());
   } else {
-    load.mandatory = static_cast<double>(points_in_.count(0));
+    demand.mandatory = static_cast<double>(points_in_.count(0));
     for (int q = 1; q < DistanceQueues::kQueues; ++q) {
-      load.per_metre += static_cast<double>(points_in_.count(q)) / (kShare * q * s_);
+      demand.per_metre += static_cast<double>(points_in_.count(q)) / (kShare * q * s_);
     }
   }
-  if (!options_.experiments.chunks) return load;
-  load.mandatory += static_cast<double>(chunks_in_.count(0));
+  if (!options_.experiments.chunks) return demand;
+  demand.mandatory += static_cast<double>(chunks_in_.count(0));
   for (int q = 1; q <= kFarthestChunk; ++q) {
-    load.per_metre += static_cast<double>(chunks_in_.count(q)) / (kShare * kChunkSide * q * s_);
+    demand.per_metre += static_cast<double>(chunks_in_.count(q)) / (kShare * kChunkSide * q * s_);
   }
   // footnote 3
-  if (chunks_in_.count(kFarthestChunk) == open_.size()) load.bound = 0.5 * kHyperchunkSide * s_;
-  return load;
+  if (chunks_in_.count(kFarthestChunk) == open_.size()) demand.bound = 0.5 * kHyperchunkSide * s_;
+  return demand;
 }
 
 std::unique_ptr<Schedule> MakePrintedSchedule(const PointBlocks& blocks, const Voxmap& voxmap,

@@ -78,11 +78,11 @@ std::optional<double> Thickness(const DistanceField& field, const Vec3& point_V,
   constexpr double kOpposite = -0.7;  // cosine between the sides' directions off
   for (double depth = kStep; depth < kThickest; depth += kStep) {
     const Vec3 place_V = point_V - (push.distance + depth) * push.away_V;
-    FieldGradient reported;
-    field.WithGradients({&place_V, 1}, &reported);
-    if (!reported.reading.near || reported.reading.value < kTold - depth) continue;
-    if (reported.gradient.dot(push.away_V) > kOpposite * reported.gradient.norm()) continue;
-    const double thickness = depth - reported.reading.value;
+    FieldGradient other_side;
+    field.WithGradients({&place_V, 1}, &other_side);
+    if (!other_side.reading.near || other_side.reading.value < kTold - depth) continue;
+    if (other_side.gradient.dot(push.away_V) > kOpposite * other_side.gradient.norm()) continue;
+    const double thickness = depth - other_side.reading.value;
     return thickness < kThickest ? std::optional(thickness) : std::nullopt;
   }
   return {};
@@ -330,11 +330,11 @@ void FieldPair::AddForces(const Places& places, LinearizedForce& on_shell,
 }
 
 void FieldPair::CountDemand() noexcept {
-  load_.mandatory = of_shell_.due_tests() + of_map_.due_tests();
-  load_.per_metre = (of_shell_.due_tests_per_voxel() + of_map_.due_tests_per_voxel()) / s_;
-  load_.exact_queries = static_cast<double>(contact_count_);
-  load_.bound = s_ * std::max(FieldSchedule::kMostTravel,
-                              std::min(of_shell_.free_travel(), of_map_.free_travel()));
+  demand_.mandatory = of_shell_.due_tests() + of_map_.due_tests();
+  demand_.per_metre = (of_shell_.due_tests_per_voxel() + of_map_.due_tests_per_voxel()) / s_;
+  demand_.exact_queries = static_cast<double>(contact_count_);
+  demand_.bound = s_ * std::max(FieldSchedule::kMostTravel,
+                                std::min(of_shell_.free_travel(), of_map_.free_travel()));
 }
 
 void FieldPair::SetClearance(const Clearance& clearance) noexcept {

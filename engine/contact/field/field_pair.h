@@ -42,7 +42,7 @@ class FieldPair final : public BodyPair {
 
   PairReport Collide(const BodyMotion& shell_body, const BodyMotion& map_body,
                      LinearizedForce& on_shell, LinearizedForce& on_map) noexcept override;
-  TestDemand test_demand() const noexcept override { return load_; }
+  TestDemand test_demand() const noexcept override { return demand_; }
   void SetClearance(const Clearance& clearance) noexcept override;
   ClearanceBounds clearance_bounds() const noexcept override;
   double voxel_size() const noexcept override { return s_; }
@@ -108,7 +108,7 @@ class FieldPair final : public BodyPair {
   std::vector<Contact> contacts_;
   std::size_t contact_count_ = 0;
   bool over_capacity_ = false;
-  TestDemand load_;  // as of the last Collide()
+  TestDemand demand_;  // as of the last Collide()
 };
 
 }  // namespace tandem

@@ -157,14 +157,14 @@ ClearanceBounds ContactPair::clearance_bounds() const noexcept {
 }
 
 TestDemand ContactPair::test_demand() const noexcept {
-  TestDemand load;
+  TestDemand demand;
   if (Gap() <= 0) {
-    load = schedule_->Demand();
-    load.exact_queries = query_cost_;
-    return load;
+    demand = schedule_->Demand();
+    demand.exact_queries = query_cost_;
+    return demand;
   }
-  load.bound = std::max(0.5 * voxmap_->voxel_size(), Gap());
-  return load;
+  demand.bound = std::max(0.5 * voxmap_->voxel_size(), Gap());
+  return demand;
 }
 
 void ContactPair::LimitTravel(double metres) noexcept {

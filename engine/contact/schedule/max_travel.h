@@ -35,14 +35,14 @@ inline constexpr double kTravelShare = 0.4;
 /// 0.5 s i. Each exact query at what may be in contact counts as `query_price` tests. Frames have
 /// constant length, so this is a speed limit, which the hand feels as viscosity. Each pair's own
 /// bound applies too; the result is never below the floor.
-inline double MaxTravel(const TestDemand& load, double capacity, double query_price,
+inline double MaxTravel(const TestDemand& demand, double capacity, double query_price,
                         double voxel_size) {
-  const double room = capacity - load.mandatory;
+  const double room = capacity - demand.mandatory;
   if (room <= 0) return kTravelFloor * voxel_size;
-  const double spare = std::max(room - query_price * load.exact_queries, kTravelShare * room);
+  const double spare = std::max(room - query_price * demand.exact_queries, kTravelShare * room);
   const double travel =
-      load.per_metre > 0 ? spare / load.per_metre : std::numeric_limits<double>::infinity();
-  return std::max(std::min(travel, load.bound), kTravelFloor * voxel_size);
+      demand.per_metre > 0 ? spare / demand.per_metre : std::numeric_limits<double>::infinity();
+  return std::max(std::min(travel, demand.bound), kTravelFloor * voxel_size);
 }
 
 }  // namespace tandem

@@ -281,26 +281,27 @@ void PointSchedule::Test(const Pose& X_VS, double travel) noexcept {
 }
 
 TestDemand PointSchedule::Demand() const noexcept {
-  TestDemand load;
-  load.bound = 0.5 * s_;
+  TestDemand demand;
+  demand.bound = 0.5 * s_;
   constexpr double kPerBlock = PointBlocks::kLanes;
   if (!options_.experiments.coherence) {
-    load.mandatory = kPerBlock * static_cast<double>(blocks_in_.awake());
+    demand.mandatory = kPerBlock * static_cast<double>(blocks_in_.awake());
   } else {
-    load.mandatory = kPerBlock * static_cast<double>(blocks_in_.count(0) + blocks_in_.count(1));
+    demand.mandatory = kPerBlock * static_cast<double>(blocks_in_.count(0) + blocks_in_.count(1));
     for (int q = 2; q < DistanceQueues::kQueues; ++q) {
-      load.per_metre += kPerBlock * static_cast<double>(blocks_in_.count(q)) / (Allowance(q) * s_);
+      demand.per_metre +=
+          kPerBlock * static_cast<double>(blocks_in_.count(q)) / (Allowance(q) * s_);
     }
   }
-  load.mandatory += static_cast<double>(chunks_in_.count(0));
+  demand.mandatory += static_cast<double>(chunks_in_.count(0));
   for (int q = DistanceQueues::kQueues - 1; q >= 1; --q) {
     if (chunks_in_.count(q) == 0) continue;
-    load.per_metre += static_cast<double>(chunks_in_.count(q)) / (kChunkUnit * q * s_);
+    demand.per_metre += static_cast<double>(chunks_in_.count(q)) / (kChunkUnit * q * s_);
     // no block awake: as far as the nearest whole chunk allows (paper fn. 3)
-    if (blocks_in_.awake() == 0) load.bound = std::min(32.0, kChunkUnit * q) * s_;
+    if (blocks_in_.awake() == 0) demand.bound = std::min(32.0, kChunkUnit * q) * s_;
   }
-  if (chunks_in_.count(0) > 0) load.bound = 0.5 * s_;
-  return load;
+  if (chunks_in_.count(0) > 0) demand.bound = 0.5 * s_;
+  return demand;
 }
 
 }  // namespace tandem

@@ -47,11 +47,11 @@ void ExpectSame(const Schedule& a, const Schedule& b, int frame) {
   ASSERT_EQ(a.counts().looked_up, b.counts().looked_up) << "frame " << frame;
   ASSERT_EQ(a.counts().drifted, b.counts().drifted) << "frame " << frame;
   ASSERT_EQ(a.counts().chunks, b.counts().chunks) << "frame " << frame;
-  const TestDemand load_a = a.Demand();
-  const TestDemand load_b = b.Demand();
-  for (const auto& [x, y] :
-       {std::pair{load_a.mandatory, load_b.mandatory},
-        std::pair{load_a.per_metre, load_b.per_metre}, std::pair{load_a.bound, load_b.bound}}) {
+  const TestDemand demand_a = a.Demand();
+  const TestDemand demand_b = b.Demand();
+  for (const auto& [x, y] : {std::pair{demand_a.mandatory, demand_b.mandatory},
+                             std::pair{demand_a.per_metre, demand_b.per_metre},
+                             std::pair{demand_a.bound, demand_b.bound}}) {
     ASSERT_EQ(std::bit_cast<std::uint64_t>(x), std::bit_cast<std::uint64_t>(y))
         << "frame " << frame;
   }

@@ -14,18 +14,18 @@ constexpr double kPrice = 400;
 constexpr double kCapacity = 1e5;
 
 /// Returns the tests and exact queries of a frame that goes so far, in tests.
-double Cost(const TestDemand& load, double travel) {
-  return load.mandatory + load.per_metre * travel + kPrice * load.exact_queries;
+double Cost(const TestDemand& demand, double travel) {
+  return demand.mandatory + demand.per_metre * travel + kPrice * demand.exact_queries;
 }
 
-TestDemand SomeLoad(std::mt19937_64& random, double most_looks) {
+TestDemand SomeDemand(std::mt19937_64& random, double most_looks) {
   std::uniform_real_distribution<double> share(0, 1);
-  TestDemand load;
-  load.bound = kBound;
-  load.mandatory = 0.6 * kCapacity * share(random);
-  load.per_metre = 4 * kCapacity * share(random) / kBound;
-  load.exact_queries = most_looks * share(random);
-  return load;
+  TestDemand demand;
+  demand.bound = kBound;
+  demand.mandatory = 0.6 * kCapacity * share(random);
+  demand.per_metre = 4 * kCapacity * share(random) / kBound;
+  demand.exact_queries = most_looks * share(random);
+  return demand;
 }
 
 // Tests owed, tests due and exact queries share one frame: what they come to at the limit fills it.
@@ -33,12 +33,12 @@ TEST(MaxTravel, UsesTheWholeFrameBudget) {
   std::mt19937_64 random(11);
   int limited = 0;
   for (int trial = 0; trial < 1000; ++trial) {
-    const TestDemand load = SomeLoad(random, 0.25 * kCapacity / kPrice);
-    const double travel = MaxTravel(load, kCapacity, kPrice, kFineVoxel);
+    const TestDemand demand = SomeDemand(random, 0.25 * kCapacity / kPrice);
+    const double travel = MaxTravel(demand, kCapacity, kPrice, kFineVoxel);
     if (travel == kBound) {
-      EXPECT_LE(Cost(load, travel), kCapacity * (1 + 1e-9));
-    } else if (Cost(load, 0) < kCapacity - kTravelShare * (kCapacity - load.mandatory)) {
-      EXPECT_NEAR(Cost(load, travel), kCapacity, 1e-6 * kCapacity);
+      EXPECT_LE(Cost(demand, travel), kCapacity * (1 + 1e-9));
+    } else if (Cost(demand, 0) < kCapacity - kTravelShare * (kCapacity - demand.mandatory)) {
+      EXPECT_NEAR(Cost(demand, travel), kCapacity, 1e-6 * kCapacity);
       ++limited;
     }
   }
@@ -50,35 +50,35 @@ TEST(MaxTravel, UsesTheWholeFrameBudget) {
 TEST(MaxTravel, ReservesTestsForTravelBesideQueries) {
   std::mt19937_64 random(12);
   for (int trial = 0; trial < 1000; ++trial) {
-    const TestDemand load = SomeLoad(random, 100 * kCapacity / kPrice);
-    const double travel = MaxTravel(load, kCapacity, kPrice, kFineVoxel);
-    const double least = kTravelShare * (kCapacity - load.mandatory) / load.per_metre;
+    const TestDemand demand = SomeDemand(random, 100 * kCapacity / kPrice);
+    const double travel = MaxTravel(demand, kCapacity, kPrice, kFineVoxel);
+    const double least = kTravelShare * (kCapacity - demand.mandatory) / demand.per_metre;
     EXPECT_GE(travel, std::min(kBound, least) * (1 - 1e-9));
     EXPECT_LE(travel, kBound);
-    TestDemand more = load;
+    TestDemand more = demand;
     more.exact_queries += 10;
     EXPECT_LE(MaxTravel(more, kCapacity, kPrice, kFineVoxel), travel);
   }
 }
 
 TEST(MaxTravel, KeepsAMinimumUnderTooManyTests) {
-  TestDemand load;
-  load.bound = kBound;
-  load.mandatory = 2 * kCapacity;
-  EXPECT_EQ(MaxTravel(load, kCapacity, kPrice, kFineVoxel), kFloor);
-  load.mandatory = 0;
-  load.per_metre = 1e6 * kCapacity / kBound;
-  EXPECT_EQ(MaxTravel(load, kCapacity, kPrice, kFineVoxel), kFloor);
-  load.per_metre = 0;
-  EXPECT_EQ(MaxTravel(load, kCapacity, kPrice, kFineVoxel), kBound);
+  TestDemand demand;
+  demand.bound = kBound;
+  demand.mandatory = 2 * kCapacity;
+  EXPECT_EQ(MaxTravel(demand, kCapacity, kPrice, kFineVoxel), kFloor);
+  demand.mandatory = 0;
+  demand.per_metre = 1e6 * kCapacity / kBound;
+  EXPECT_EQ(MaxTravel(demand, kCapacity, kPrice, kFineVoxel), kFloor);
+  demand.per_metre = 0;
+  EXPECT_EQ(MaxTravel(demand, kCapacity, kPrice, kFineVoxel), kBound);
 }
 
 TEST(MaxTravel, IsBoundedByTheSumOverAllPairs) {
   std::mt19937_64 random(13);
   for (int trial = 0; trial < 100; ++trial) {
-    const TestDemand one = SomeLoad(random, 50);
+    const TestDemand one = SomeDemand(random, 50);
     TestDemand sum = one;
-    TestDemand other = SomeLoad(random, 50);
+    TestDemand other = SomeDemand(random, 50);
     other.bound = 0.5 * kBound;
     sum += other;
     EXPECT_EQ(sum.bound, 0.5 * kBound);

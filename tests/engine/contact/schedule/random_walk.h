@@ -88,10 +88,10 @@ inline Outcome RunRandomWalk(const Bodies& bodies, const ScheduleOptions& option
     outcome.drifted += static_cast<double>(schedule->counts().drifted);
     outcome.contacts += static_cast<double>(schedule->contacts().size());
     outcome.over += static_cast<double>(schedule->counts().looked_up) > 1.2 * capacity;
-    const TestDemand load = schedule->Demand();
-    const double most = MaxTravel(load, capacity, 0, kVoxel);
+    const TestDemand demand = schedule->Demand();
+    const double most = MaxTravel(demand, capacity, 0, kVoxel);
     schedule->LimitTravel(most);
-    outcome.squeezed += most < 0.999 * load.bound;
+    outcome.squeezed += most < 0.999 * demand.bound;
     shell.Push(random, Vec3::Zero());
     map.Push(random, Vec3(0.1, 0, 0));
     const double reach = 3 * kVoxel;  // displacement

@@ -81,7 +81,7 @@ constexpr double kMillimetre = 0.001;
 struct EdgeFigures {
   std::size_t contacts = 0;
   std::size_t tests = 0;  // tests in a frame at rest
-  TestDemand load;
+  TestDemand demand;
 };
 
 /// Returns the figures of two bars with edges of 200 mm: the bottom edge of one lies on the top
@@ -96,7 +96,7 @@ EdgeFigures OnEdge(const Bodies& bars, double angle, int layer) {
   schedule.Test(X_VS, 0);
   EXPECT_EQ(UntestedPoints(bars.blocks, bars.voxmap, schedule), 0U);
   EdgeFigures figures{
-      .contacts = 0, .tests = schedule.counts().looked_up, .load = schedule.Demand()};
+      .contacts = 0, .tests = schedule.counts().looked_up, .demand = schedule.Demand()};
   for (const Schedule::ContactBlock& contact : schedule.contacts()) {
     figures.contacts += static_cast<std::size_t>(std::popcount(contact.lanes));
   }
@@ -104,7 +104,7 @@ EdgeFigures OnEdge(const Bodies& bars, double angle, int layer) {
 }
 
 double TravelAt(const EdgeFigures& figures, double capacity) {
-  return MaxTravel(figures.load, capacity, 0, kMillimetre) / kMillimetre;
+  return MaxTravel(figures.demand, capacity, 0, kMillimetre) / kMillimetre;
 }
 
 // Geometrical awareness cannot help here (paper §4): edges meet edges, so two that lie along one
