@@ -214,7 +214,8 @@ nlohmann::ordered_json FrameJson(const FrameArguments& arguments, const FrameSet
       {"cpu_p50_us", Us(figures.cpu, 0.5)},
       {"cpu_p99_us", Us(figures.cpu, 0.99)},
       {"cpu_p999_us", Us(figures.cpu, 0.999)},
-      {"helpers_cpu_p50_us", Us(figures.helpers_cpu, 0.5)},
+      {"workers_cpu_p50_us", Us(figures.workers_cpu, 0.5)},
+      {"helpers_cpu_p50_us", Us(figures.workers_cpu, 0.5)},  // earlier key
       {"longest", LongestJson(figures)},
       {"back_to_back", runs.back_to_back},
       {"wall_p999_us", Us(figures.wall, 0.999)},
@@ -247,8 +248,8 @@ void PrintTimes(const FrameArguments& arguments, const FrameRuns& runs, int thre
   std::printf("  processor   p50 %.1f us, p99 %.1f us, p99.9 %.1f us\n", Us(figures.cpu, 0.5),
               Us(figures.cpu, 0.99), Us(figures.cpu, 0.999));
   if (threads > 1) {
-    std::printf("  helpers     p50 %.1f us, of %s together beside the haptic thread\n",
-                Us(figures.helpers_cpu, 0.5),
+    std::printf("  workers     p50 %.1f us, of %s together beside the haptic thread\n",
+                Us(figures.workers_cpu, 0.5),
                 WithPlural(static_cast<std::uint64_t>(threads) - 1, "thread").c_str());
   }
   std::printf("  wall        p99.9 %.1f us; empty work of the same length %.1f us\n",

@@ -212,12 +212,12 @@ void CheckAnnounced(const DoctorArguments& arguments, Findings& findings) {
 }
 
 int AnswerOthers() {
-  Result<ProbeResponder> answerer = ProbeResponder::Open(kAnswerPort);
-  if (!answerer) return Fail(kExitNetwork, answerer.error().what);
+  Result<ProbeResponder> responder = ProbeResponder::Open(kAnswerPort);
+  if (!responder) return Fail(kExitNetwork, responder.error().what);
   const std::atomic<bool>& stop_asked = StopOnSignals();
   Say("answering at UDP port " + std::to_string(kAnswerPort) +
       "; now run 'tandem doctor --peers THIS_MACHINE' on the other machine; Ctrl-C ends this");
-  while (!stop_asked.load()) answerer->Answer(100);
+  while (!stop_asked.load()) responder->Answer(100);
   return kExitOk;
 }
 

@@ -75,7 +75,7 @@ WorkerPool::~WorkerPool() {
   end_.store(true, std::memory_order_relaxed);
   call_.fetch_add(1, std::memory_order_release);
   call_.notify_all();
-  for (std::thread& helper : workers_) helper.join();
+  for (std::thread& worker : workers_) worker.join();
 }
 
 void WorkerPool::WakeWorkers() noexcept {

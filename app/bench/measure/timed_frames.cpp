@@ -12,6 +12,7 @@
 #include "app/bench/measure/empty_work.h"
 #include "app/capacity/capacity_follower.h"
 #include "app/common/console.h"
+#include "engine/base/units.h"
 #include "engine/realtime/periodic_thread.h"
 
 namespace tandem {
@@ -55,7 +56,7 @@ struct StepTimes {
   std::int64_t end_ns = 0;
   std::int64_t cpu_ns = 0;
   std::int64_t wall_ns = 0;
-  std::int64_t helpers_ns = 0;
+  std::int64_t workers_ns = 0;
   long faults = 0;
 };
 
@@ -73,10 +74,10 @@ StepTimes TimeStep(World& world, const StepInputs& inputs, const WorkerPool& wor
   times.end_ns = clock.NowNs();
   times.wall_ns = times.end_ns - wall;
   if (follower && report.waited == 0) {
-    follower->Count(report, 1e-9 * static_cast<double>(times.cpu_ns));
+    follower->Count(report, ToSeconds(times.cpu_ns));
   }
   times.faults = PageFaults(workers) - faults;
-  times.helpers_ns = workers.CpuNs() - helped;
+  times.workers_ns = workers.CpuNs() - helped;
   return times;
 }
 
@@ -104,7 +105,7 @@ void RunNoise(EmptyWork& noise, FrameFigures& figures) {
 void CountTimes(const StepTimes& times, const StepReport& report, std::int64_t origin_ns,
                 FrameFigures& figures) {
   figures.cpu.Add(times.cpu_ns);
-  figures.helpers_cpu.Add(times.helpers_ns);
+  figures.workers_cpu.Add(times.workers_ns);
   if (times.cpu_ns > figures.worst_ns) {
     figures.worst_ns = times.cpu_ns;
     figures.worst = report;

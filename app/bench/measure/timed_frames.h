@@ -19,7 +19,7 @@ inline constexpr int kWarmUp = 500;        // frames before anything counts
 /// The times of frames, and the work done in them.
 struct FrameFigures {
   Histogram cpu, wall, noise;
-  Histogram helpers_cpu;  // processor time of all workers together
+  Histogram workers_cpu;  // processor time of all workers together
   Histogram owed;         // point tests that a frame leaves to the next one
   double contacts = 0, exact_queries = 0, loaded = 0;  // sums over frames
   double tests = 0, drifted = 0, chunks = 0;

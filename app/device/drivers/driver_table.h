@@ -17,11 +17,14 @@ namespace tandem::driver {
 /// |---|---|
 /// | `kName`, `kKind`, `kOptions` | – |
 /// | `static std::int32_t List(TandemDeviceFound*, std::int32_t room)` | main |
-/// | `static std::unique_ptr<Hand> Open(const char* options, const TandemDeviceHost&, std::string&
-/// fault)` | main; null: it failed | | `std::string Capabilities(TandemDeviceCapabilities&)`,
-/// `Start()` | main; the text is the fault | | `std::string Trouble() const` | main; empty: none |
-/// | `std::int32_t Read(TandemDeviceState&) noexcept`, `Write(const TandemDeviceForce&)` | loop |
-/// | `void Stop() noexcept` | any |
+/// | `static std::unique_ptr<Hand> Open(const char*, const TandemDeviceHost&, std::string&)` | main
+/// | | `std::string Capabilities(TandemDeviceCapabilities&)`, `Start()` | main | | `std::string
+/// Trouble() const` | main | | `std::int32_t Read(TandemDeviceState&) noexcept`, `Write(const
+/// TandemDeviceForce&)` | loop | | `void Stop() noexcept` | any |
+///
+/// Open() takes the options and the host; null: it failed, and its last argument gets the fault.
+/// The texts that Capabilities() and Start() return are the fault, that of Trouble() is empty
+/// without one.
 template <typename Hand>
 class DriverTable {
  public:

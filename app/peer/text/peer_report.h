@@ -79,7 +79,7 @@ void AddDelivery(const DeliveryCount& delivery, PeerReport& report);
 ///   the fixed bodies' voxels;
 /// - points, capacity, query_price, voxels, delay_ms;
 /// - sent_states {sent, wanted}, received_states {sent, received, peers, least_delivered,
-/// socket_dropped};
+///   socket_dropped};
 /// - drops by reason, packets_refused by reason, peers, force_terms, start_gaps, verdicts;
 /// - earlier names of four of them: felt, look_price, said, heard.
 nlohmann::ordered_json AsJson(const PeerReport& report, const FrameStats& all,

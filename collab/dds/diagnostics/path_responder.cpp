@@ -152,7 +152,8 @@ void PathResponder::SendDue(std::int64_t now_ns, const Send& send) {
   for (Stream& stream : streams_) {
     for (std::uint32_t i = 0; i < kMostCatchUp && stream.DueNs() <= now_ns; ++i) {
       if (!stream.MaySend(now_ns)) {
-        stream.sent = stream.terms.samples;  // for good: the asker has gone, or receives too little
+        stream.sent =
+            stream.terms.samples;  // for good: the requester has gone, or receives too little
         break;
       }
       PathSample sample;

@@ -31,17 +31,17 @@ std::uint64_t NumberOf(const ddsi_guid_prefix_t& prefix) {
   return mixed != 0 ? mixed : 1;
 }
 
-/// A reader's cache that asks the gate first and leaves the rest to Cyclone's cache. Cyclone calls
-/// its functions through a table, owns it, and frees it last of all.
+/// A reader's cache that asks the limiter first and leaves the rest to Cyclone's cache. Cyclone
+/// calls its functions through a table, owns it, and frees it last of all.
 struct RateLimitedCache {
   dds_rhc base{};  // first member: Cyclone's pointer to it is the pointer to this
   dds_rhc* inner = nullptr;
-  std::mutex mutex;  // guards the gate: one thread brings data, another the ends of writers
-  WriterRateLimiter gate;
+  std::mutex mutex;  // guards the limiter: one thread brings data, another the ends of writers
+  WriterRateLimiter limiter;
   OnRefused on_refused;
 
   RateLimitedCache(const WriterLimits& limits, OnRefused reported)
-      : gate(limits), on_refused(std::move(reported)) {}
+      : limiter(limits), on_refused(std::move(reported)) {}
 
   static RateLimitedCache& Of(dds_rhc* cache) {
     return *reinterpret_cast<RateLimitedCache*>(cache);
@@ -56,8 +56,8 @@ struct RateLimitedCache {
     std::optional<Drop> refused;
     {
       const std::scoped_lock lock(self.mutex);
-      refused = self.gate.Refuses(writer->iid, NumberOf(writer->guid.prefix), instance->m_iid,
-                                  MonotonicNow_ns());
+      refused = self.limiter.Refuses(writer->iid, NumberOf(writer->guid.prefix), instance->m_iid,
+                                     MonotonicNow_ns());
     }
     if (!refused) return dds_rhc_store(self.inner, writer, sample, instance);
     self.on_refused(writer->iid, *refused);
@@ -67,7 +67,7 @@ struct RateLimitedCache {
     RateLimitedCache& self = Of(cache);
     {
       const std::scoped_lock lock(self.mutex);
-      self.gate.Forget(writer->iid);
+      self.limiter.Forget(writer->iid);
     }
     dds_rhc_unregister_wr(self.inner, writer);
   }

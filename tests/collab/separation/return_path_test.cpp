@@ -33,26 +33,26 @@ struct DivergingPaths {
   PoseHistory history;
 };
 
-/// Returns whether there is a way. If there is, the retrace is at its beginning.
-bool Begin(ReturnPath& retrace, const PoseHistory& history, PeerId towards, const Pose& X_WB) {
-  retrace.Start(history, towards, kRadius);
-  while (retrace.state() == ReturnPath::State::kSearching) retrace.Search(history);
-  retrace.SetOut(history, X_WB);
-  return retrace.state() == ReturnPath::State::kUnderWay;
+/// Returns whether there is a way. If there is, `way` is at its beginning.
+bool Begin(ReturnPath& way, const PoseHistory& history, PeerId towards, const Pose& X_WB) {
+  way.Start(history, towards, kRadius);
+  while (way.state() == ReturnPath::State::kSearching) way.Search(history);
+  way.SetOut(history, X_WB);
+  return way.state() == ReturnPath::State::kUnderWay;
 }
 
 TEST(ReturnPath, ReturnsByOwnPathThenFollowsTheCoupledPeers) {
   DivergingPaths separation;
-  ReturnPath retrace;
+  ReturnPath way;
   Pose X_WB = separation.history.Ours(separation.history.end() - 1);
-  ASSERT_TRUE(Begin(retrace, separation.history, kOtherPeer, X_WB));
+  ASSERT_TRUE(Begin(way, separation.history, kOtherPeer, X_WB));
   double highest = -1;
   double fastest = 0;
   int frames = 0;
-  for (; frames < 10000 && retrace.state() == ReturnPath::State::kUnderWay; ++frames) {
-    const Vec3 before = retrace.goal().p;
-    retrace.Advance(separation.history, X_WB);
-    X_WB = retrace.goal();
+  for (; frames < 10000 && way.state() == ReturnPath::State::kUnderWay; ++frames) {
+    const Vec3 before = way.goal().p;
+    way.Advance(separation.history, X_WB);
+    X_WB = way.goal();
     fastest = std::max(fastest, (X_WB.p - before).norm() / kFrame);
     highest = std::max(highest, X_WB.p.y());
     // on one of the two paths, or between them where they were together
@@ -60,7 +60,7 @@ TEST(ReturnPath, ReturnsByOwnPathThenFollowsTheCoupledPeers) {
     const bool on_theirs = std::abs(X_WB.p.x() - 0.1) < 1e-9;
     EXPECT_TRUE(on_ours || on_theirs || std::abs(X_WB.p.y()) < 1e-9) << X_WB.p.transpose();
   }
-  EXPECT_EQ(retrace.state(), ReturnPath::State::kArrived);
+  EXPECT_EQ(way.state(), ReturnPath::State::kArrived);
   EXPECT_LT((X_WB.p - Vec3(0.1, -0.2, 0)).norm(), ReturnPath::kThere + 1e-9);
   EXPECT_NEAR(highest, 0.0, 1e-9);
   EXPECT_LE(fastest, ReturnPath::kSpeed + 1e-6);
@@ -69,46 +69,46 @@ TEST(ReturnPath, ReturnsByOwnPathThenFollowsTheCoupledPeers) {
 
 TEST(ReturnPath, WaitsForABlockedBodyThenGivesUp) {
   DivergingPaths separation;
-  ReturnPath retrace;
+  ReturnPath way;
   const Pose X_WB = separation.history.Ours(separation.history.end() - 1);
-  ASSERT_TRUE(Begin(retrace, separation.history, kOtherPeer, X_WB));
-  for (int i = 0; i < 2900; ++i) retrace.Advance(separation.history, X_WB);
-  EXPECT_EQ(retrace.state(), ReturnPath::State::kUnderWay);
-  EXPECT_LT((retrace.goal().p - X_WB.p).norm(), ReturnPath::kLead + 1e-3);
-  for (int i = 0; i < 300; ++i) retrace.Advance(separation.history, X_WB);
-  EXPECT_EQ(retrace.state(), ReturnPath::State::kStuck);
+  ASSERT_TRUE(Begin(way, separation.history, kOtherPeer, X_WB));
+  for (int i = 0; i < 2900; ++i) way.Advance(separation.history, X_WB);
+  EXPECT_EQ(way.state(), ReturnPath::State::kUnderWay);
+  EXPECT_LT((way.goal().p - X_WB.p).norm(), ReturnPath::kLead + 1e-3);
+  for (int i = 0; i < 300; ++i) way.Advance(separation.history, X_WB);
+  EXPECT_EQ(way.state(), ReturnPath::State::kStuck);
 }
 
 TEST(ReturnPath, FollowsAMovingCoupledPeer) {
   DivergingPaths separation;
-  ReturnPath retrace;
+  ReturnPath way;
   Pose X_WB = separation.history.Ours(separation.history.end() - 1);
-  ASSERT_TRUE(Begin(retrace, separation.history, kOtherPeer, X_WB));
-  for (int i = 0; i < 10000 && retrace.state() == ReturnPath::State::kUnderWay; ++i) {
+  ASSERT_TRUE(Begin(way, separation.history, kOtherPeer, X_WB));
+  for (int i = 0; i < 10000 && way.state() == ReturnPath::State::kUnderWay; ++i) {
     const double on = 0.05 * std::min(3.0, 1e-3 * i);
     if (i % 10 == 0) separation.Add(X_WB.p, Vec3(0.1, -0.2, on), true);
-    retrace.Advance(separation.history, X_WB);
-    X_WB = retrace.goal();
+    way.Advance(separation.history, X_WB);
+    X_WB = way.goal();
   }
-  EXPECT_EQ(retrace.state(), ReturnPath::State::kArrived);
+  EXPECT_EQ(way.state(), ReturnPath::State::kArrived);
   EXPECT_GT(X_WB.p.z(), 0.1);
 }
 
 // The hand feels nothing on the way, so the way may not last for ever.
 TEST(ReturnPath, GivesUpOnAFasterCoupledPeer) {
   DivergingPaths separation;
-  ReturnPath retrace;
+  ReturnPath way;
   Pose X_WB = separation.history.Ours(separation.history.end() - 1);
-  ASSERT_TRUE(Begin(retrace, separation.history, kOtherPeer, X_WB));
+  ASSERT_TRUE(Begin(way, separation.history, kOtherPeer, X_WB));
   int frames = 0;
-  for (; frames < 30'000 && retrace.state() == ReturnPath::State::kUnderWay; ++frames) {
+  for (; frames < 30'000 && way.state() == ReturnPath::State::kUnderWay; ++frames) {
     const double round = 5.0 * 1e-3 * frames;  // rad: 0.5 m/s
     const Vec3 aside(0.1 * std::cos(round), -0.2 + 0.1 * std::sin(round), 0);
     if (frames % 10 == 0) separation.Add(X_WB.p, aside, true);
-    retrace.Advance(separation.history, X_WB);
-    X_WB = retrace.goal();
+    way.Advance(separation.history, X_WB);
+    X_WB = way.goal();
   }
-  EXPECT_EQ(retrace.state(), ReturnPath::State::kStuck);
+  EXPECT_EQ(way.state(), ReturnPath::State::kStuck);
   EXPECT_NEAR(frames * kFrame, 15, 0.1);
 }
 
@@ -121,54 +121,54 @@ TEST(ReturnPath, HasNoPathToACoupledPeerThatWasNeverNear) {
     moment.others[0] = {kOtherPeer, {Quat::Identity(), Vec3(0.1, 0, 0)}};
     moment.blocked[0] = true;
   }
-  ReturnPath retrace;
-  EXPECT_FALSE(Begin(retrace, history, kOtherPeer, {}));
-  EXPECT_FALSE(Begin(retrace, history, kOtherPeer + 1, {}));
+  ReturnPath way;
+  EXPECT_FALSE(Begin(way, history, kOtherPeer, {}));
+  EXPECT_FALSE(Begin(way, history, kOtherPeer + 1, {}));
 }
 
 // A haptic frame is short: a long history is gone through in many.
 TEST(ReturnPath, SearchesABoundedHistoryPerFrame) {
   DivergingPaths separation;
   for (int i = 0; i < 3300; ++i) separation.Add(Vec3(-0.1, 0, 0), Vec3(0.1, 0, 0), true);
-  ReturnPath retrace;
-  retrace.Start(separation.history, kOtherPeer, kRadius);
+  ReturnPath way;
+  way.Start(separation.history, kOtherPeer, kRadius);
   int frames = 0;
-  for (; frames < 1000 && retrace.state() == ReturnPath::State::kSearching; ++frames) {
-    retrace.Search(separation.history);
+  for (; frames < 1000 && way.state() == ReturnPath::State::kSearching; ++frames) {
+    way.Search(separation.history);
   }
   // 3000 moments, none of them free
-  EXPECT_EQ(retrace.state(), ReturnPath::State::kNoWay);
+  EXPECT_EQ(way.state(), ReturnPath::State::kNoWay);
   EXPECT_EQ(frames, 3000 / ReturnPath::kMostMoments + 1);
 }
 
 // Before it sets out the body moves on: the way begins where it then is.
 TEST(ReturnPath, StartsAtTheBodysCurrentPose) {
   DivergingPaths separation;
-  ReturnPath retrace;
-  retrace.Start(separation.history, kOtherPeer, kRadius);
-  while (retrace.state() == ReturnPath::State::kSearching) retrace.Search(separation.history);
-  ASSERT_EQ(retrace.state(), ReturnPath::State::kFound);
+  ReturnPath way;
+  way.Start(separation.history, kOtherPeer, kRadius);
+  while (way.state() == ReturnPath::State::kSearching) way.Search(separation.history);
+  ASSERT_EQ(way.state(), ReturnPath::State::kFound);
   Pose X_WB = separation.history.Ours(separation.history.end() - 1);
   for (int i = 0; i < 20; ++i) {
     X_WB.p.y() -= 0.005;
     separation.Add(X_WB.p, Vec3(0.1, -0.2, 0), true);
   }
-  retrace.SetOut(separation.history, X_WB);
-  EXPECT_EQ(retrace.goal().p, X_WB.p);
-  retrace.Advance(separation.history, X_WB);
-  EXPECT_LE((retrace.goal().p - X_WB.p).norm(), ReturnPath::kSpeed * kFrame + 1e-9);
+  way.SetOut(separation.history, X_WB);
+  EXPECT_EQ(way.goal().p, X_WB.p);
+  way.Advance(separation.history, X_WB);
+  EXPECT_LE((way.goal().p - X_WB.p).norm(), ReturnPath::kSpeed * kFrame + 1e-9);
   // the way leads back along the body's own path, with what it went meanwhile
-  EXPECT_EQ(retrace.goal().p.x(), X_WB.p.x());
+  EXPECT_EQ(way.goal().p.x(), X_WB.p.x());
 }
 
 TEST(ReturnPath, StopsWhenTheCoupledPeerIsGone) {
   DivergingPaths separation;
-  ReturnPath retrace;
+  ReturnPath way;
   const Pose X_WB = separation.history.Ours(separation.history.end() - 1);
-  ASSERT_TRUE(Begin(retrace, separation.history, kOtherPeer, X_WB));
+  ASSERT_TRUE(Begin(way, separation.history, kOtherPeer, X_WB));
   separation.Add(X_WB.p, Vec3::Zero(), false, false);
-  retrace.Advance(separation.history, X_WB);
-  EXPECT_EQ(retrace.state(), ReturnPath::State::kStuck);
+  way.Advance(separation.history, X_WB);
+  EXPECT_EQ(way.state(), ReturnPath::State::kStuck);
 }
 
 TEST(PoseHistory, KeepsTheLastThirtySeconds) {
