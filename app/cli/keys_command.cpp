@@ -172,14 +172,14 @@ void AddKeysCommand(CLI::App& app, int& exit_code) {
         Member{Part::kViewer, "viewer", "Make the keys of a viewer"},
         Member{Part::kRelay, "relay",
                "Make the keys of a relay, for the session of the viewers behind it"}}) {
-    auto arguments = std::make_shared<KeysArguments>();
+    auto made = std::make_shared<KeysArguments>();
     CLI::App* command = keys->add_subcommand(member.name, member.what);
     command
-        ->add_option("FOLDER", arguments->folder,
+        ->add_option("FOLDER", made->folder,
                      member.part == Part::kRelay ? "folder made by 'tandem keys session --audience'"
                                                  : "folder of the session")
         ->required();
-    command->add_option("NAME", arguments->name, "name that others see")
+    command->add_option("NAME", made->name, "name that others see")
         ->required()
         ->check(CLI::Validator(
             [](std::string& name) -> std::string {
@@ -189,14 +189,14 @@ void AddKeysCommand(CLI::App& app, int& exit_code) {
                                "' is not a member's name: use letters, digits, '.', '_' and '-'";
             },
             ""));
-    command->add_option("--out", arguments->out, "new folder for the keys; default: FOLDER/NAME");
+    command->add_option("--out", made->out, "new folder for the keys; default: FOLDER/NAME");
     command
         ->add_option(
-            "--days", arguments->days,
+            "--days", made->days,
             "validity of the keys, days; at most that of the session's certificate authorities")
         ->check(WholeNumberFrom(1, 36'500));
-    command->callback([arguments, part = member.part, &exit_code] {
-      exit_code = MakeMember(*arguments, part);
+    command->callback([made, part = member.part, &exit_code] {
+      exit_code = MakeMember(*made, part);
     });
   }
 }

@@ -17,14 +17,15 @@ namespace tandem::driver {
 /// |---|---|
 /// | `kName`, `kKind`, `kOptions` | – |
 /// | `static std::int32_t List(TandemDeviceFound*, std::int32_t room)` | main |
-/// | `static std::unique_ptr<Hand> Open(const char*, const TandemDeviceHost&, std::string&)` | main
-/// | | `std::string Capabilities(TandemDeviceCapabilities&)`, `Start()` | main | | `std::string
-/// Trouble() const` | main | | `std::int32_t Read(TandemDeviceState&) noexcept`, `Write(const
-/// TandemDeviceForce&)` | loop | | `void Stop() noexcept` | any |
+/// | `static std::unique_ptr<Hand> Open(options, host, fault)` | main |
+/// | `std::string Capabilities(TandemDeviceCapabilities&)`, `Start()` | main |
+/// | `std::string Trouble() const` | main |
+/// | `std::int32_t Read(TandemDeviceState&) noexcept`, `Write(const TandemDeviceForce&)` | loop |
+/// | `void Stop() noexcept` | any |
 ///
-/// Open() takes the options and the host; null: it failed, and its last argument gets the fault.
-/// The texts that Capabilities() and Start() return are the fault, that of Trouble() is empty
-/// without one.
+/// Open() takes a `const char*`, a `const TandemDeviceHost&` and a `std::string&`; null: it failed.
+/// The texts of Capabilities() and Start() are the fault. The text of Trouble() is empty if there
+/// is none.
 template <typename Hand>
 class DriverTable {
  public:
