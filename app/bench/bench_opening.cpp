@@ -45,7 +45,7 @@ struct Opening {
 };
 
 double SecondsSince(std::int64_t start_ns) {
-  return 1e-9 * static_cast<double>(MonotonicNowNs() - start_ns);
+  return ToSeconds(MonotonicNowNs() - start_ns);
 }
 
 Result<Controller> AttachTo(const std::string& control, std::int64_t start_ns,

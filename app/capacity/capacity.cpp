@@ -4,6 +4,7 @@
 #include <array>
 #include <memory>
 
+#include "engine/base/units.h"
 #include "engine/contact/schedule/schedule.h"
 #include "engine/paging/resident_voxels.h"
 #include "engine/realtime/clock.h"
@@ -36,7 +37,7 @@ double TimeAlone(std::size_t points, const Test& test) {
     tested += static_cast<double>(points);
     spent = clock.ThreadCpuNs() - begin;
   } while (spent < kLongEnoughNs);
-  return 1e-9 * static_cast<double>(spent) / tested;
+  return ToSeconds(spent) / tested;
 }
 
 /// Returns the same for several threads. It takes the median of rounds, each of which ends when all

@@ -7,6 +7,7 @@
 #include "app/common/scene_files.h"
 #include "app/judgement/start_gaps.h"
 #include "collab/simulated/network/simulated_session.h"
+#include "engine/base/units.h"
 #include "engine/haptics/scripted_device.h"
 #include "engine/realtime/clock.h"
 
@@ -54,7 +55,7 @@ Result<nlohmann::ordered_json> SimulateScene(const std::string& name, double mos
   for (int frame = 0; frame < frames; ++frame) {
     const std::int64_t began_ns = clock.ThreadCpuNs();
     session.Step();
-    const double took_s = 1e-9 * static_cast<double>(clock.ThreadCpuNs() - began_ns);
+    const double took_s = ToSeconds(clock.ThreadCpuNs() - began_ns);
     cpu_s += took_s;
     bool all_push = true;
     for (std::size_t p = 0; p < session.size(); ++p) {

@@ -13,6 +13,7 @@
 #include "app/common/scene_files.h"
 #include "app/judgement/proximity_bodies.h"
 #include "engine/base/text/json_text.h"
+#include "engine/base/units.h"
 #include "engine/realtime/clock.h"
 
 namespace tandem {
@@ -214,7 +215,7 @@ int RunProximity(const ProximityArguments& arguments) {
         return true;
       });
   if (!parts) return Fail(kExitFile, arguments.scene + ": " + parts.error().what);
-  costs.voxelize_s = 1e-9 * static_cast<double>(MonotonicNowNs() - start_ns);
+  costs.voxelize_s = ToSeconds(MonotonicNowNs() - start_ns);
   SceneProximity proximity(std::make_shared<const std::vector<ProximityPart>>(std::move(*parts)));
   const std::vector<Answer> answers =
       AnswerAll(proximity, *scene, *questions, !arguments.coarse, costs);

@@ -14,6 +14,7 @@
 #include "collab/dds/security/keys.h"
 #include "collab/dds/transport/dds_transport.h"
 #include "collab/dds/transport/relay.h"
+#include "engine/base/units.h"
 #include "engine/realtime/clock.h"
 
 namespace tandem {
@@ -77,8 +78,7 @@ int RelayUntilEnd(const RelayArguments& arguments, PeerId id, Relay& relay, Tran
     ++info.beat;
     if (now_ns - status_ns >= kStatusNs) {
       const std::uint64_t passed = relay.views_passed_on();
-      const auto each_s =
-          static_cast<double>(passed - reported) / (1e-9 * static_cast<double>(kStatusNs));
+      const auto each_s = static_cast<double>(passed - reported) / ToSeconds(kStatusNs);
       Say(std::to_string(static_cast<long>(each_s)) + " pictures/s to " +
           WithPlural(relay.viewers(), "viewer"));
       reported = passed;

@@ -16,6 +16,7 @@
 #include "engine/base/hash.h"
 #include "engine/base/peak_memory.h"
 #include "engine/base/text/json_text.h"
+#include "engine/base/units.h"
 #include "engine/contact/kept/surface_file.h"
 #include "engine/geometry/import/mesh_file.h"
 #include "engine/geometry/mesh/mass_properties.h"
@@ -117,7 +118,7 @@ int MakeVoxels(const VoxelizeArguments& arguments, VoxelizeOptions options, Voxe
       MakePointshell(mesh, features, Pose{},
                      {.spacing = options.voxel_size, .max_memory_bytes = arguments.max_memory});
   if (!points) return Fail(kExitFile, arguments.file + ": " + points.error().what);
-  made.seconds = 1e-9 * static_cast<double>(MonotonicNowNs() - start_ns);
+  made.seconds = ToSeconds(MonotonicNowNs() - start_ns);
 
   const Result<Voxmap> unmerged = Voxelize(mesh, sides, FindFeatures(mesh, sides, 0.0), options);
   if (!unmerged) return Fail(kExitFile, arguments.file + ": " + unmerged.error().what);

@@ -6,6 +6,7 @@
 
 #include <unistd.h>
 
+#include "engine/base/units.h"
 #include "engine/realtime/clock.h"
 
 namespace tandem {
@@ -53,7 +54,7 @@ void ProgressBar::Show(std::size_t done, double share) {
   const std::int64_t now_ns = MonotonicNowNs();
   if (!shown_ || (now_ns - last_ns_ < kLeastNs && done < of_)) return;
   last_ns_ = now_ns;
-  const double elapsed_s = 1e-9 * static_cast<double>(now_ns - began_ns_);
+  const double elapsed_s = ToSeconds(now_ns - began_ns_);
   std::fprintf(stderr, "\r\x1b[K%s", ProgressLine(done, of_, share, elapsed_s).c_str());
 }
 

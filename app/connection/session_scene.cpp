@@ -231,8 +231,7 @@ class Arrival {
     const Result<fs::path> file = files_->Commit(scene_.content_hash);
     if (!file) return Fault(scene_, file.error().what);
     char seconds[32];
-    std::snprintf(seconds, sizeof seconds, "%.1f s",
-                  1e-9 * static_cast<double>(MonotonicNowNs() - began_ns_));
+    std::snprintf(seconds, sizeof seconds, "%.1f s", ToSeconds(MonotonicNowNs() - began_ns_));
     options_.say("fetched scene " + PlainLine(scene_.name, 64) + " in " + seconds + " into " +
                  file->parent_path().string() + " ('tandem cache clear' removes it)");
     return Found(*file);

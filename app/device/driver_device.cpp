@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <cstring>
 
+#include "engine/base/units.h"
 #include "engine/realtime/clock.h"
 
 namespace tandem {
@@ -200,7 +201,7 @@ void DriverDevice::Take(const TandemDeviceState& state) noexcept {
 }
 
 void DriverDevice::Derive(const Pose& X_WD, std::int64_t time_ns) noexcept {
-  const double dt = 1e-9 * static_cast<double>(time_ns - last_ns_);
+  const double dt = ToSeconds(time_ns - last_ns_);
   if (last_ns_ < 0 || dt > kLongestStep) {
     handle_.V_WA = {};
   } else if (dt > 0) {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <thread>
 
+#include "engine/base/units.h"
 #include "engine/geometry/exact/bodies_meeting.h"
 #include "engine/realtime/clock.h"
 
@@ -137,7 +138,7 @@ PenetrationReport Penetration(const WorldModel& model, std::size_t body,
   const int threads = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
   const std::int64_t start_ns = MonotonicNowNs();
   return oracle.Check(series, threads, [&] {
-    return 1e-9 * static_cast<double>(MonotonicNowNs() - start_ns) > seconds_limit;
+    return ToSeconds(MonotonicNowNs() - start_ns) > seconds_limit;
   });
 }
 

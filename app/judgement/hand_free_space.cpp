@@ -10,6 +10,7 @@
 #include "app/judgement/demo_judgement.h"
 #include "app/judgement/verdict.h"
 #include "collab/recording/replay.h"
+#include "engine/base/units.h"
 
 namespace tandem {
 
@@ -224,7 +225,7 @@ Result<HandFreeSpace> MeasureHandFreeSpace(const std::filesystem::path& file,
   room.torn = recorded->torn;
   room.contact = reader->header().peer.experiments.contact;
   room.nearest = SignedNearest(*recorded, model->scene.voxel_size, room.crosses);
-  room.at_s = 1e-9 * static_cast<double>(room.nearest.at_ns - recorded->first_ns);
+  room.at_s = ToSeconds(room.nearest.at_ns - recorded->first_ns);
   if (!room.contact) return room;
   ClearanceSearch search(hand, *recorded, on_trial);
   if (const std::optional<Error> failed = search.Run(room)) return *failed;

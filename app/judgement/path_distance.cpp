@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "app/judgement/penetration_oracle.h"
+#include "engine/base/units.h"
 #include "engine/realtime/clock.h"
 
 namespace tandem {
@@ -125,7 +126,7 @@ std::optional<DeepestPlace> PathDistance::Deepest(double seconds) const {
     const double voxel = SampledVoxel(part_B, model.scene.voxel_size);
     const PenetrationOracle oracle(meshes_->MeshOf(other), part_B, voxel);
     const PenetrationReport report = oracle.Check(poses_OB, 1, [&] {
-      return 1e-9 * static_cast<double>(MonotonicNowNs() - begin_ns) > seconds;
+      return ToSeconds(MonotonicNowNs() - begin_ns) > seconds;
     });
     const double depth = voxel * report.max_penetration_voxels;
     if (depth <= deepest.depth) continue;

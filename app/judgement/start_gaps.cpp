@@ -10,6 +10,7 @@
 
 #include "app/common/console.h"
 #include "app/judgement/penetration_oracle.h"
+#include "engine/base/units.h"
 #include "engine/contact/features/edge_contact.h"
 #include "engine/geometry/exact/mesh_tree.h"
 #include "engine/geometry/exact/winding_number.h"
@@ -187,7 +188,7 @@ class PairSearch {
 /// Returns a function that is true once the time for all pairs is over.
 std::function<bool()> UntilTimeIsUp() {
   return [begin_ns = MonotonicNowNs()] {
-    return 1e-9 * static_cast<double>(MonotonicNowNs() - begin_ns) > kStartGapSeconds;
+    return ToSeconds(MonotonicNowNs() - begin_ns) > kStartGapSeconds;
   };
 }
 

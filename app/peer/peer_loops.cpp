@@ -1,5 +1,6 @@
 #include "app/peer/peer_loops.h"
 
+#include "engine/base/units.h"
 #include "engine/realtime/clock.h"
 
 namespace tandem {
@@ -78,7 +79,7 @@ void PeerLoops::SeeHand() {
 void PeerLoops::CountFrame(std::int64_t start_ns, std::int64_t end_ns, std::int64_t cpu_ns) {
   const StepReport& report = node_.peer().report();
   if (capacity_ && report.waited == 0) {
-    capacity_->Count(report, 1e-9 * static_cast<double>(cpu_ns));
+    capacity_->Count(report, ToSeconds(cpu_ns));
   }
   judged_.Add(hand_moves_, start_ns, end_ns, cpu_ns);
 }

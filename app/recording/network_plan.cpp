@@ -6,6 +6,7 @@
 
 #include "collab/trace/trace_store.h"
 #include "engine/base/text/json_reader.h"
+#include "engine/base/units.h"
 
 namespace tandem {
 namespace {
@@ -200,7 +201,7 @@ std::optional<Error> PlannedNetwork::Obey(const std::string& order, std::int64_t
 std::vector<std::string> PlannedNetwork::Apply(std::int64_t now_ns, const PeerDirectory& directory,
                                                PeerInbox& inbox) {
   std::vector<std::string> lines;
-  const double at_s = waits_ ? 0.0 : 1e-9 * static_cast<double>(now_ns - begin_ns_);
+  const double at_s = waits_ ? 0.0 : ToSeconds(now_ns - begin_ns_);
   for (Running& running : links_) {
     const std::vector<NetworkPlan::Step>& steps = running.link.steps;
     const bool everybody = running.link.from.empty();

@@ -9,6 +9,7 @@
 #include <pthread.h>
 
 #include "app/common/output_file.h"
+#include "engine/base/units.h"
 
 namespace tandem {
 
@@ -21,8 +22,8 @@ TraceRow AsRow(const TraceSample& sample) {
   const Vec3& p = sample.X_WB.p;
   const Quat& q = sample.X_WB.q;
   const Twist& V = sample.V_WB;
-  return {1e-9 * static_cast<double>(sample.time_ns / 1'000'000'000 * 1'000'000'000),
-          1e-9 * static_cast<double>(sample.time_ns % 1'000'000'000),
+  return {ToSeconds(sample.time_ns / 1'000'000'000 * 1'000'000'000),
+          ToSeconds(sample.time_ns % 1'000'000'000),
           p.x(),
           p.y(),
           p.z(),

@@ -6,6 +6,7 @@
 
 #include "collab/coupling/copy_geometry.h"
 #include "collab/receive/newer.h"
+#include "engine/base/units.h"
 #include "engine/world/world.h"
 
 namespace tandem {
@@ -118,8 +119,7 @@ void CouplingLink::MoveCopy(const LinkFrame& frame) noexcept {
 
 void CouplingLink::MoveTwist(const LinkFrame& frame) noexcept {
   // the copy of a silent peer stands
-  const double quiet =
-      1e-9 * static_cast<double>(frame.now_ns - instance_.arrived_ns) - kQuietAfter;
+  const double quiet = ToSeconds(frame.now_ns - instance_.arrived_ns) - kQuietAfter;
   copy_.moving =
       std::min(std::clamp(1.0 - quiet / kQuietTime, 0.0, 1.0), copy_.moving + kFrame / kHeardTime);
   const double b = stiffness_.damping;

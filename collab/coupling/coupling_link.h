@@ -11,6 +11,7 @@
 #include "collab/receive/sent_stamps.h"
 #include "collab/session/messages.h"
 #include "engine/base/experiment_options.h"
+#include "engine/base/units.h"
 #include "engine/world/step_inputs.h"
 
 namespace tandem {
@@ -103,7 +104,7 @@ class CouplingLink {
   bool rises() const noexcept { return stiffness_.in_use > stiffness_.last; }
   /// The present age of the loop, s; 0: no echo has come since the peer joined.
   double loop_age_s(std::int64_t now_ns) const noexcept {
-    return loop_.echo_ns ? 1e-9 * static_cast<double>(now_ns - *loop_.echo_ns) : 0.0;
+    return loop_.echo_ns ? ToSeconds(now_ns - *loop_.echo_ns) : 0.0;
   }
   /// The worst age of the loop in the past two seconds, s.
   double peak_loop_age_s() const noexcept { return loop_.meter.peak_loop_age_s(); }

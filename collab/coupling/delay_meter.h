@@ -4,6 +4,8 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "engine/base/units.h"
+
 namespace tandem {
 
 /// Measures the age of the loop between two peers. The newest own sample that the other peer's
@@ -36,7 +38,7 @@ class DelayMeter {
   void Clear() noexcept { count_ = 0; }
 
   double peak_loop_age_s() const noexcept {
-    return count_ == 0 ? 0.0 : 1e-9 * static_cast<double>(ages_[first_].age_ns);
+    return count_ == 0 ? 0.0 : ToSeconds(ages_[first_].age_ns);
   }
 
  private:

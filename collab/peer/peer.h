@@ -131,7 +131,8 @@ class Peer {
   /// Reads the handle. After an implausible reading it stays where it was, at rest; before any
   /// plausible reading it is at NaN.
   Anchor ReadDevice() noexcept;
-  /// Sets the inputs of all bodies in no hand of this peer.
+  /// Measures the ages of the loops to all peers, makes the held body one that this peer simulates,
+  /// and sets the inputs of all bodies in no hand of this peer.
   void PrepareOthers(std::int64_t now_ns) noexcept;
   /// Returns whether this peer simulates a free body in this frame: it answers for the body, and no
   /// hand has it. A body that fell out of the scene stands, and all do while the peer listens.

@@ -94,16 +94,20 @@ class PeerTelemetry {
   /// Publishes the table of the other peers.
   void PublishTable(std::int64_t now_ns, const SharedBody* shared) noexcept;
 
-  /// The bits that the held body's state carries of the frames of the last second.
+  /// The bits that the held body's state carries of the frames of the last second. Haptic thread
+  /// alone.
   std::uint32_t limit_flags() const noexcept { return AsFlags(limits_.last()); }
   /// The trace so far. Any thread may read it while the haptic thread goes on.
   std::span<const TraceSample> trace() const noexcept {
     return {trace_.data(), traced_.load(std::memory_order_acquire)};
   }
+  /// The hand's figures so far. Haptic thread; any thread after the last frame.
   const HandFigures& hand_figures() const noexcept { return hand_figures_; }
-  /// The forces given to the device in the last frame, and the peaks so far.
+  /// The forces given to the device in the last frame, and the peaks so far. Haptic thread; any
+  /// thread after the last frame.
   const RenderedForces& rendered() const noexcept { return rendered_; }
   /// Frames in which a pair had more contacts than there is room for: some of them did not push.
+  /// Haptic thread; any thread after the last frame.
   std::uint64_t crowded_frames() const noexcept { return crowded_frames_; }
   /// Number and length of the waits for voxels. Read it after the last frame.
   const VoxelWaits& voxel_waits() const noexcept { return voxel_waits_; }

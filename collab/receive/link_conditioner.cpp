@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/base/units.h"
+
 namespace tandem {
 
 namespace {
@@ -64,7 +66,7 @@ std::size_t LinkConditioner::Due(std::int64_t arrival_ns,
   double delay_ms = conditions_.delay_ms;
   if (traced != nullptr) delay_ms += static_cast<double>(traced->delay_ms);
   if (conditions_.swing_ms > 0) {
-    const double turns = 1e-9 * static_cast<double>(arrival_ns) / conditions_.swing_period_s;
+    const double turns = ToSeconds(arrival_ns) / conditions_.swing_period_s;
     delay_ms += conditions_.swing_ms * std::sin(kTwoPi * (turns - std::floor(turns)));
   }
   if (conditions_.jitter_ms > 0) delay_ms += conditions_.jitter_ms * Random();

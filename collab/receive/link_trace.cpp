@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "engine/base/check.h"
+#include "engine/base/units.h"
 
 namespace tandem {
 
@@ -104,8 +105,7 @@ LinkTrace::LinkTrace(double rate_hz, const std::vector<float>& delay_ms, double 
 
 const TracedSample& LinkTrace::At(std::int64_t elapsed_ns) const noexcept {
   const auto length = static_cast<std::int64_t>(samples_.size());
-  const auto sent = static_cast<std::int64_t>(
-      std::floor(1e-9 * static_cast<double>(elapsed_ns) * rate_hz_ + 1e-6));
+  const auto sent = static_cast<std::int64_t>(std::floor(ToSeconds(elapsed_ns) * rate_hz_ + 1e-6));
   const std::int64_t index = sent % length;
   return samples_[static_cast<std::size_t>(index < 0 ? index + length : index)];
 }

@@ -5,6 +5,8 @@
 #include <cstdio>
 #include <utility>
 
+#include "engine/base/units.h"
+
 namespace tandem {
 
 Result<std::unique_ptr<PosesExport>> PosesExport::Create(const std::filesystem::path& file,
@@ -27,7 +29,7 @@ PosesExport::PosesExport(WholeFile file, const WorldModel& model)
 void PosesExport::Add(const RecordedFrame& frame, const PeerNode& node) {
   if (frames_ == 0) first_ns_ = frame.now_ns;
   if (frames_++ % kEveryFrames != 0) return;
-  const double t_s = 1e-9 * static_cast<double>(frame.now_ns - first_ns_);
+  const double t_s = ToSeconds(frame.now_ns - first_ns_);
   for (std::size_t b = 0; b < model_->bodies.size(); ++b) {
     const BodyModel& body = model_->bodies[b];
     const Pose X_WM = node.world().state(b).X_WB * body.X_MB.Inverse();

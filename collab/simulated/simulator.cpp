@@ -12,6 +12,7 @@
 #include "collab/simulated/network/hostile_member.h"
 #include "collab/simulated/network/light_scene.h"
 #include "engine/base/hash.h"
+#include "engine/base/units.h"
 
 namespace tandem {
 
@@ -304,8 +305,7 @@ class Run {
   void PrintNotifications() {
     for (std::size_t m = 0; m < session_.size(); ++m) {
       for (const std::string& line : session_.node(m).TakeNotifications()) {
-        log_(Text("%6.3f s: peer %llu is told: ",
-                  1e-9 * static_cast<double>(session_.now_ns() - kBeginNs),
+        log_(Text("%6.3f s: peer %llu is told: ", ToSeconds(session_.now_ns() - kBeginNs),
                   static_cast<unsigned long long>(session_.id(m))) +
              line);
       }

@@ -6,6 +6,7 @@
 #include <span>
 
 #include "collab/trace/trace_file.h"
+#include "engine/base/units.h"
 
 namespace tandem {
 
@@ -76,7 +77,7 @@ std::optional<PathEstimator::Estimate> PathEstimator::EstimatePath() const {
   const std::size_t count = (run.back().seq - run.front().seq) / step + 1;
   if (count > kMostTraceSamples) return std::nullopt;
   Estimate found;
-  const double frames_s = 1e-9 * static_cast<double>(kFrameNs);
+  const double frames_s = ToSeconds(kFrameNs);
   found.record.rate_hz = 1.0 / (frames_s * step);
   found.record.back_ns.assign(count, PathRecord::kNever);
   found.record.there_ns.assign(count, PathRecord::kNever);

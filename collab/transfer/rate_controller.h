@@ -4,6 +4,8 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "engine/base/units.h"
+
 namespace tandem {
 
 /// Finds how many bytes a second a fetching program may ask for, so that the session's own packets
@@ -36,7 +38,7 @@ class RateController {
   void Tick(std::int64_t now_ns) {
     if (step_ns_ == 0) step_ns_ = least_from_ns_ = now_ns;
     if (now_ns - step_ns_ < kStepNs) return;
-    const double seconds = 1e-9 * static_cast<double>(now_ns - step_ns_);
+    const double seconds = ToSeconds(now_ns - step_ns_);
     const double got = static_cast<double>(bytes_) / seconds;
     const bool late = came_ > 0 && step_least_ns_ - least_ns_ > kMostDelayNs;
     const bool lossy = static_cast<double>(lost_) > kMostLost * static_cast<double>(came_ + lost_);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "engine/base/units.h"
 #include "engine/safety/clamp_length.h"
 
 namespace tandem {
@@ -84,7 +85,7 @@ bool MotorGuard::TooFast(const MotorInput& input) noexcept {
   double speed = input.V_WD.v.norm();
   const Place& before = places_[place_];  // the oldest
   if (before.ns >= 0 && input.now_ns > before.ns) {
-    const double h = 1e-9 * static_cast<double>(input.now_ns - before.ns);
+    const double h = ToSeconds(input.now_ns - before.ns);
     speed = std::max(speed, (input.p_WD - before.p_WD).norm() / h);
   }
   places_[place_] = {input.now_ns, input.p_WD};
@@ -179,7 +180,7 @@ Wrench MotorGuard::Wanted(const MotorInput& input, const MotorOrder& order) cons
 
 Wrench MotorGuard::Pass(const MotorInput& input, const MotorOrder& order) noexcept {
   const std::int64_t since_ns = last_ns_ < 0 ? 0 : input.now_ns - last_ns_;
-  const double h = 1e-9 * static_cast<double>(since_ns);
+  const double h = ToSeconds(since_ns);
   mean_force_.RecordForce(last_.f.norm(), since_ns);
   mean_moment_.RecordForce(last_.tau.norm(), since_ns);
   if (Finite(input)) passivity_.Observe(last_, input.V_WD, h);

@@ -5,6 +5,7 @@
 #include <ctime>
 
 #include "app/common/exit_codes.h"
+#include "engine/base/units.h"
 #include "engine/geometry/import/mesh_file.h"
 #include "engine/geometry/mesh/mass_properties.h"
 #include "engine/realtime/clock.h"
@@ -94,7 +95,7 @@ Timed Repeated(const std::function<void()>& work, double cpu_s) {
     const double cpu_begin = ProcessCpuNs();
     const std::int64_t wall_begin = MonotonicNowNs();
     work();
-    wall.push_back(1e-9 * static_cast<double>(MonotonicNowNs() - wall_begin));
+    wall.push_back(ToSeconds(MonotonicNowNs() - wall_begin));
     cpu.push_back(1e-9 * (ProcessCpuNs() - cpu_begin));
     used += cpu.back();
   }

@@ -5,6 +5,7 @@
 #include "app/bench/fidelity/fidelity.h"
 #include "app/capacity/capacity.h"
 #include "app/capacity/capacity_follower.h"
+#include "engine/base/units.h"
 #include "engine/world/world.h"
 
 namespace tandem {
@@ -55,7 +56,7 @@ Result<BallFigures> MeasureBall(ContactModel contact, const std::filesystem::pat
   const auto step = [&](TimesOfFrames& times) {
     inputs.capacity = follower.tests();
     const TimedFrame done = TimedStep(world, inputs, times);
-    follower.Count(done.report, 1e-9 * static_cast<double>(done.cpu_ns));
+    follower.Count(done.report, ToSeconds(done.cpu_ns));
     contacts += done.report.contact_points;
   };
   TimesOfFrames warm_up;

@@ -6,6 +6,7 @@
 
 #include "app/device/tandem_device.h"
 #include "engine/base/spatial.h"
+#include "engine/base/units.h"
 
 namespace tandem::driver {
 
@@ -52,8 +53,7 @@ class RateHand {
   /// time.
   void Move(const Vec3& v, const Vec3& w, std::int64_t now_ns) noexcept {
     const double dt =
-        last_ns_ < 0 ? 0.0
-                     : std::clamp(1e-9 * static_cast<double>(now_ns - last_ns_), 0.0, kLongestStep);
+        last_ns_ < 0 ? 0.0 : std::clamp(ToSeconds(now_ns - last_ns_), 0.0, kLongestStep);
     last_ns_ = now_ns;
     const double share = dt / (dt + kSmoothSeconds);
     smooth_force_ += share * (force_ - smooth_force_);

@@ -20,6 +20,7 @@
 #include "collab/lab/sweep/random_cells.h"
 #include "collab/lab/sweep/random_verdict.h"
 #include "engine/base/text/json_text.h"
+#include "engine/base/units.h"
 #include "engine/realtime/clock.h"
 
 namespace tandem {
@@ -133,7 +134,7 @@ int RunStabilityRandom(const RandomArguments& arguments) {
           const auto& [test, scene] = cases[cell.number];
           const std::int64_t cpu_ns = MachineClock().ThreadCpuNs();
           CellOutcome outcome = RunRandomCase(test, *scene);
-          outcome.cpu_s = 1e-9 * static_cast<double>(MachineClock().ThreadCpuNs() - cpu_ns);
+          outcome.cpu_s = ToSeconds(MachineClock().ThreadCpuNs() - cpu_ns);
           return outcome;
         },
         [&](const SweepCell& cell, const CellOutcome& outcome) {
@@ -142,7 +143,7 @@ int RunStabilityRandom(const RandomArguments& arguments) {
           bar.Show(++done, paid / cost);
         });
   }
-  const double wall_s = 1e-9 * static_cast<double>(MonotonicNowNs() - began_ns);
+  const double wall_s = ToSeconds(MonotonicNowNs() - began_ns);
   const RandomSummary summary = judge.Finish();
   std::vector<FailingCase> failing;
   for (const RandomRecord& record : summary.worst) {

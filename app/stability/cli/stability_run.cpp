@@ -20,6 +20,7 @@
 #include "collab/lab/run/case_run.h"
 #include "collab/lab/sweep/hex.h"
 #include "engine/base/text/json_text.h"
+#include "engine/base/units.h"
 #include "engine/realtime/clock.h"
 
 namespace tandem {
@@ -148,7 +149,7 @@ int RunStabilityRun(const RunArguments& arguments) {
   Timed run;
   const std::int64_t began_ns = MachineClock().ThreadCpuNs();
   run.result = RunCase(*test, *scene, sink);
-  run.cpu_s = 1e-9 * static_cast<double>(MachineClock().ThreadCpuNs() - began_ns);
+  run.cpu_s = ToSeconds(MachineClock().ThreadCpuNs() - began_ns);
   if (run.result.fault) {
     return Fail(kExitFailed, arguments.file + ": " + run.result.fault->what);
   }

@@ -27,6 +27,7 @@
 #include "collab/lab/case/case_parts.h"
 #include "collab/lab/metrics/series_file.h"
 #include "collab/lab/run/case_run.h"
+#include "engine/base/units.h"
 
 namespace tandem {
 
@@ -82,8 +83,7 @@ bool ToldThatLeft(const fs::path& log, const std::string& other) {
 }
 
 TrialFrame FrameOf(const TraceSample& sample, std::int64_t began_ns) {
-  return {1e-9 * static_cast<double>(sample.time_ns - began_ns), sample.X_WB, sample.hand_force,
-          sample.loaded};
+  return {ToSeconds(sample.time_ns - began_ns), sample.X_WB, sample.hand_force, sample.loaded};
 }
 
 }  // namespace

@@ -18,6 +18,7 @@
 #include "collab/dds/transport/domain.h"
 #include "collab/dds/transport/fast_reader.h"
 #include "collab/dds/wire/wire.h"
+#include "engine/base/units.h"
 
 namespace tandem {
 namespace {
@@ -155,7 +156,7 @@ class FloodPace {
   bool GoesOn(std::uint64_t sent) const {
     for (;;) {
       const std::int64_t now_ns = MonotonicNow_ns();
-      const double gone_s = 1e-9 * static_cast<double>(now_ns - begin_ns_);
+      const double gone_s = ToSeconds(now_ns - begin_ns_);
       if (gone_s >= plan_.seconds || (plan_.most > 0 && sent >= plan_.most)) return false;
       if (plan_.per_second <= 0 || static_cast<double>(sent) <= gone_s * plan_.per_second) {
         return true;

@@ -12,6 +12,7 @@
 
 #include "collab/dds/transport/announcements.h"
 #include "collab/dds/transport/fast_reader.h"
+#include "engine/base/units.h"
 
 namespace tandem {
 namespace {
@@ -20,7 +21,6 @@ constexpr std::size_t kHeaderBytes = 20;
 constexpr std::size_t kIdAt = 8;  // place of the program's id, after the protocol's mark, version
                                   // and vendor
 constexpr std::size_t kIdBytes = 12;
-constexpr std::int64_t kSenderSecondNs = 1'000'000'000;
 
 }  // namespace
 
@@ -48,7 +48,7 @@ PacketFilter::PacketFilter(std::uint64_t seed) : seed_(seed | 1U), senders_(kSet
 
 bool PacketFilter::Pace::Lets(std::int64_t now_ns, std::int64_t per_second,
                               std::int64_t at_once) noexcept {
-  const std::int64_t interval_ns = kSenderSecondNs / per_second;
+  const std::int64_t interval_ns = kSecondNs / per_second;
   paid_ns = std::max(paid_ns, now_ns);
   if (paid_ns - now_ns > at_once * interval_ns) return false;
   paid_ns += interval_ns;

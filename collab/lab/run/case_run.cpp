@@ -9,6 +9,7 @@
 #include "collab/lab/metrics/metrics_table.h"
 #include "collab/simulated/network/simulated_session.h"
 #include "engine/base/hash.h"
+#include "engine/base/units.h"
 #include "engine/haptics/scripted_device.h"
 
 namespace tandem {
@@ -110,7 +111,7 @@ class Run {
     return false;
   }
 
-  double simulated_s() const { return 1e-9 * static_cast<double>(session_.now_ns()) - 1.0; }
+  double simulated_s() const { return ToSeconds(session_.now_ns()) - 1.0; }
 
  private:
   static constexpr std::uint64_t kMostLater = 10;  // frames

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "engine/base/units.h"
+
 namespace tandem {
 
 namespace {
@@ -175,7 +177,7 @@ void AuthorityChecker::CheckPart(SimulatedSession& session, Part& part) {
     if (lasts_ns <= most_ns) continue;
     violations_->Add(
         here ? "peers do not agree who answers for a body" : "nobody answers for a body", first,
-        name + Text(" for %.2f s", 1e-9 * static_cast<double>(lasts_ns)));
+        name + Text(" for %.2f s", ToSeconds(lasts_ns)));
   }
 }
 

@@ -3,12 +3,14 @@
 #include <cstdarg>
 #include <cstdio>
 
+#include "engine/base/units.h"
+
 namespace tandem {
 
 void Violations::Add(const std::string& sort, PeerId peer, const std::string& what) {
   if (sorts_[sort]++ > 0) return;
-  all_.push_back(Text("at %.3f s: ", 1e-9 * static_cast<double>(now_ns_)) + sort + ": peer " +
-                 std::to_string(peer) + (what.empty() ? "" : ", " + what));
+  all_.push_back(Text("at %.3f s: ", ToSeconds(now_ns_)) + sort + ": peer " + std::to_string(peer) +
+                 (what.empty() ? "" : ", " + what));
 }
 
 std::string Text(const char* format, ...) {

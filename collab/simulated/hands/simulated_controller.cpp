@@ -7,6 +7,7 @@
 
 #include "collab/controller/fill_facts.h"
 #include "collab/simulated/hands/describe_request.h"
+#include "engine/base/units.h"
 
 namespace tandem {
 
@@ -75,8 +76,7 @@ bool SimulatedController::at_rest() const {
 
 void SimulatedController::Log(const std::string& line) const {
   if (!options_.log) return;
-  options_.log(Text("%7.3f s: ", 1e-9 * static_cast<double>(session_->now_ns()) - 1.0) +
-               options_.name + " " + line);
+  options_.log(Text("%7.3f s: ", ToSeconds(session_->now_ns()) - 1.0) + options_.name + " " + line);
 }
 
 void SimulatedController::BeforeFrame() {

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "app/device/drivers/driver_support.h"
+#include "engine/base/units.h"
 #include "engine/realtime/clock.h"
 #include "engine/realtime/realtime_setup.h"
 
@@ -107,7 +108,7 @@ bool Exchange::TalkWhileConnected(std::string& fault) {
     if (ReadState(text, choice_, reported_, why)) {
       received = true;
       unsound = 0;
-      TurnFrom(before, 1e-9 * static_cast<double>(now_ns - reading_.time_ns));
+      TurnFrom(before, ToSeconds(now_ns - reading_.time_ns));
       CheckForce(force);
       ++reading_.number;
       reading_.time_ns = now_ns;

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/base/units.h"
+
 namespace tandem {
 
 namespace {
@@ -125,7 +127,7 @@ void MotorChecker::CheckEnded(const MotorTick& tick, const Ended& ended, bool fo
 void MotorChecker::CheckRamp(const MotorTick& tick, const Ended& ended, double ramp_s,
                              double floor) {
   if (ended.now || ended.last_ns < 0) return;
-  const double since_s = 1e-9 * static_cast<double>(tick.now_ns - ended.last_ns);
+  const double since_s = ToSeconds(tick.now_ns - ended.last_ns);
   // the former force still falls towards the ramp
   const double falling = std::max(0.0, 1 - ended.ticks / kSlewTicks);
   const double share = falling + floor + since_s / ramp_s;
