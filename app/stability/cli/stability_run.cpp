@@ -18,7 +18,7 @@
 #include "collab/lab/metrics/metrics_table.h"
 #include "collab/lab/metrics/series_file.h"
 #include "collab/lab/run/case_run.h"
-#include "collab/lab/sweep/hex.h"
+#include "engine/base/text/hex.h"
 #include "engine/base/text/json_text.h"
 #include "engine/base/units.h"
 #include "engine/realtime/clock.h"
@@ -64,7 +64,7 @@ OrderedJson JsonOf(const LabCase& test, const Timed& run) {
           {"verdict", NameOf(run.result.verdict)},
           {"predicted", predicted},
           {"metrics", metrics},
-          {"digest", ToHex(run.result.digest)},
+          {"digest", Hex(run.result.digest)},
           {"simulated_s", run.result.simulated_s},
           {"cpu_s", run.cpu_s},
           {"speed", run.speed()}};

@@ -7,9 +7,9 @@
 
 #include "app/common/console.h"
 #include "app/common/exit_codes.h"
-#include "collab/lab/sweep/hex.h"
 #include "engine/base/files/whole_file.h"
 #include "engine/base/hash.h"
+#include "engine/base/text/hex.h"
 
 namespace tandem {
 
@@ -68,7 +68,7 @@ std::string ProgramDigest() {
     program.read(block.data(), static_cast<std::streamsize>(block.size()));
     hash.AddBytes(block.data(), static_cast<std::size_t>(program.gcount()));
   }
-  return ToHex(hash.value());
+  return Hex(hash.value());
 }
 
 }  // namespace tandem

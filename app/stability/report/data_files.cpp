@@ -10,7 +10,7 @@
 
 #include "app/stability/report/cell_facts.h"
 #include "collab/lab/metrics/metrics_table.h"
-#include "collab/lab/sweep/hex.h"
+#include "engine/base/text/hex.h"
 
 namespace tandem {
 
@@ -82,7 +82,7 @@ std::vector<std::string> ValuesOf(const CellRecord& record) {
         },
         field.member);
   }
-  values.push_back(ToHex(outcome.result.digest));
+  values.push_back(Hex(outcome.result.digest));
   values.push_back(Exact(outcome.result.simulated_s));
   values.push_back(Exact(outcome.cpu_s));
   values.push_back(Exact(outcome.wall_s));

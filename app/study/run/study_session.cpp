@@ -21,9 +21,9 @@
 #include "app/study/study_file.h"
 #include "app/study/trial_case.h"
 #include "app/study/trial_log.h"
-#include "collab/lab/sweep/hex.h"
 #include "engine/base/files/whole_file.h"
 #include "engine/base/hash.h"
+#include "engine/base/text/hex.h"
 #include "engine/base/text/json_text.h"
 
 namespace tandem {
@@ -336,7 +336,7 @@ int RunStudy(const StudyRequest& request) {
   fs::create_directories(request.folder, failed);
   if (failed) return Fail(kExitFile, request.folder.string() + ": " + failed.message());
   TrialLogHeader header{.study = study->name,
-                        .study_hash = ToHex(hash.value()),
+                        .study_hash = Hex(hash.value()),
                         .seed = study->seed,
                         .version = request.version,
                         .mode = ModeOf(request),

@@ -8,8 +8,8 @@
 
 #include <nlohmann/json.hpp>
 
-#include "collab/lab/sweep/hex.h"
 #include "engine/base/hash.h"
+#include "engine/base/text/hex.h"
 
 namespace tandem {
 
@@ -117,7 +117,7 @@ std::vector<SweepCell> RandomCells(std::uint64_t first, std::size_t count) {
     Hash64 hash;
     for (const char c : cell.case_json)
       hash.Add(static_cast<std::uint64_t>(static_cast<unsigned char>(c)));
-    cell.key = ToHex(hash.value());
+    cell.key = Hex(hash.value());
     cell.expect = Expectation::kStable;
     const Json test = Json::parse(cell.case_json);
     const auto users = test["users"].get<double>();

@@ -6,8 +6,8 @@
 #include <optional>
 
 #include "collab/lab/case/case_parts.h"
-#include "collab/lab/sweep/hex.h"
 #include "engine/base/hash.h"
+#include "engine/base/text/hex.h"
 
 namespace tandem {
 
@@ -82,7 +82,7 @@ RandomSummary RandomJudge::Finish() const {
     summary.cpu_s += record->outcome.cpu_s;
     hash.Add(result.digest);
   }
-  summary.digest = ToHex(hash.value());
+  summary.digest = Hex(hash.value());
   std::ranges::stable_sort(order, [](const RandomRecord* a, const RandomRecord* b) {
     return std::pair(a->reasons.size(), Finite(a->outcome.result.metrics.tail_rms)) >
            std::pair(b->reasons.size(), Finite(b->outcome.result.metrics.tail_rms));

@@ -10,10 +10,10 @@
 #include <nlohmann/json.hpp>
 
 #include "collab/lab/metrics/metrics_table.h"
-#include "collab/lab/sweep/hex.h"
 #include "engine/base/files/regular_file.h"
 #include "engine/base/files/whole_file.h"
 #include "engine/base/hash.h"
+#include "engine/base/text/hex.h"
 #include "engine/base/text/json_reader.h"
 
 namespace tandem {
@@ -168,7 +168,7 @@ std::string LineOf(const CellRecord& record) {
                      {"predicted", predicted},
                      {"expect", expect},
                      {"metrics", MetricsJson(outcome.result.metrics)},
-                     {"digest", ToHex(outcome.result.digest)},
+                     {"digest", Hex(outcome.result.digest)},
                      {"simulated_s", outcome.result.simulated_s},
                      {"wall_s", outcome.wall_s},
                      {"cpu_s", outcome.cpu_s},
@@ -308,7 +308,7 @@ std::string DigestOf(const Results& results) {
     hash.Add(static_cast<std::uint64_t>(number));
     hash.Add(record.outcome.result.digest);
   }
-  return ToHex(hash.value());
+  return Hex(hash.value());
 }
 
 }  // namespace tandem

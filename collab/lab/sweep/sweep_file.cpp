@@ -13,9 +13,9 @@
 
 #include "collab/coupling/coupling_law.h"
 #include "collab/lab/case/lab_case.h"
-#include "collab/lab/sweep/hex.h"
 #include "collab/trace/trace_models.h"
 #include "engine/base/hash.h"
+#include "engine/base/text/hex.h"
 #include "engine/base/text/json_reader.h"
 
 namespace tandem {
@@ -205,7 +205,7 @@ class Expansion {
     cell.expect = expect;
     Hash64 content;
     AddText(key, content);
-    cell.key = ToHex(content.value());
+    cell.key = Hex(content.value());
     Hash64 seed;
     seed.Add(sweep_.seed);
     AddText(key, seed);
@@ -274,7 +274,7 @@ Result<Sweep> LoadSweep(const std::filesystem::path& file, const CaseCheck& chec
     AddText(cell.key, hash);
     hash.Add(cell.expect);
   }
-  sweep.hash = ToHex(hash.value());
+  sweep.hash = Hex(hash.value());
   return sweep;
 }
 
