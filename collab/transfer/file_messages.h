@@ -28,14 +28,14 @@ struct FileAsk {
   };
 
   PeerId from = 0;
-  std::uint64_t program = 0;  // the asker's program, as the transport identifies it
+  std::uint64_t program = 0;  // the requester's program, as the transport identifies it
   PeerId to = 0;              // 0: all
   Kind kind = Kind::kOffer;
   std::uint64_t content_hash = 0;  // hash of the scene
   FileDigest list{};               // digest of the list of files
   std::uint32_t first = 0;
   std::bitset<kAskSpan> wanted;  // pieces first, first + 1, …
-  std::uint32_t rate = 0;        // bytes/s that the asker can take
+  std::uint32_t rate = 0;        // bytes/s that the requester can take
 };
 
 /// An answer; topic file/piece.

@@ -24,12 +24,12 @@ std::int64_t NsOf(std::size_t bytes, std::uint64_t rate) {
 
 SceneServer::SceneServer(PeerId self, std::uint64_t content_hash, Open open, std::uint64_t rate)
     : self_(self), content_hash_(content_hash), open_(std::move(open)), rate_(rate) {
-  askers_.reserve(kMostAskers);
+  requesters_.reserve(kMostRequesters);
 }
 
 std::size_t SceneServer::waiting() const noexcept {
   std::size_t sum = 0;
-  for (const Requester& asker : askers_) sum += asker.waiting.size();
+  for (const Requester& requester : requesters_) sum += requester.waiting.size();
   return sum;
 }
 
@@ -52,30 +52,30 @@ void SceneServer::OnAsk(const FileAsk& ask, std::int64_t now_ns) {
     return;
   }
   if (!files_ || ask.list != list_digest_) return;
-  auto asker = std::ranges::find(askers_, ask.program, &Requester::program);
-  if (asker == askers_.end()) {
-    if (askers_.size() == kMostAskers) return;
-    asker = askers_.emplace(askers_.end());
-    asker->program = ask.program;
+  auto requester = std::ranges::find(requesters_, ask.program, &Requester::program);
+  if (requester == requesters_.end()) {
+    if (requesters_.size() == kMostRequesters) return;
+    requester = requesters_.emplace(requesters_.end());
+    requester->program = ask.program;
   }
-  if (asker->kind != ask.kind || asker->peer != ask.from) {
-    asker->waiting.clear();
-    asker->known.clear();
+  if (requester->kind != ask.kind || requester->peer != ask.from) {
+    requester->waiting.clear();
+    requester->known.clear();
   }
   if (ask.kind == FileAsk::Kind::kFiles && !std::exchange(reported_, true)) {
     Note("a joiner fetches the scene's files from here (--no-share-scene keeps them here)");
   }
-  asker->kind = ask.kind;
-  asker->peer = ask.from;
-  asker->received_ns = now_ns;
-  asker->rate = std::max(ask.rate, kLeastRate);
+  requester->kind = ask.kind;
+  requester->peer = ask.from;
+  requester->received_ns = now_ns;
+  requester->rate = std::max(ask.rate, kLeastRate);
   const std::uint32_t pieces =
       ask.kind == FileAsk::Kind::kList ? PiecesOf(list_.size()) : files_->list().pieces();
   for (std::size_t i = 0; i < kAskSpan; ++i) {
     const std::uint64_t number = std::uint64_t{ask.first} + i;
-    if (!ask.wanted[i] || number >= pieces || asker->waiting.size() == kMostWaiting) continue;
+    if (!ask.wanted[i] || number >= pieces || requester->waiting.size() == kMostWaiting) continue;
     const auto piece = static_cast<std::uint32_t>(number);
-    if (asker->known.insert(piece).second) asker->waiting.push_back(piece);
+    if (requester->known.insert(piece).second) requester->waiting.push_back(piece);
   }
 }
 
@@ -114,23 +114,23 @@ void SceneServer::Offer(std::int64_t now_ns, const Out& out) {
 }
 
 SceneServer::Requester* SceneServer::NextRequester(std::int64_t now_ns) {
-  std::erase_if(askers_, [now_ns](const Requester& asker) {
-    return now_ns - asker.received_ns > kForgetNs;
+  std::erase_if(requesters_, [now_ns](const Requester& requester) {
+    return now_ns - requester.received_ns > kForgetNs;
   });
-  for (std::size_t i = 0; i < askers_.size(); ++i) {
-    Requester& asker = askers_[(turn_ + i) % askers_.size()];
-    if (asker.waiting.empty() || asker.room_from_ns > now_ns) continue;
-    turn_ = (turn_ + i + 1) % askers_.size();
-    return &asker;
+  for (std::size_t i = 0; i < requesters_.size(); ++i) {
+    Requester& requester = requesters_[(turn_ + i) % requesters_.size()];
+    if (requester.waiting.empty() || requester.room_from_ns > now_ns) continue;
+    turn_ = (turn_ + i + 1) % requesters_.size();
+    return &requester;
   }
   return nullptr;
 }
 
-std::size_t SceneServer::Serve(Requester& asker, std::int64_t now_ns, const Out& out) {
-  const std::uint32_t number = asker.waiting.front();
-  asker.waiting.pop_front();
-  asker.known.erase(number);
-  if (asker.kind == FileAsk::Kind::kList) {
+std::size_t SceneServer::Serve(Requester& requester, std::int64_t now_ns, const Out& out) {
+  const std::uint32_t number = requester.waiting.front();
+  requester.waiting.pop_front();
+  requester.known.erase(number);
+  if (requester.kind == FileAsk::Kind::kList) {
     const std::size_t at = std::size_t{number} * kPieceBytes;
     const auto begin = list_.begin() + static_cast<std::ptrdiff_t>(at);
     piece_.assign(begin,
@@ -139,8 +139,8 @@ std::size_t SceneServer::Serve(Requester& asker, std::int64_t now_ns, const Out&
     return 0;
   }
   out_.from = self_;
-  out_.to = asker.peer;
-  out_.kind = asker.kind;
+  out_.to = requester.peer;
+  out_.kind = requester.kind;
   out_.content_hash = content_hash_;
   out_.list = list_digest_;
   out_.number = number;
@@ -157,18 +157,18 @@ std::int64_t SceneServer::Tick(std::int64_t now_ns, const Out& out) {
   if (!files_) return next_ns;
   room_from_ns_ = std::max(room_from_ns_, now_ns - kAtOnceNs);
   if (room_from_ns_ <= now_ns) {
-    if (Requester* const asker = NextRequester(now_ns)) {
-      const std::size_t bytes = Serve(*asker, now_ns, out);
+    if (Requester* const requester = NextRequester(now_ns)) {
+      const std::size_t bytes = Serve(*requester, now_ns, out);
       // each program that receives pieces gets a copy
       const std::size_t copies = std::clamp<std::size_t>(out.listeners(), 1, 64);
       room_from_ns_ += NsOf(bytes * copies, rate_);
-      asker->room_from_ns =
-          std::max(asker->room_from_ns, now_ns - kAtOnceNs) + NsOf(bytes, asker->rate);
+      requester->room_from_ns =
+          std::max(requester->room_from_ns, now_ns - kAtOnceNs) + NsOf(bytes, requester->rate);
     }
   }
-  for (const Requester& asker : askers_) {
-    if (asker.waiting.empty()) continue;
-    next_ns = std::min(next_ns, std::max(asker.room_from_ns, room_from_ns_));
+  for (const Requester& requester : requesters_) {
+    if (requester.waiting.empty()) continue;
+    next_ns = std::min(next_ns, std::max(requester.room_from_ns, room_from_ns_));
   }
   return std::max(next_ns, now_ns);
 }

@@ -17,12 +17,12 @@
 namespace tandem {
 
 /// Hands the files of a session's scene to the programs that ask, at a limited total rate. Each
-/// asking program takes a bounded place, whatever it asks for: there are kMostAskers places of
+/// asking program takes a bounded place, whatever it asks for: there are kMostRequesters places of
 /// kMostWaiting pieces each, served in turn. A program that has not asked for kForgetNs loses its
 /// place; until then no other program gets it.
 class SceneServer : public TransferEndpoint {
  public:
-  static constexpr std::size_t kMostAskers = 16;
+  static constexpr std::size_t kMostRequesters = 16;
   static constexpr std::size_t kMostWaiting = 512;
   static constexpr std::int64_t kForgetNs = 2'000'000'000;
   static constexpr std::int64_t kOffersPerSecond = 20;
@@ -40,8 +40,8 @@ class SceneServer : public TransferEndpoint {
 
   /// Returns news for a person here, each once; empty: none. From any thread.
   std::string TakeNotifications();
-  std::size_t askers() const noexcept { return askers_.size(); }
-  std::size_t waiting() const noexcept;  // pieces of all askers
+  std::size_t requesters() const noexcept { return requesters_.size(); }
+  std::size_t waiting() const noexcept;  // pieces of all requesters
 
  private:
   struct Requester {
@@ -60,7 +60,7 @@ class SceneServer : public TransferEndpoint {
   void Offer(std::int64_t now_ns, const Out& out);
   Requester* NextRequester(std::int64_t now_ns);
   /// Sends its next piece; returns its bytes, 0: none was sent.
-  std::size_t Serve(Requester& asker, std::int64_t now_ns, const Out& out);
+  std::size_t Serve(Requester& requester, std::int64_t now_ns, const Out& out);
 
   const PeerId self_;
   const std::uint64_t content_hash_;
@@ -75,8 +75,8 @@ class SceneServer : public TransferEndpoint {
   std::optional<SceneFiles> files_;
   std::vector<char> list_;  // encoded
   FileDigest list_digest_{};
-  std::vector<Requester> askers_;
-  std::size_t turn_ = 0;            // index of the asker whose turn it is
+  std::vector<Requester> requesters_;
+  std::size_t turn_ = 0;            // index of the requester whose turn it is
   std::int64_t room_from_ns_ = 0;   // when the rate has paid off all bytes sent
   std::int64_t offer_from_ns_ = 0;  // the same for offers
   std::optional<PeerId> wants_offer_;

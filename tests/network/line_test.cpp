@@ -15,8 +15,8 @@
 #include "tests/collab/dds/diagnostics/line_relay.h"
 #include "tests/support/tap_hub_here.h"
 
-// A line between network namespaces: an asker (10.78.0.1), a relay that loses what the test names
-// (10.78.0.2), an answerer (10.78.0.3), and a hub that holds every frame back.
+// A line between network namespaces: a requester (10.78.0.1), a relay that loses what the test
+// names (10.78.0.2), a responder (10.78.0.3), and a hub that holds every frame back.
 namespace tandem {
 namespace {
 

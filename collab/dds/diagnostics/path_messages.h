@@ -9,22 +9,23 @@
 
 namespace tandem {
 
-/// The messages between `tandem doctor --trace` and an answerer, as UDP packets on the port of
+/// The messages between `tandem doctor --trace` and a responder, as UDP packets on the port of
 /// probes. Numbers have this machine's byte order: both ends are little-endian, as is every machine
 /// that Tandem is built for.
 ///
-///   asker                          answerer
+///   requester                      responder
 ///   kAsk  (terms)             ->
 ///                             <-   kOffer (token), or kRefuse: nothing is kept yet
-///   kStart (terms, token)     ->   the token shows that the asker hears at its address
+///   kStart (terms, token)     ->   the token shows that the requester hears at its address
 ///                             <-   kBegun
 ///   kSample, paced            <->  kSample, paced: both as agreed, then silence
 ///   kFetch (first)            ->
-///                             <-   kArrivals: when the asker's samples arrived
+///                             <-   kArrivals: when the requester's samples arrived
 ///   kDone                     ->
 ///
-/// A packet of the answerer is never larger than the asker's packet that it answers. Samples are as
-/// large as the asker's own; the answerer sends them only while the asker's keep coming.
+/// A packet of the responder is never larger than the requester's packet that it answers. Samples
+/// are as large as the requester's own; the responder sends them only while the requester's keep
+/// coming.
 enum class PathMessageKind : std::uint32_t {
   kAsk = 1,
   kOffer,
@@ -40,7 +41,7 @@ enum class PathMessageKind : std::uint32_t {
 inline constexpr std::uint32_t kPathVersion = 1;
 inline constexpr std::size_t kPathRequestBytes = 256;  // size of kAsk and kStart; no answer to them
                                                        // is larger
-inline constexpr std::size_t kPathFetchBytes = 1200;  // size of kFetch and kArrivals
+inline constexpr std::size_t kPathFetchBytes = 1200;   // size of kFetch and kArrivals
 inline constexpr std::size_t kArrivalsInPacket = 128;
 
 /// The agreed stream.
@@ -60,7 +61,7 @@ struct PathHeader {
   std::array<char, 8> mark{'t', 'd', '-', 'l', 'i', 'n', 'e', '1'};
   std::uint32_t version = kPathVersion;
   PathMessageKind word = PathMessageKind::kAsk;
-  std::uint64_t nonce = 0;  // the asker's number of this record
+  std::uint64_t nonce = 0;  // the requester's number of this record
 };
 struct PathRequest {  // kAsk, kOffer, kStart, kBegun, kRefuse, kDone
   PathHeader head;

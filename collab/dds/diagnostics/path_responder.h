@@ -12,18 +12,18 @@
 
 namespace tandem {
 
-/// The answerer's side of path_messages.h, without sockets and clocks. It is given packets and the
+/// The responder's side of path_messages.h, without sockets and clocks. It is given packets and the
 /// time, and hands the packets it wants to send to `send`. One thread.
 ///
-/// It cannot be made to flood a third machine. It sends nothing at a rate before the asker has
-/// given back a token that went to its address. Then it sends samples only while the asker's own
-/// come in. It sends at most four for each that came, plus kAheadS seconds' worth, and none after
-/// kSilenceNs without one. At most kMostStreams run at a time, one for each host.
+/// It cannot be made to flood a third machine. It sends nothing at a rate before the requester has
+/// given back a token that went to its address. Then it sends samples only while the requester's
+/// own come in. It sends at most four for each that came, plus kAheadS seconds' worth, and none
+/// after kSilenceNs without one. At most kMostStreams run at a time, one for each host.
 class PathResponder {
  public:
   static constexpr std::size_t kMostStreams = 2;
   static constexpr std::int64_t kSilenceNs = 3'000'000'000;
-  static constexpr std::int64_t kKeptNs = 30'000'000'000;  // after the asker's last packet
+  static constexpr std::int64_t kKeptNs = 30'000'000'000;  // after the requester's last packet
   static constexpr double kAheadS = 3;
 
   struct Address {
@@ -40,7 +40,7 @@ class PathResponder {
   /// at this time. Returns true if the packet is of this protocol, whatever became of it.
   bool Take(std::span<const std::byte> packet, const Address& from, std::int64_t arrival_ns,
             const std::function<bool()>& may_answer, const Send& send);
-  /// Sends the samples that are due, and forgets askers that have gone.
+  /// Sends the samples that are due, and forgets requesters that have gone.
   void SendDue(std::int64_t now_ns, const Send& send);
   /// Returns when SendDue() has something to do again.
   std::optional<std::int64_t> NextDueNs() const;
@@ -51,12 +51,12 @@ class PathResponder {
     Address to;
     std::uint64_t nonce = 0;
     PathTerms terms;
-    std::vector<std::int64_t> arrivals_ns;  // the asker's samples, arrival minus sending
+    std::vector<std::int64_t> arrivals_ns;  // the requester's samples, arrival minus sending
     std::int64_t begin_ns = 0;
-    std::int64_t received_ns = 0;      // arrival of the asker's last packet
-    std::int64_t sample_heard_ns = 0;  // arrival of the asker's last sample
+    std::int64_t received_ns = 0;      // arrival of the requester's last packet
+    std::int64_t sample_heard_ns = 0;  // arrival of the requester's last sample
     std::uint32_t sent = 0;
-    std::uint32_t received = 0;  // number of the asker's samples
+    std::uint32_t received = 0;  // number of the requester's samples
     std::uint32_t fetches = 0;
     std::int64_t echo_ns = 0;  // newest sending time of a sample that has arrived
     std::int64_t echo_arrival_ns = 0;

@@ -283,7 +283,8 @@ int ProbeResponder::Answer(int wait_ms) {
       if (!got) break;
       answered += AnswerPacket(std::span(packet).first(got->bytes), got->from, got->arrival_ns);
     }
-    // after the packets that have come: an asker is silent only if none of its packets waits here
+    // after the packets that have come: a requester is silent only if none of its packets waits
+    // here
     SendSamples();
     if (taken == kAtOnce) continue;
     WaitForPacket(socket_, std::min(until_ns, lines_.NextDueNs().value_or(until_ns)));
@@ -300,7 +301,7 @@ void ProbeResponder::SendSamples() {
 
 bool ProbeResponder::AnswerPacket(std::span<std::byte> packet, const sockaddr_in& from,
                                   std::int64_t arrival_ns) {
-  // another answerer never asks
+  // another responder never asks
   if (ntohs(from.sin_port) == port_) return false;
   const auto may_answer = [this] {
     return MayAnswer(MonotonicNowNs());

@@ -52,7 +52,7 @@ PathFacts ProbePath(const std::string& host, std::uint16_t port);
 
 /// Answers probes, to the address that they came from. It does not answer answers, nor packets from
 /// its own port number, and sends at most kMostAnswersPerSecond. It also records a line
-/// (PathResponder) with an asker that has proved its address.
+/// (PathResponder) with a requester that has proved its address.
 class ProbeResponder {
  public:
   static constexpr int kMostAnswersPerSecond = 200;

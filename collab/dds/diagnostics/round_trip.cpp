@@ -123,7 +123,7 @@ class StatePair {
   tandem_LinkedState taken_{};
 };
 
-/// The asker's round trips over DDS and over UDP.
+/// The requester's round trips over DDS and over UDP.
 class Requester {
  public:
   Requester() { sem_init(&answered_, 0, 0); }
@@ -175,7 +175,7 @@ class Requester {
   std::atomic<std::int64_t> arrival_ns_ = 0;
 };
 
-RoundTrips Ask(int socket, const StatePair& pair, Requester& asker, double seconds) {
+RoundTrips Ask(int socket, const StatePair& pair, Requester& requester, double seconds) {
   RoundTrips trips;
   trips.fifo = EnterRealtime(kAskerPriority).fifo;
   const auto count = [](std::int64_t ns, Histogram& taken, std::uint64_t& lost) {
@@ -195,7 +195,7 @@ RoundTrips Ask(int socket, const StatePair& pair, Requester& asker, double secon
     std::int64_t dds_ns = 0;
     // the second of a turn finds the processors awake, so the two take turns
     if (turn % 2 == 0) udp_ns = Requester::OverUdp(socket, turn);
-    dds_ns = asker.OverDds(pair, turn);
+    dds_ns = requester.OverDds(pair, turn);
     if (turn % 2 != 0) udp_ns = Requester::OverUdp(socket, turn);
     if (turn <= kWarmUp) continue;
     count(udp_ns, trips.udp, trips.udp_lost);
@@ -242,15 +242,15 @@ Result<bool> RoundTripMeter::MeetEcho() const {
 }
 
 Result<RoundTrips> RoundTripMeter::Measure(const RoundTripOptions& options) {
-  Requester asker;
-  StatePair pair(&Requester::OnAnswer, &asker);
+  Requester requester;
+  StatePair pair(&Requester::OnAnswer, &requester);
   if (const Result<bool> open = pair.Open(options, "ping", "pong"); !open) return open.error();
   if (const Result<bool> met = MeetEcho(); !met) return met.error();
   if (!pair.WaitForMatch(MonotonicNow_ns() + kMeetNs)) return Error{"DDS did not find the echo"};
   RoundTrips trips;
   // on a separate thread, so that only the measurement is real-time
   std::thread([&] {
-    trips = Ask(socket_, pair, asker, options.seconds);
+    trips = Ask(socket_, pair, requester, options.seconds);
   }).join();
   return trips;
 }
@@ -264,8 +264,9 @@ Result<bool> EchoRoundTrips(const RoundTripOptions& options, std::uint16_t port,
       nullptr);
   if (const Result<bool> open = pair.Open(options, "pong", "ping"); !open) return open.error();
   const int echo = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
-  const sockaddr_in asker = Loopback(port);
-  if (echo < 0 || connect(echo, reinterpret_cast<const sockaddr*>(&asker), sizeof asker) != 0) {
+  const sockaddr_in requester = Loopback(port);
+  if (echo < 0 ||
+      connect(echo, reinterpret_cast<const sockaddr*>(&requester), sizeof requester) != 0) {
     return Error{std::string("cannot open a UDP socket: ") + std::strerror(errno)};
   }
   SetReceiveTimeout(echo, 100'000'000);

@@ -122,8 +122,8 @@ TEST_F(Serving, RequestFloodTakesBoundedMemoryAndBandwidth) {
     FileAsk beyond = Ask(20 + i, FileAsk::Kind::kFiles, 0xFFFFFF00U);
     server_.OnAsk(beyond, now_ns_);
   }
-  EXPECT_EQ(server_.askers(), SceneServer::kMostAskers);
-  EXPECT_LE(server_.waiting(), SceneServer::kMostAskers * SceneServer::kMostWaiting);
+  EXPECT_EQ(server_.requesters(), SceneServer::kMostRequesters);
+  EXPECT_LE(server_.waiting(), SceneServer::kMostRequesters * SceneServer::kMostWaiting);
   Run(1);
   std::size_t offers = 0;
   std::size_t bytes = 0;
@@ -137,7 +137,7 @@ TEST_F(Serving, RequestFloodTakesBoundedMemoryAndBandwidth) {
 
 TEST_F(Serving, SilentReceiverLosesItsPlace) {
   Open();
-  for (std::uint32_t i = 0; i < SceneServer::kMostAskers; ++i) {
+  for (std::uint32_t i = 0; i < SceneServer::kMostRequesters; ++i) {
     server_.OnAsk(Ask(20 + i, FileAsk::Kind::kFiles), now_ns_);
   }
   Run(0.1);
@@ -147,7 +147,7 @@ TEST_F(Serving, SilentReceiverLosesItsPlace) {
   Run(3);
   server_.OnAsk(Ask(7, FileAsk::Kind::kFiles), now_ns_);
   Run(0.1);
-  EXPECT_EQ(server_.askers(), 1U);
+  EXPECT_EQ(server_.requesters(), 1U);
   EXPECT_GT(bytes_to_[7], 100'000);
 }
 

@@ -31,15 +31,15 @@ inline sockaddr_in AddressOf(const std::string& host, std::uint16_t port) {
   return address;
 }
 
-/// A line of the tests' own between an asker and an answerer. It loses, delays, reorders and
+/// A line of the tests' own between a requester and a responder. It loses, delays, reorders and
 /// doubles the samples that the test names, each way, and nothing else.
 class Relay {
  public:
   /// The fate of a sample: its delays, none where it is lost.
   using Fate = std::vector<std::int64_t> (*)(std::uint32_t seq);
 
-  Relay(const sockaddr_in& answerer, Fate there, Fate back)
-      : answerer_(answerer), there_(there), back_(back) {
+  Relay(const sockaddr_in& responder, Fate there, Fate back)
+      : responder_(responder), there_(there), back_(back) {
     for (int* handle : {&front_, &rear_}) {
       *handle = socket(AF_INET, SOCK_DGRAM, 0);
       const sockaddr_in any = AddressOf("0.0.0.0", 0);
@@ -81,11 +81,11 @@ class Relay {
       ssize_t got = 0;
       while ((got = recvfrom(front_, room.data(), room.size(), MSG_DONTWAIT,
                              reinterpret_cast<sockaddr*>(&from), &size)) >= 0) {
-        asker_ = from;
-        Hold(std::span(room).first(static_cast<std::size_t>(got)), rear_, answerer_, there_);
+        requester_ = from;
+        Hold(std::span(room).first(static_cast<std::size_t>(got)), rear_, responder_, there_);
       }
       while ((got = recv(rear_, room.data(), room.size(), MSG_DONTWAIT)) >= 0) {
-        Hold(std::span(room).first(static_cast<std::size_t>(got)), front_, asker_, back_);
+        Hold(std::span(room).first(static_cast<std::size_t>(got)), front_, requester_, back_);
       }
       const std::int64_t now_ns = MonotonicNowNs();
       while (!held_.empty() && held_.begin()->first <= now_ns) {
@@ -107,25 +107,25 @@ class Relay {
     }
   }
 
-  sockaddr_in answerer_;
+  sockaddr_in responder_;
   Fate there_;
   Fate back_;
   int front_ = -1;
   int rear_ = -1;
   std::uint16_t port_ = 0;
-  sockaddr_in asker_{};
+  sockaddr_in requester_{};
   std::multimap<std::int64_t, Held> held_;
   std::atomic<bool> stop_{false};
   std::thread thread_;
 };
 
-/// Runs an answerer that answers while it lives. Its socket is of the network of the thread that
+/// Runs a responder that answers while it lives. Its socket is of the network of the thread that
 /// makes it.
 class Answering {
  public:
   Answering()
-      : answerer_(*ProbeResponder::Open(0)), thread_([this] {
-          while (!stop_) answerer_.Answer(10);
+      : responder_(*ProbeResponder::Open(0)), thread_([this] {
+          while (!stop_) responder_.Answer(10);
         }) {}
   ~Answering() {
     stop_ = true;
@@ -133,11 +133,11 @@ class Answering {
   }
   Answering(const Answering&) = delete;
   Answering& operator=(const Answering&) = delete;
-  std::uint16_t port() const { return answerer_.port(); }
+  std::uint16_t port() const { return responder_.port(); }
 
  private:
   std::atomic<bool> stop_{false};
-  ProbeResponder answerer_;
+  ProbeResponder responder_;
   std::thread thread_;
 };
 

@@ -26,21 +26,21 @@ LineBytes LinePacket(const Message& message, std::size_t size) {
   return packet;
 }
 
-/// An answerer, an asker at some address, and what goes between them; time is the test's.
+/// A responder, a requester at some address, and what goes between them; time is the test's.
 class PathResponderTest : public ::testing::Test {
  protected:
   PathResponderTest() { ask_.terms = {.rate_hz = 1000, .samples = 5000, .bytes = 200}; }
 
   void Give(const LineBytes& packet, const PathResponder::Address& from) {
     received_ += packet.size();
-    answerer_.Take(
+    responder_.Take(
         packet, from, now_ns_,
         [this] {
           return may_answer_;
         },
         send_);
   }
-  void Give(const LineBytes& packet) { Give(packet, asker_); }
+  void Give(const LineBytes& packet) { Give(packet, requester_); }
   /// Returns the answer to `ask_` as that word; nothing: none came.
   std::optional<PathRequest> Ask(PathMessageKind word) {
     sent_.clear();
@@ -67,20 +67,20 @@ class PathResponderTest : public ::testing::Test {
     Give(LinePacket(sample, ask_.terms.bytes));
   }
   /// Goes on a millisecond at a time, and returns how many samples went out.
-  int Run(int ms, bool asker_sends) {
+  int Run(int ms, bool requester_sends) {
     int count = 0;
     for (int i = 0; i < ms; ++i) {
       now_ns_ += kMs;
-      if (asker_sends) Sample(next_++, now_ns_);
+      if (requester_sends) Sample(next_++, now_ns_);
       sent_.clear();
-      answerer_.SendDue(now_ns_, send_);
+      responder_.SendDue(now_ns_, send_);
       count += static_cast<int>(sent_.size());
     }
     return count;
   }
 
-  PathResponder answerer_{kLineSecret};
-  PathResponder::Address asker_{0x0100007f, 999};
+  PathResponder responder_{kLineSecret};
+  PathResponder::Address requester_{0x0100007f, 999};
   PathRequest ask_;
   std::int64_t now_ns_ = 100 * kSecondNs;
   std::uint32_t next_ = 0;
@@ -95,22 +95,22 @@ class PathResponderTest : public ::testing::Test {
 
 TEST_F(PathResponderTest, SendsOnlyAfterItsTokenReturns) {
   ASSERT_TRUE(Ask(PathMessageKind::kAsk));
-  EXPECT_EQ(answerer_.streams(), 0U);
+  EXPECT_EQ(responder_.streams(), 0U);
   EXPECT_EQ(Run(1000, true), 0);
   // an ask that is made up, of another address, for other terms
   EXPECT_FALSE(Ask(PathMessageKind::kStart));
   ask_.token = Ask(PathMessageKind::kAsk)->token;
-  const PathResponder::Address honest = std::exchange(asker_, {0x02000a0a, 999});
+  const PathResponder::Address honest = std::exchange(requester_, {0x02000a0a, 999});
   EXPECT_FALSE(Ask(PathMessageKind::kStart));
-  asker_ = honest;
+  requester_ = honest;
   ask_.terms.samples = 5001;
   EXPECT_FALSE(Ask(PathMessageKind::kStart));
   ask_.terms.samples = 5000;
-  EXPECT_EQ(answerer_.streams(), 0U);
+  EXPECT_EQ(responder_.streams(), 0U);
   const std::optional<PathRequest> begun = Ask(PathMessageKind::kStart);
   ASSERT_TRUE(begun);
   EXPECT_EQ(begun->head.word, PathMessageKind::kBegun);
-  EXPECT_EQ(answerer_.streams(), 1U);
+  EXPECT_EQ(responder_.streams(), 1U);
   next_ = 0;
   EXPECT_GT(Run(1000, true), 900);
 }
@@ -141,7 +141,7 @@ TEST_F(PathResponderTest, EndsWhenTheAskerFallsSilent) {
   EXPECT_GT(Run(1000, true), 900);
   EXPECT_LE(Run(3000, false), 3000);
   EXPECT_EQ(Run(1000, false), 0);
-  EXPECT_FALSE(answerer_.NextDueNs());
+  EXPECT_FALSE(responder_.NextDueNs());
   EXPECT_EQ(Run(500, true), 0);
 }
 
@@ -159,7 +159,7 @@ TEST_F(PathResponderTest, SendsAtMostFourSamplesPerReceivedSampleAndThreeSeconds
   EXPECT_LE(count, 3000 + 4 * 30);
 }
 
-TEST_F(PathResponderTest, RefusesExcessiveRatesAndTooManyAskers) {
+TEST_F(PathResponderTest, RefusesExcessiveRatesAndTooManyRequesters) {
   const auto word = [this] {
     const std::optional<PathRequest> answer = Ask(PathMessageKind::kAsk);
     return answer ? answer->head.word : PathMessageKind::kDone;
@@ -179,15 +179,15 @@ TEST_F(PathResponderTest, RefusesExcessiveRatesAndTooManyAskers) {
   EXPECT_EQ(word(), PathMessageKind::kOffer) << "the same, whose answer was lost";
   ask_.head.nonce = 2;
   EXPECT_EQ(word(), PathMessageKind::kRefuse) << "another of that address";
-  asker_ = {0x0200007f, 1};
+  requester_ = {0x0200007f, 1};
   ASSERT_TRUE(Begin());
-  asker_ = {0x0300007f, 1};
+  requester_ = {0x0300007f, 1};
   EXPECT_EQ(word(), PathMessageKind::kRefuse) << "a third";
-  EXPECT_EQ(answerer_.streams(), PathResponder::kMostStreams);
+  EXPECT_EQ(responder_.streams(), PathResponder::kMostStreams);
   // a stream that has gone makes room
   now_ns_ += PathResponder::kKeptNs + kSecondNs;
-  answerer_.SendDue(now_ns_, send_);
-  EXPECT_EQ(answerer_.streams(), 0U);
+  responder_.SendDue(now_ns_, send_);
+  EXPECT_EQ(responder_.streams(), 0U);
   EXPECT_EQ(word(), PathMessageKind::kOffer);
 }
 
@@ -221,12 +221,12 @@ TEST_F(PathResponderTest, ReportsArrivalTimesAndLosses) {
 TEST_F(PathResponderTest, EchoesTheNewestTimestampAndItsHoldTime) {
   ASSERT_TRUE(Begin());
   now_ns_ += 50 * kMs;
-  answerer_.SendDue(now_ns_, send_);
+  responder_.SendDue(now_ns_, send_);
   Sample(1, 777);
   Sample(0, 555);  // older
   now_ns_ += 3 * kMs;
   sent_.clear();
-  answerer_.SendDue(now_ns_, send_);
+  responder_.SendDue(now_ns_, send_);
   ASSERT_FALSE(sent_.empty());
   const auto sample = MessageIn<PathSample>(sent_.back().second);
   EXPECT_EQ(sample->echo_ns, 777);
@@ -236,8 +236,8 @@ TEST_F(PathResponderTest, EchoesTheNewestTimestampAndItsHoldTime) {
 
 TEST_F(PathResponderTest, IgnoresOtherPackets) {
   const auto is_line = [this](const LineBytes& packet) {
-    return answerer_.Take(
-        packet, asker_, now_ns_,
+    return responder_.Take(
+        packet, requester_, now_ns_,
         [] {
           return true;
         },

@@ -49,13 +49,13 @@ TEST(Reachability, LoopbackIsUsedIfNothingElseIsUp) {
 }
 
 TEST(Reachability, AnswersReportPathMtuAndRoundTrip) {
-  Result<ProbeResponder> answerer = ProbeResponder::Open(0);
-  ASSERT_TRUE(answerer.has_value()) << answerer.error().what;
+  Result<ProbeResponder> responder = ProbeResponder::Open(0);
+  ASSERT_TRUE(responder.has_value()) << responder.error().what;
   std::atomic<bool> stop{false};
   std::thread answering([&] {
-    while (!stop) answerer->Answer(10);
+    while (!stop) responder->Answer(10);
   });
-  const PathFacts path = ProbePath("127.0.0.1", answerer->port());
+  const PathFacts path = ProbePath("127.0.0.1", responder->port());
   stop = true;
   answering.join();
   EXPECT_EQ(path.error, "");
@@ -136,27 +136,27 @@ class OwnSocket {
 const std::string kForgedProbe = std::string("td-probe") + std::string(56, 'x');
 
 TEST(Reachability, AnswersAreNotProbes) {
-  Result<ProbeResponder> answerer = ProbeResponder::Open(0);
-  ASSERT_TRUE(answerer.has_value()) << answerer.error().what;
+  Result<ProbeResponder> responder = ProbeResponder::Open(0);
+  ASSERT_TRUE(responder.has_value()) << responder.error().what;
   const OwnSocket asking;
-  asking.Send(kForgedProbe, answerer->port());
-  EXPECT_EQ(answerer->Answer(50), 1);
+  asking.Send(kForgedProbe, responder->port());
+  EXPECT_EQ(responder->Answer(50), 1);
   const std::vector<std::string> answers = asking.Received();
   ASSERT_EQ(answers.size(), 1U);
   EXPECT_EQ(answers[0].size(), kForgedProbe.size());
-  // the answer itself, as if it came from another answerer
-  asking.Send(answers[0], answerer->port());
-  EXPECT_EQ(answerer->Answer(50), 0);
+  // the answer itself, as if it came from another responder
+  asking.Send(answers[0], responder->port());
+  EXPECT_EQ(responder->Answer(50), 0);
   EXPECT_TRUE(asking.Received().empty());
 }
 
 TEST(Reachability, ResponderIgnoresItsOwnPort) {
-  Result<ProbeResponder> answerer = ProbeResponder::Open(0);
-  ASSERT_TRUE(answerer.has_value()) << answerer.error().what;
+  Result<ProbeResponder> responder = ProbeResponder::Open(0);
+  ASSERT_TRUE(responder.has_value()) << responder.error().what;
   // a raw socket writes the source's port itself
   const int raw = socket(AF_INET, SOCK_RAW, IPPROTO_UDP);
   if (raw < 0) GTEST_SKIP() << "raw sockets are refused here";
-  const std::uint16_t port = htons(answerer->port());
+  const std::uint16_t port = htons(responder->port());
   const auto length = static_cast<std::uint16_t>(8 + kForgedProbe.size());
   const std::array<std::uint16_t, 4> header{port, port, htons(length), 0};
   std::string packet(reinterpret_cast<const char*>(header.data()), sizeof header);
@@ -168,24 +168,24 @@ TEST(Reachability, ResponderIgnoresItsOwnPort) {
                    sizeof to),
             static_cast<ssize_t>(packet.size()));
   close(raw);
-  EXPECT_EQ(answerer->Answer(50), 0);
+  EXPECT_EQ(responder->Answer(50), 0);
 }
 
 TEST(Reachability, ProbeFloodIsAnsweredAtABoundedRate) {
-  Result<ProbeResponder> answerer = ProbeResponder::Open(0);
-  ASSERT_TRUE(answerer.has_value()) << answerer.error().what;
+  Result<ProbeResponder> responder = ProbeResponder::Open(0);
+  ASSERT_TRUE(responder.has_value()) << responder.error().what;
   const OwnSocket flood;
   std::atomic<bool> stop{false};
   std::atomic<long> sent{0};
   std::thread flooding([&] {
     while (!stop) {
-      flood.Send(kForgedProbe, answerer->port());
+      flood.Send(kForgedProbe, responder->port());
       ++sent;
     }
   });
   const auto began = std::chrono::steady_clock::now();
   int answered = 0;
-  for (int i = 0; i < 5; ++i) answered += answerer->Answer(100);
+  for (int i = 0; i < 5; ++i) answered += responder->Answer(100);
   const std::chrono::duration<double> took = std::chrono::steady_clock::now() - began;
   stop = true;
   flooding.join();
