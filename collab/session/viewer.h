@@ -57,7 +57,7 @@ inline PeerId LastingId(const ViewedPeer& peer) {
 }
 
 /// Returns why the information of a program may be misunderstood: "speaks protocol 5, this program
-/// 4: bring both to one version"; empty if it speaks our protocol.
+/// 4: update both to one version"; empty if it speaks our protocol.
 std::string OtherProtocol(const PeerInfo& info);
 
 /// The picture of a viewer at one moment.

@@ -110,7 +110,7 @@ TEST_F(Hand, ReportsASilentControllerAndReconnects) {
   ASSERT_TRUE(ProcessEventsUntil([&] {
     return hand_.state() == HandModel::State::kLost;
   }));
-  EXPECT_TRUE(hand_.trouble().contains("not heard"));
+  EXPECT_TRUE(hand_.trouble().contains("does not answer"));
   EXPECT_TRUE(hand_.shows());  // state as it was last
   hand_.Grab(kBallInHand, kGrabbedAt);
   EXPECT_TRUE(controller_.requested.empty());

@@ -90,7 +90,7 @@ TEST_F(PeerTable, ShowsOtherProtocolsReplaysAndDepartedPeers) {
             QStringLiteral("protocol %1").arg(kProtocol + 1));
   EXPECT_TRUE(model_.data(model_.index(0, PeerTableModel::kPresence), Qt::ToolTipRole)
                   .toString()
-                  .contains("bring both to one version"));
+                  .contains("update both to one version"));
   EXPECT_EQ(Text(model_, 1, PeerTableModel::kRole), "replay");
   EXPECT_EQ(Text(model_, 2, PeerTableModel::kPresence), "you left");
   EXPECT_EQ(Text(model_, 2, PeerTableModel::kDelay), "\u2013");
