@@ -209,8 +209,8 @@ nlohmann::ordered_json FrameJson(const FrameArguments& arguments, const FrameSet
       {"exact_queries", figures.exact_queries / count},
       {"looks", figures.exact_queries / count},  // earlier key
       {"sifted", 0},                             // as clear
-      {"pushing_points", figures.loaded / count},
-      {"loaded", figures.loaded / count},  // earlier key
+      {"pushing_points", figures.pushing_points / count},
+      {"loaded", figures.pushing_points / count},  // earlier key
       {"cpu_p50_us", Us(figures.cpu, 0.5)},
       {"cpu_p99_us", Us(figures.cpu, 0.99)},
       {"cpu_p999_us", Us(figures.cpu, 0.999)},

@@ -149,7 +149,7 @@ PenetrationReport Penetration(const WorldModel& model, std::size_t body,
   for (const std::vector<TraceSample>& trace : instances) {
     std::vector<Pose>& poses = series.emplace_back();
     for (std::size_t i = 0; i < trace.size(); ++i) {
-      if (i % 10 == 0 || trace[i].loaded) poses.push_back(trace[i].X_WB);
+      if (i % 10 == 0 || trace[i].pushing) poses.push_back(trace[i].X_WB);
     }
   }
   return Penetration(model, body, series, model.scene.voxel_size, seconds_limit);

@@ -32,7 +32,7 @@ const Pose& FarthestOf(const std::vector<Pose>& poses, const Pose& X_WB0) {
 /// Returns the body that contact keeps a body away from; nothing: contact lets the surfaces meet.
 std::optional<NearestBody> HeldFrom(const WorldModel& model, std::size_t body,
                                     const std::vector<FinalPose>& last) {
-  if (!last[body].loaded || TrianglesOf(model) > kMostJudgedTriangles) return std::nullopt;
+  if (!last[body].pushing || TrianglesOf(model) > kMostJudgedTriangles) return std::nullopt;
   std::vector<Pose> bodies_WB;
   for (const FinalPose& place : last) bodies_WB.push_back(place.X_WB);
   // contact does not reach so far, not even in the plain model
@@ -61,7 +61,7 @@ void TouchedBodies::See(const World& world, int body) noexcept {
 std::vector<FinalPose> FinalPoses(const World& world) {
   std::vector<FinalPose> last;
   for (std::size_t b = 0; b < world.model().bodies.size(); ++b) {
-    last.push_back({.X_WB = world.state(b).X_WB, .loaded = world.Touched(b)});
+    last.push_back({.X_WB = world.state(b).X_WB, .pushing = world.Touched(b)});
   }
   return last;
 }

@@ -40,7 +40,7 @@ int HeldBody(PeerNode& node) noexcept;
 /// The place of a moving body at the end.
 struct FinalPose {
   Pose X_WB;
-  bool loaded = false;  // contact pushes it there
+  bool pushing = false;  // contact pushes it there
 };
 
 /// Returns the last places of all moving bodies, in the order of WorldModel::bodies. Call it when

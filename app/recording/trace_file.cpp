@@ -38,7 +38,7 @@ TraceRow AsRow(const TraceSample& sample) {
           V.v.y(),
           V.v.z(),
           static_cast<double>(sample.hand_force),
-          sample.contact_points + (sample.loaded ? 0.5 : 0.0)};
+          sample.contact_points + (sample.pushing ? 0.5 : 0.0)};
 }
 
 TraceSample FromRow(const TraceRow& row) {
@@ -49,7 +49,7 @@ TraceSample FromRow(const TraceRow& row) {
   sample.V_WB = {Vec3(row[9], row[10], row[11]), Vec3(row[12], row[13], row[14])};
   sample.hand_force = static_cast<float>(row[15]);
   sample.contact_points = static_cast<int>(row[16]);
-  sample.loaded = row[16] - sample.contact_points > 0.25;
+  sample.pushing = row[16] - sample.contact_points > 0.25;
   return sample;
 }
 

@@ -72,7 +72,7 @@ void PeerTelemetry::RecordHand(std::int64_t now_ns, int body) noexcept {
                    .V_WB = state.V_WB,
                    .hand_force = static_cast<float>(force),
                    .contact_points = report.contact_points,
-                   .loaded = report.pushing_points > 0};
+                   .pushing = report.pushing_points > 0};
   traced_.store(frame + 1, std::memory_order_release);
 }
 

@@ -28,7 +28,7 @@ struct TraceSample {
   Twist V_WB;
   float hand_force = 0;  // N; of the hand's coupling
   int contact_points = 0;
-  bool loaded = false;  // contact pushes
+  bool pushing = false;  // contact pushes
 };
 
 /// Forces given to a device.

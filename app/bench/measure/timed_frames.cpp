@@ -120,7 +120,7 @@ void CountTimes(const StepTimes& times, const StepReport& report, std::int64_t o
 void CountWork(const StepReport& report, FrameFigures& figures) {
   figures.contacts += report.contact_points;
   figures.exact_queries += report.exact_queries;
-  figures.loaded += report.pushing_points;
+  figures.pushing_points += report.pushing_points;
   figures.tests += static_cast<double>(report.tests.looked_up + report.tests.compared);
   figures.drifted += static_cast<double>(report.tests.drifted);
   figures.chunks += static_cast<double>(report.tests.chunks);

@@ -21,7 +21,7 @@ struct FrameFigures {
   Histogram cpu, wall, noise;
   Histogram workers_cpu;  // processor time of all workers together
   Histogram owed;         // point tests that a frame leaves to the next one
-  double contacts = 0, exact_queries = 0, loaded = 0;  // sums over frames
+  double contacts = 0, exact_queries = 0, pushing_points = 0;  // sums over frames
   double tests = 0, drifted = 0, chunks = 0;
   std::int64_t frames = 0;
   std::int64_t at_bound = 0;

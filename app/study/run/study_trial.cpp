@@ -83,7 +83,7 @@ bool ToldThatLeft(const fs::path& log, const std::string& other) {
 }
 
 TrialFrame FrameOf(const TraceSample& sample, std::int64_t began_ns) {
-  return {ToSeconds(sample.time_ns - began_ns), sample.X_WB, sample.hand_force, sample.loaded};
+  return {ToSeconds(sample.time_ns - began_ns), sample.X_WB, sample.hand_force, sample.pushing};
 }
 
 }  // namespace
@@ -159,7 +159,7 @@ Result<TrialMeasures> TrialRunner::RunVirtual(const PlannedTrial& plan, const La
     series->Add(t_s, users);
     const UserFrame& own = users.front();
     if (!own.present || meter.ended()) return;
-    meter.See({t_s, own.state.X_WB, own.felt_W.f.norm(), own.loaded});
+    meter.See({t_s, own.state.X_WB, own.felt_W.f.norm(), own.pushing});
     if (users[1].present) meter.SeeApart((own.state.X_WB.p - users[1].state.X_WB.p).norm());
   });
   if (result.fault) return *result.fault;

@@ -49,7 +49,7 @@ bool Observe(const Peer& peer, std::int64_t now_ns, UserFrame& out) {
   out.felt_W = peer.telemetry().rendered().F_D_W;
   out.guarded_frames = peer.guard().guarded();
   out.trapped = peer.separation().trapped();
-  out.loaded = report.pushing_points > 0;
+  out.pushing = report.pushing_points > 0;
   return true;
 }
 

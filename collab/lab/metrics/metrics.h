@@ -26,7 +26,7 @@ struct UserFrame {
   std::uint64_t guarded_frames = 0;           // frames in which the guard held back, since the peer
                                               // began
   bool trapped = false;                       // a wall is between the instances
-  bool loaded = false;                        // contact pushes
+  bool pushing = false;                       // contact pushes
 };
 
 /// Fills `out` with the peer's last frame, which it made at `now_ns` of its own clock. Returns

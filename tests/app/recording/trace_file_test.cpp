@@ -26,7 +26,7 @@ std::vector<TraceSample> DrawnTrace(std::size_t frames) {
                 .V_WB = {.w = Vec3(0.1 * x, 2, 3), .v = Vec3(4, 5 * x, 6)},
                 .hand_force = 0.5F * static_cast<float>(i),
                 .contact_points = static_cast<int>(i % 7),
-                .loaded = i % 2 == 1};
+                .pushing = i % 2 == 1};
   }
   return trace;
 }
@@ -51,7 +51,7 @@ TEST(TraceFile, RoundTripsBitForBit) {
     EXPECT_EQ(is.V_WB.v, was.V_WB.v);
     EXPECT_EQ(is.hand_force, was.hand_force);
     EXPECT_EQ(is.contact_points, was.contact_points);
-    EXPECT_EQ(is.loaded, was.loaded);
+    EXPECT_EQ(is.pushing, was.pushing);
   }
 }
 
