@@ -256,19 +256,20 @@ void Peer::Attach(const Anchor& goal) noexcept {
   const Pose& X_WB = held_state()->X_WB;
   // the hand takes a free body where it is; the other bodies first come to their told pose
   const bool free = world_->model().scene.bodies[world_->model().object[body]].free;
-  const Pose* parked = shared_ || free ? nullptr : ownership_.ParkedAt(body);
-  if (parked != nullptr && nearing_frames_ < kNearingFrames) {
+  const Pose* parked_at = shared_ || free ? nullptr : ownership_.ParkedAt(body);
+  if (parked_at != nullptr && nearing_frames_ < kNearingFrames) {
     const bool near =
-        (parked->p - X_WB.p).norm() < kNear && parked->q.angularDistance(X_WB.q) < kNearAngle;
+        (parked_at->p - X_WB.p).norm() < kNear && parked_at->q.angularDistance(X_WB.q) < kNearAngle;
     if (!near) {
       // its told pose is not reached here yet: the body is in our hand, so it comes at a hand's
       // pace
       ++nearing_frames_;
-      const double turn = parked->q.angularDistance(X_WB.q);
+      const double turn = parked_at->q.angularDistance(X_WB.q);
       const double frames =
-          std::max((parked->p - X_WB.p).norm() / kNearingStep, turn / kNearingTurn);
+          std::max((parked_at->p - X_WB.p).norm() / kNearingStep, turn / kNearingTurn);
       inputs_.instances[body].drive = BodyDrive::kMirrored;
-      inputs_.instances[body].mirror_WB = Interpolate(X_WB, *parked, 1.0 / std::max(1.0, frames));
+      inputs_.instances[body].mirror_WB =
+          Interpolate(X_WB, *parked_at, 1.0 / std::max(1.0, frames));
       return;
     }
   }
@@ -308,10 +309,10 @@ void Peer::PrepareParked() noexcept {
   for (std::size_t b = 0; b < body_count(); ++b) {
     StepInputs::InstanceInput& input = inputs_.instances[b];
     if (input.drive != BodyDrive::kParked) continue;
-    const Pose* parked = ownership_.ParkedAt(b);
-    if (parked == nullptr) continue;
+    const Pose* parked_at = ownership_.ParkedAt(b);
+    if (parked_at == nullptr) continue;
     input.drive = BodyDrive::kMirrored;
-    input.mirror_WB = *parked;
+    input.mirror_WB = *parked_at;
   }
 }
 

@@ -46,14 +46,14 @@ void Peer::PublishParked(std::int64_t now_ns) noexcept {
     if (ownership_.listening() || now_ns < next_parked_ns_[b]) continue;
     next_parked_ns_[b] = now_ns + kParkedPeriodNs;
     const RigidState& state = world_->state(b);
-    const Pose* parked = ownership_.ParkedAt(b);
+    const Pose* parked_at = ownership_.ParkedAt(b);
     parked_.TryPush({.peer = options_.id,
                      .object = world_->model().object[b],
                      .epoch = ownership_.epoch(b),
                      .seq = seq_,
                      .flags = kStateParked,
                      .sample_ns = now_ns,
-                     .X_WB = parked != nullptr ? *parked : state.X_WB,
+                     .X_WB = parked_at != nullptr ? *parked_at : state.X_WB,
                      .V_WB = state.V_WB,
                      .contact_B_W = {}});
   }

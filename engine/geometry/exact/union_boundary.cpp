@@ -164,13 +164,13 @@ class Pieces {
         }
       }
     }
-    std::vector<CutTriangle::Sides> sides(largest.size());
+    std::vector<CutTriangle::Sides> patch_sides(largest.size());
     tbb::parallel_for(std::size_t{0}, largest.size(), [&](std::size_t patch) {
-      sides[patch] = TriangleAt(largest[patch]).SidesOfWhole(solid_);
+      patch_sides[patch] = TriangleAt(largest[patch]).SidesOfWhole(solid_);
     });
     std::vector<std::optional<CutTriangle::Sides>> known(count);
     for (std::size_t t = 0; t < count; ++t) {
-      if (patch_of[t] != MeshSides::kNone) known[t] = sides[patch_of[t]];
+      if (patch_of[t] != MeshSides::kNone) known[t] = patch_sides[patch_of[t]];
     }
     return known;
   }
