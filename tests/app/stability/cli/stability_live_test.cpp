@@ -130,10 +130,10 @@ TEST(StabilityLive, ImpossibleCasesAreRefusedInOneLine) {
   const auto jump =
       scratch.Write("jump.json", R"({"network": {"schedule": [{"at_s": 3, "delay_s": 0.3}]}})");
   for (const auto& [arguments, why] :
-       {std::pair(file.string(), "peers never exchange forces"),
+       {std::pair(file.string(), "live peers never exchange forces"),
         std::pair(outage.string(), "a live peer cannot simulate an outage"),
         std::pair("--tap " + jump.string(),
-                  "the delays of real packets cannot change: leave --tap out")}) {
+                  "--tap: the delays of real packets cannot change: leave --tap out")}) {
     const ProgramOutput output = RunTandem("stability live " + arguments);
     EXPECT_EQ(output.exit_code, kExitUsage);
     EXPECT_THAT(output.err, HasSubstr(std::string("cannot run live: ") + why));
