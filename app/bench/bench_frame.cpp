@@ -373,8 +373,8 @@ void AddBenchFrame(CLI::App& bench, int& exit_code) {
       ->capture_default_str();
   command
       ->add_option("--passes", arguments->passes,
-                   "number of further runs of the same frames, back to back, at the first "
-                   "capacity; each frame's least time counts")
+                   "number of extra runs of the same frames without pauses, at the capacity of "
+                   "the start; the figures take each frame's shortest time; default: none")
       ->check(WholeNumberFrom(1, 1000));
   command->add_flag("--json", arguments->json, "print one JSON object");
   command->callback([arguments, &exit_code] {

@@ -107,7 +107,7 @@ int RunClearance(const ClearanceArguments& arguments) {
       reader->header(),
       {.recording = arguments.file, .scene = arguments.scene, .adopt_any = arguments.adopt_any});
   if (!model) return Fail(kExitFile, model.error().what);
-  if (reader->header().contact) TellStart(FindStartGaps(**model));
+  if (reader->header().peer.experiments.contact) TellStart(FindStartGaps(**model));
   kHapticThread.Enter();
   const Result<HandFreeSpace> room =
       MeasureHandFreeSpace(arguments.file, *model, [](double clearance, bool passes) {

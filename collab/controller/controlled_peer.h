@@ -23,7 +23,8 @@ class ControlledPeer {
   virtual void Begin(std::uint64_t job, const ControlRequest& request) = 0;
   /// Gives no force to any device until called with false.
   virtual void StopDevice(bool stop) = 0;
-  /// Changes the workspace of the device at the controller; returns false if there is none.
+  /// Changes the workspace of the controller's device. Returns false if no device in a process of
+  /// its own is in hand.
   virtual bool ChangeWorkspace(const WorkspaceChange& change) = 0;
   virtual void Quit() = 0;
 };

@@ -13,8 +13,8 @@ constexpr std::int64_t kInfoPeriodNs = 200'000'000;
 constexpr std::int64_t kUnderWayNs = 1'000'000'000;
 constexpr std::int64_t kViewPeriodNs = 16'666'667;  // 60 Hz
 
-// Half the time between two calls counts as on time. Calls are not exact to the nanosecond, so work
-// due at a call would otherwise now and then be done at the next.
+// Work that falls due within half a call interval is done at this call. Calls are not exact to the
+// nanosecond, so work due at a call would otherwise now and then be done at the next.
 constexpr std::int64_t kFrameEarlyNs = 500'000;       // calls once a millisecond
 constexpr std::int64_t kControlEarlyNs = 10'000'000;  // 50 calls a second
 

@@ -12,8 +12,8 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little);
 
-// A peer takes no more in a frame: its queues hold no more (PeerInbox, Peer, PeerDirectory), and
-// the waiting states are as many as fit into a frame of the recorder's ring.
+// The most parts of a frame. The lengths of the peer's queues (PeerDirectory, PeerInbox, Peer)
+// bound changes, events and commands. A frame of the recorder's ring bounds the samples.
 constexpr std::size_t kMostChanges = 256;
 constexpr std::size_t kMostEvents = 1024;
 constexpr std::size_t kMostCommands = 64;

@@ -48,7 +48,7 @@ class PathBacktracker {
   /// Forgets the newest stretch.
   void Drop() noexcept;
 
-  /// Sets out to the beginning of the newest stretch.
+  /// Starts the goal at `X_WB`, on its way back to the beginning of the newest stretch.
   void SetOut(const Pose& X_WB) noexcept;
   /// Advances the goal by a frame. `X_WB`: pose of the part.
   void Advance(const Pose& X_WB) noexcept;

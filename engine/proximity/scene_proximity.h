@@ -72,8 +72,8 @@ class SceneProximity {
   /// Returns the least nearness of all parts.
   SceneNearness Nearest(std::span<const Pose> X_W, const NearestOptions& options = {}) noexcept;
 
-  /// Finds the distance of each point of a part (m, in W at the first pose) from all other parts;
-  /// infinity beyond the range.
+  /// Finds for each point of a part the distance to the nearest other part, m; infinity beyond the
+  /// range. `points_W`: the points in W, with the part at its first pose.
   void Distances(std::size_t part, std::span<const std::array<float, 3>> points_W,
                  std::span<const Pose> X_W, std::span<float> distances) const noexcept;
 

@@ -23,7 +23,6 @@ namespace tandem {
 /// chunks off on. The points of a chunk that comes near are all tested at once. Half a hyperchunk a
 /// frame is allowed only when all chunks are beyond their field. A new force layer or displacement
 /// has everything tested anew.
-/// everything tested anew.
 class PrintedSchedule final : public Schedule {
  public:
   PrintedSchedule(const PointBlocks& blocks, const Voxmap& voxmap, int force_layer,
