@@ -120,7 +120,7 @@ TEST(ScheduleLimits, AlignedEdgesAreTestedAlongTheirWholeLength) {
          {std::pair(key + "_aligned", &aligned), std::pair(key + "_crossed", &crossed)}) {
       RecordProperty(name + "_contacts", static_cast<int>(figures->contacts));
       RecordProperty(name + "_tests", static_cast<int>(figures->tests));
-      RecordProperty(name + "_mandatory", std::to_string(figures->load.mandatory));
+      RecordProperty(name + "_mandatory", std::to_string(figures->demand.mandatory));
       RecordProperty(name + "_travel_at_2000", std::to_string(TravelAt(*figures, 2000)));
       RecordProperty(name + "_travel_at_400", std::to_string(TravelAt(*figures, 400)));
     }
