@@ -93,7 +93,7 @@ class RemoteBodies {
     bool eases = false;                     // returns home at kHomeStep
     double lag = 0;                         // m
     std::optional<InstanceIndex> second{};  // its second instance in the world, if it has one
-    std::array<MirrorCompliance, 2> compliances{};  // of its two instances in the world
+    std::array<MirrorCompliance, 2> compliances{};  // one for each instance in the world
     PeerMap<Instance, kMaxPeers> instances{};
     Instance loose;       // the instance at its authority, while it is in no hand
     Twist told_V_WB;      // newest twist received for a free body
