@@ -227,6 +227,66 @@ std::optional<Error> RunRound(const std::shared_ptr<const WorldModel>& model,
   return std::nullopt;
 }
 
+double ContactShare(const DeviceFigures& figures) {
+  return static_cast<double>(figures.in_contact) / static_cast<double>(figures.frames);
+}
+
+nlohmann::ordered_json AsJson(const DeviceFigures& figures, const std::string& scene, int busy) {
+  const DeviceTimes& times = figures.times;
+  return {{"scene", scene},
+          {"scheduler", figures.scheduler},
+          {"ticks", figures.frames},
+          {"busy_processes", busy},
+          {"read_to_write_p50_us", InUs(times.read_to_write_p50_ns)},
+          {"read_to_write_p99_us", InUs(times.read_to_write_p99_ns)},
+          {"read_to_write_max_us", InUs(times.read_to_write_max_ns)},
+          {"frame_cpu_p99_us", InUs(figures.frame_cpu.Quantile(0.99))},
+          {"frame_wall_p99_us", InUs(figures.frame_wall.Quantile(0.99))},
+          {"noise_p50_us", InUs(figures.noise.Quantile(0.5))},
+          {"noise_p99_us", InUs(figures.noise.Quantile(0.99))},
+          {"missed", figures.missed},
+          {"empty_missed", figures.empty_missed},
+          {"rounds", figures.rounds},
+          {"page_faults", figures.page_faults},
+          {"contact_share", ContactShare(figures)},
+          {"answered", times.answered},
+          {"unanswered", times.unanswered},
+          {"unanswered_share", times.unanswered_share()},
+          {"late", times.late},
+          {"device_scheduler", figures.device_scheduler},
+          {"asked", times.requested},
+          {"asked_age_mean_us", InUs(times.asked_mean_ns)},
+          {"asked_age_max_us", InUs(times.asked_max_ns)},
+          {"device_missed", times.missed}};
+}
+
+void PrintFigures(const DeviceFigures& figures) {
+  const DeviceTimes& times = figures.times;
+  std::printf("%ld ticks of a device process in %d rounds, %s, contact in %.0f %% of them\n",
+              static_cast<long>(figures.frames), figures.rounds, figures.scheduler,
+              100 * ContactShare(figures));
+  std::printf("  input to motor  p50 %.1f us, p99 %.1f us, at most %.1f us, of the worst round\n",
+              InUs(times.read_to_write_p50_ns), InUs(times.read_to_write_p99_ns),
+              InUs(times.read_to_write_max_ns));
+  std::printf("  not answered in their tick: %.3f %% of the inputs; their times count too\n",
+              100 * times.unanswered_share());
+  if (times.requested > 0) {
+    std::printf(
+        "  the vendor's thread takes forces that are %.1f us old in the mean, at most %.1f us\n",
+        InUs(times.asked_mean_ns), InUs(times.asked_max_ns));
+  }
+  std::printf(
+      "  of that, a frame takes p99 %.1f us (processor %.1f us); empty work of that length %.1f "
+      "us\n",
+      InUs(figures.frame_wall.Quantile(0.99)), InUs(figures.frame_cpu.Quantile(0.99)),
+      InUs(figures.noise.Quantile(0.99)));
+  std::printf("  deadlines       %llu missed, an empty loop %llu; the device %llu\n",
+              static_cast<unsigned long long>(figures.missed),
+              static_cast<unsigned long long>(figures.empty_missed),
+              static_cast<unsigned long long>(times.missed));
+  std::printf("  page faults     %ld\n", figures.page_faults);
+}
+
 int RunDeviceBench(const DeviceBenchArguments& arguments) {
   const BusyProcesses busy(arguments.busy);  // before there are threads
   BenchScene requested = arguments.scene;
@@ -249,63 +309,11 @@ int RunDeviceBench(const DeviceBenchArguments& arguments) {
         RunRound(*model, *script, capacity, driver, ticks, arguments, figures);
     if (fault) return Fail(kExitDevice, fault->what);
   }
-  const DeviceTimes& times = figures.times;
-
-  const double contact_share =
-      static_cast<double>(figures.in_contact) / static_cast<double>(figures.frames);
   if (arguments.json) {
-    const nlohmann::ordered_json json{
-        {"scene", requested.scene},
-        {"scheduler", figures.scheduler},
-        {"ticks", figures.frames},
-        {"busy_processes", arguments.busy},
-        {"read_to_write_p50_us", InUs(times.read_to_write_p50_ns)},
-        {"read_to_write_p99_us", InUs(times.read_to_write_p99_ns)},
-        {"read_to_write_max_us", InUs(times.read_to_write_max_ns)},
-        {"frame_cpu_p99_us", InUs(figures.frame_cpu.Quantile(0.99))},
-        {"frame_wall_p99_us", InUs(figures.frame_wall.Quantile(0.99))},
-        {"noise_p50_us", InUs(figures.noise.Quantile(0.5))},
-        {"noise_p99_us", InUs(figures.noise.Quantile(0.99))},
-        {"missed", figures.missed},
-        {"empty_missed", figures.empty_missed},
-        {"rounds", figures.rounds},
-        {"page_faults", figures.page_faults},
-        {"contact_share", contact_share},
-        {"answered", times.answered},
-        {"unanswered", times.unanswered},
-        {"unanswered_share", times.unanswered_share()},
-        {"late", times.late},
-        {"device_scheduler", figures.device_scheduler},
-        {"asked", times.requested},
-        {"asked_age_mean_us", InUs(times.asked_mean_ns)},
-        {"asked_age_max_us", InUs(times.asked_max_ns)},
-        {"device_missed", times.missed}};
-    std::printf("%s\n", JsonText(json, 2).c_str());
-    return kExitOk;
+    std::printf("%s\n", JsonText(AsJson(figures, requested.scene, arguments.busy), 2).c_str());
+  } else {
+    PrintFigures(figures);
   }
-  std::printf("%ld ticks of a device process in %d rounds, %s, contact in %.0f %% of them\n",
-              static_cast<long>(figures.frames), figures.rounds, figures.scheduler,
-              100 * contact_share);
-  std::printf("  input to motor  p50 %.1f us, p99 %.1f us, at most %.1f us, of the worst round\n",
-              InUs(times.read_to_write_p50_ns), InUs(times.read_to_write_p99_ns),
-              InUs(times.read_to_write_max_ns));
-  std::printf("  not answered in their tick: %.3f %% of the inputs; their times count too\n",
-              100 * times.unanswered_share());
-  if (times.requested > 0) {
-    std::printf(
-        "  the vendor's thread takes forces that are %.1f us old in the mean, at most %.1f us\n",
-        InUs(times.asked_mean_ns), InUs(times.asked_max_ns));
-  }
-  std::printf(
-      "  of that, a frame takes p99 %.1f us (processor %.1f us); empty work of that length %.1f "
-      "us\n",
-      InUs(figures.frame_wall.Quantile(0.99)), InUs(figures.frame_cpu.Quantile(0.99)),
-      InUs(figures.noise.Quantile(0.99)));
-  std::printf("  deadlines       %llu missed, an empty loop %llu; the device %llu\n",
-              static_cast<unsigned long long>(figures.missed),
-              static_cast<unsigned long long>(figures.empty_missed),
-              static_cast<unsigned long long>(times.missed));
-  std::printf("  page faults     %ld\n", figures.page_faults);
   return kExitOk;
 }
 

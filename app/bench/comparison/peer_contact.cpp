@@ -100,6 +100,34 @@ void TimeTouch(TouchQuery& query, const std::vector<Pose>& poses_WB, Figures& fi
   figures.first_touch.push_back(MedianOf(times[1]));
 }
 
+/// Returns the figures of one kind of poses: medians over the poses.
+nlohmann::ordered_json AsJson(const std::string& kind, const Figures& f) {
+  const double frame = MedianOf(f.frame);
+  nlohmann::ordered_json row{{"kind", kind},
+                             {"poses", f.frame.size()},
+                             {"distance_voxels", MedianOf(f.distance_voxels)},
+                             {"frame_us", frame},
+                             {"frame_p99_us", MedianOf(f.frame_p99)},
+                             {"frame_contacts", MedianOf(f.our_contacts)},
+                             {"all_points_us", MedianOf(f.all_points)},
+                             {"fcl_contacts_us", MedianOf(f.contacts)},
+                             {"fcl_contacts", MedianOf(f.their_contacts)},
+                             {"fcl_yes_no_us", MedianOf(f.yes_no)},
+                             {"fcl_distance_us", MedianOf(f.distance)},
+                             {"contacts_ratio", MedianOf(f.contacts) / frame},
+                             {"yes_no_ratio", MedianOf(f.yes_no) / frame},
+                             {"touch_us", nullptr},
+                             {"first_touch_us", nullptr},
+                             {"distance_ratio", MedianOf(f.distance) / frame}};
+  if (!f.touch.empty()) {
+    row["touch_us"] = MedianOf(f.touch);
+    row["first_touch_us"] = MedianOf(f.first_touch);
+    row["touch_yes_no_ratio"] = MedianOf(f.yes_no) / MedianOf(f.touch);
+    row["first_touch_yes_no_ratio"] = MedianOf(f.yes_no) / MedianOf(f.first_touch);
+  }
+  return row;
+}
+
 std::optional<Error> Run(const PeerPair& files) {
   const ContactModel model = files.plain ? ContactModel::kPlain : ContactModel::kRefined;
   const Result<PeerModels> models = LoadPeerModels(files, model);
@@ -163,32 +191,7 @@ std::optional<Error> Run(const PeerPair& files) {
                              {"map_bytes", models->voxmap.header().bytes},
                              {"model", files.plain ? "plain" : "refined"},
                              {"kinds", nlohmann::ordered_json::array()}};
-  for (const auto& [name, f] : kinds) {
-    const double frame = MedianOf(f.frame);
-    out["kinds"].push_back({{"kind", name},
-                            {"poses", f.frame.size()},
-                            {"distance_voxels", MedianOf(f.distance_voxels)},
-                            {"frame_us", frame},
-                            {"frame_p99_us", MedianOf(f.frame_p99)},
-                            {"frame_contacts", MedianOf(f.our_contacts)},
-                            {"all_points_us", MedianOf(f.all_points)},
-                            {"fcl_contacts_us", MedianOf(f.contacts)},
-                            {"fcl_contacts", MedianOf(f.their_contacts)},
-                            {"fcl_yes_no_us", MedianOf(f.yes_no)},
-                            {"fcl_distance_us", MedianOf(f.distance)},
-                            {"contacts_ratio", MedianOf(f.contacts) / frame},
-                            {"yes_no_ratio", MedianOf(f.yes_no) / frame},
-                            {"touch_us", nullptr},
-                            {"first_touch_us", nullptr},
-                            {"distance_ratio", MedianOf(f.distance) / frame}});
-    if (!f.touch.empty()) {
-      nlohmann::ordered_json& row = out["kinds"].back();
-      row["touch_us"] = MedianOf(f.touch);
-      row["first_touch_us"] = MedianOf(f.first_touch);
-      row["touch_yes_no_ratio"] = MedianOf(f.yes_no) / MedianOf(f.touch);
-      row["first_touch_yes_no_ratio"] = MedianOf(f.yes_no) / MedianOf(f.first_touch);
-    }
-  }
+  for (const auto& [name, f] : kinds) out["kinds"].push_back(AsJson(name, f));
   std::printf("%s\n", out.dump(2).c_str());
   return std::nullopt;
 }
