@@ -61,6 +61,38 @@ Vec3 ForceOf(std::span<const FieldPush> pushes) {
   return sum;
 }
 
+/// The force along a straight way through places outside a body.
+struct Slide {
+  double largest = 0;  // greatest change of the force from one step to the next
+  int pushed = 0;      // steps with a force
+};
+
+/// Reads the force at `steps` places from `from` on, each `step` voxels farther along `way`.
+Slide SlideAlong(const DistanceField& field, const Vec3& from, const Vec3& way, double step,
+                 std::size_t steps) {
+  Slide slide;
+  Vec3 last = Vec3::Zero();
+  bool outside = false;
+  std::array<Vec3, FieldPushes::kMostPlaces> places;
+  FieldPushes pushes;
+  for (std::size_t i = 0; i < steps; i += places.size()) {
+    for (std::size_t k = 0; k < places.size(); ++k) {
+      const double along = step * static_cast<double>(i + k);
+      places[k] = InVoxels(field, kVoxelSize * (from + along * way));
+    }
+    field.Pushes(places, kReach, pushes);
+    for (std::size_t k = 0; k < places.size(); ++k) {
+      const Vec3 sum = ForceOf(pushes.PushesAt(k));
+      const bool now = field.At(places[k]).value > 0.02;
+      if (outside && now) slide.largest = std::max(slide.largest, (sum - last).norm());
+      slide.pushed += now && sum.norm() > 0.01 ? 1 : 0;
+      outside = now;
+      last = sum;
+    }
+  }
+  return slide;
+}
+
 TEST(FieldPushes, AreNormalOverAFace) {
   std::mt19937_64 random(1);
   const Quat q = RandomRotation(random);
@@ -231,27 +263,9 @@ TEST(FieldPushes, AreContinuousBetweenFaces) {
       const Vec3 from(Uniform(random, -0.8, 0.8), Uniform(random, 0.1, 0.8), 10);
       const double angle = Uniform(random, 0, 2 * M_PI);
       const Vec3 way(std::cos(angle), std::sin(angle), 0);
-      constexpr double kStep = 2e-5;  // voxels
-      constexpr std::size_t kSteps = 5120;
-      Vec3 last = Vec3::Zero();
-      bool outside = false;
-      std::array<Vec3, FieldPushes::kMostPlaces> places;
-      FieldPushes pushes;
-      for (std::size_t i = 0; i < kSteps; i += places.size()) {
-        for (std::size_t k = 0; k < places.size(); ++k) {
-          const double along = kStep * static_cast<double>(i + k);
-          places[k] = InVoxels(field, kVoxelSize * (from + along * way));
-        }
-        field.Pushes(places, kReach, pushes);
-        for (std::size_t k = 0; k < places.size(); ++k) {
-          const Vec3 sum = ForceOf(pushes.PushesAt(k));
-          const bool now = field.At(places[k]).value > 0.02;
-          if (outside && now) largest = std::max(largest, (sum - last).norm());
-          pushed += now && sum.norm() > 0.01 ? 1 : 0;
-          outside = now;
-          last = sum;
-        }
-      }
+      const Slide slide = SlideAlong(field, from, way, 2e-5, 5120);
+      largest = std::max(largest, slide.largest);
+      pushed += slide.pushed;
     }
     EXPECT_LT(largest, 0.002) << left << " and " << right;
     EXPECT_GT(pushed, 100'000) << left << " and " << right;
@@ -267,26 +281,7 @@ TEST(FieldPushes, AreContinuousAlongASlide) {
     for (int line = 0; line < 400; ++line) {
       const Vec3 from(Uniform(random, -11, 11), Uniform(random, -11, 11), Uniform(random, 5, 11));
       const Vec3 way = Vec3(Uniform(random, -1, 1), Uniform(random, -1, 1), 0).normalized();
-      constexpr double kStep = 1e-4;
-      constexpr std::size_t kSteps = 3008;
-      Vec3 last = Vec3::Zero();
-      bool outside = false;
-      std::array<Vec3, FieldPushes::kMostPlaces> places;
-      FieldPushes pushes;
-      for (std::size_t i = 0; i < kSteps; i += places.size()) {
-        for (std::size_t k = 0; k < places.size(); ++k) {
-          const double along = kStep * static_cast<double>(i + k);
-          places[k] = InVoxels(field, kVoxelSize * (from + along * way));
-        }
-        field.Pushes(places, kReach, pushes);
-        for (std::size_t k = 0; k < places.size(); ++k) {
-          const Vec3 sum = ForceOf(pushes.PushesAt(k));
-          const bool now = field.At(places[k]).value > 0.02;
-          if (outside && now) largest = std::max(largest, (sum - last).norm());
-          outside = now;
-          last = sum;
-        }
-      }
+      largest = std::max(largest, SlideAlong(field, from, way, 1e-4, 3008).largest);
     }
     // in a step of 1e-4 voxel a push turns by 1e-4 over its distance at the most, 0.005 of 0.45
     EXPECT_LT(largest, 0.01);
