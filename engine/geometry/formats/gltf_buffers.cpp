@@ -12,6 +12,7 @@
 #include "engine/base/files/regular_file.h"
 #include "engine/base/text/json_texts.h"
 #include "engine/geometry/formats/native_readers.h"
+#include "engine/geometry/formats/text_lines.h"
 
 namespace tandem {
 
@@ -56,6 +57,23 @@ bool HoldsNumbers(std::string_view uri) {
 
 }  // namespace
 
+Result<fs::path> GltfBufferFile(const fs::path& file, const std::string& uri) {
+  std::vector<fs::path> found;
+  for (const std::string& name : {WithoutPercents(uri), uri}) {
+    const fs::path inside = fs::path(name).lexically_normal();
+    const bool leads_out = inside.is_absolute() || inside.empty() || *inside.begin() == "..";
+    if (leads_out || !IsPlainText(name)) {
+      return Error{PlainLine(file.native()) + ": its buffer \"" + PlainLine(uri, 80) +
+                   "\" is no file in its folder: export it with its buffers beside it"};
+    }
+    found.push_back(file.parent_path() / inside);
+  }
+  // some programs write the name as it is, with a percent sign of its own
+  std::error_code unknown;
+  const bool as_written = !fs::exists(found[0], unknown) && fs::exists(found[1], unknown);
+  return as_written ? found[1] : found[0];
+}
+
 Result<std::vector<fs::path>> GltfBuffers(const fs::path& file) {
   const std::string name = PlainLine(file.native());
   const Result<std::string> json = JsonOf(file);
@@ -66,13 +84,9 @@ Result<std::vector<fs::path>> GltfBuffers(const fs::path& file) {
   if (!uris) return Error{name + ": its buffers cannot be found: it " + uris.error().what};
   for (const std::string& uri : *uris) {
     if (HoldsNumbers(uri)) continue;
-    const fs::path inside = fs::path(uri).lexically_normal();
-    const bool leads_out = inside.is_absolute() || inside.empty() || *inside.begin() == "..";
-    if (leads_out || !IsPlainText(uri)) {
-      return Error{name + ": its buffer \"" + PlainLine(uri, 80) +
-                   "\" is no file in its folder: export it with its buffers beside it"};
-    }
-    const fs::path buffer = file.parent_path() / inside;
+    const Result<fs::path> named = GltfBufferFile(file, uri);
+    if (!named) return named.error();
+    const fs::path& buffer = *named;
     if (std::ranges::count(buffers, buffer) == 0) buffers.push_back(buffer);
   }
   return buffers;

@@ -12,6 +12,9 @@
 
 #include "engine/base/spatial.h"
 #include "engine/geometry/formats/number_word.h"
+#include "engine/geometry/formats/remark_list.h"
+#include "engine/geometry/formats/slicer_parts.h"
+#include "engine/geometry/formats/text_lines.h"
 #include "engine/geometry/formats/xml_scanner.h"
 #include "engine/geometry/formats/zip_archive.h"
 
@@ -35,6 +38,7 @@ struct Object {
   std::string name;
   RawMesh mesh;
   std::vector<Instance> components;
+  PartUse use = PartUse::kShape;
 };
 
 struct Model {
@@ -83,12 +87,20 @@ std::string ExtensionFault(const XmlScanner& model) {
   return {};
 }
 
-/// Does the same for a model's text. A text that is no XML is left to its reader.
-std::string ExtensionFault(std::string_view text) {
-  XmlScanner xml(text);
-  for (auto piece = xml.Next(); piece != XmlScanner::Piece::kEnd; piece = xml.Next()) {
-    if (piece == XmlScanner::Piece::kFault) return {};
-    if (piece == XmlScanner::Piece::kOpen) return ExtensionFault(xml);
+/// Returns the name under which a part of the format that is not read is told; empty: it is read,
+/// or has no shape.
+std::string_view UnreadPart(std::string_view element) {
+  constexpr std::array<std::pair<std::string_view, std::string_view>, 8> kParts{
+      {{"beamlattice", "beam lattice"},
+       {"slicestack", "stack of slices"},
+       {"booleanshape", "boolean shape"},
+       {"levelset", "level set"},
+       {"displacementmesh", "displaced mesh"},
+       {"image3d", "volume image"},
+       {"implicit", "implicit function"},
+       {"volumetricstack", "volumetric stack"}}};
+  for (const auto& [known, words] : kParts) {
+    if (element == known) return words;
   }
   return {};
 }
@@ -96,38 +108,81 @@ std::string ExtensionFault(std::string_view text) {
 /// Reads one model's XML, and says what is wrong with it.
 class ModelReader {
  public:
-  ModelReader(std::string_view text, std::string path) : xml_(text), path_(std::move(path)) {}
+  ModelReader(std::string_view text, std::string path, RemarkList& remarks)
+      : xml_(text), path_(std::move(path)), remarks_(remarks) {}
 
   std::string Read(Model& model) {
     for (auto piece = xml_.Next(); piece != XmlScanner::Piece::kEnd; piece = xml_.Next()) {
       if (piece == XmlScanner::Piece::kFault) return "is not whole";
-      if (piece == XmlScanner::Piece::kClose && xml_.name() == "object") object_ = nullptr;
+      if (piece == XmlScanner::Piece::kClose && IsCore() && xml_.name() == "object") {
+        object_ = nullptr;
+      }
+      if (piece == XmlScanner::Piece::kText && object_ != nullptr) TakeMetadata();
       if (piece != XmlScanner::Piece::kOpen) continue;
+      metadata_.clear();
       if (std::string fault = Open(model); !fault.empty()) return fault;
     }
-    return {};
+    return is_model_ ? "" : "is no model";
   }
 
  private:
+  /// Tells whether an element's prefix is one of the format itself, and not of an extension.
+  bool IsCore() const { return std::ranges::count(core_, xml_.prefix()) > 0; }
+
+  std::string BeginModel(Model& model) {
+    is_model_ = true;
+    core_.assign(1, std::string(xml_.prefix()));
+    const auto space_of = [&](const std::string& prefix) {
+      return xml_.AttributeAsWritten(prefix.empty() ? "xmlns" : "xmlns:" + prefix);
+    };
+    const auto space = space_of(core_[0]);
+    for (const auto& [name, value] : xml_.Attributes()) {
+      if (space && value == *space && name.starts_with("xmlns:")) core_.push_back(name.substr(6));
+      if (space && value == *space && name == "xmlns") core_.emplace_back();
+    }
+    model.unit = xml_.Attribute("unit").value_or("millimeter");
+    return ExtensionFault(xml_);
+  }
+
   std::string Open(Model& model) {
     const std::string_view name = xml_.name();
-    if (name == "model") {
-      model.unit = xml_.Attribute("unit").value_or("millimeter");
-      if (std::string fault = ExtensionFault(xml_); !fault.empty()) return fault;
+    if (!is_model_) return name == "model" ? BeginModel(model) : "is no model";
+    if (const std::string_view unread = UnreadPart(name); !unread.empty()) {
+      remarks_.Count(unread, std::string(unread) + "s",
+                     "left out: it is an extension of the format that is not read");
     }
+    if (!IsCore()) return {};
     if (name == "object") {
       const auto id = xml_.Attribute("id");
       if (!id) return "has an object without a number";
       object_ = &model.objects[*id];
-      *object_ = {xml_.Attribute("name").value_or("Object_" + *id), {}, {}};
+      *object_ = {xml_.Attribute("name").value_or("Object_" + *id), {}, {}, PartUse::kShape};
+      const std::string type = xml_.Attribute("type").value_or("model");
+      if (type == "support" || type == "solidsupport") object_->use = PartUse::kLeftOut;
       if (xml_.empty()) object_ = nullptr;
     }
-    if (name == "item") return AddInstance(model.build);
+    if (name == "item") {
+      if (xml_.Attribute("printable").value_or("1") == "0") {
+        remarks_.Count("object that is not to be printed", "objects that are not to be printed",
+                       "read like the others");
+      }
+      return AddInstance(model.build);
+    }
     if (object_ == nullptr) return {};
+    if (name == "metadata") metadata_ = xml_.Attribute("name").value_or("");
     if (name == "component") return AddInstance(object_->components);
     if (name == "vertex") return AddVertex();
     if (name == "triangle") return AddTriangle();
     return {};
+  }
+
+  /// Takes Cura's marks on objects that are no material.
+  void TakeMetadata() {
+    const std::string value = InSmallLetters(xml_.text());
+    if (value != "true" && value != "1") return;
+    for (const char* mark : {"infill_mesh", "cutting_mesh", "anti_overhang_mesh", "support_mesh"}) {
+      if (metadata_.ends_with(mark)) object_->use = PartUse::kLeftOut;
+    }
   }
 
   std::string AddInstance(std::vector<Instance>& instances) {
@@ -144,7 +199,7 @@ class ModelReader {
   }
 
   std::string AddVertex() {
-    FloatPoint point{};
+    FilePoint point{};
     if (!IsNumber(xml_.Attribute("x"), point[0]) || !IsNumber(xml_.Attribute("y"), point[1]) ||
         !IsNumber(xml_.Attribute("z"), point[2])) {
       return "has a vertex without its three numbers";
@@ -172,7 +227,11 @@ class ModelReader {
 
   XmlScanner xml_;
   std::string path_;
+  RemarkList& remarks_;
+  std::vector<std::string> core_;  // prefixes of the format's own elements
+  std::string metadata_;
   Object* object_ = nullptr;
+  bool is_model_ = false;
 };
 
 Placing Product(const Placing& a, const Placing& b) {
@@ -185,20 +244,31 @@ Placing Product(const Placing& a, const Placing& b) {
 class Assembly {
  public:
   Assembly(const ZipArchive& archive, std::string part)
-      : archive_(archive), part_(std::move(part)) {}
+      : archive_(archive), part_(std::move(part)), slicer_(ReadSlicerParts(archive)) {}
 
   ReadAnswer Read(const std::string& root) {
     if (const Model* model = ModelAt(root)) {
       unit_ = model->unit;
       // the map keeps its places while other models are read
-      for (const Instance& item : model->build) Add(item, part_.empty(), 0);
+      for (const Instance& item : model->build) Add(item, part_.empty(), 0, PartUse::kShape);
+      if (fault_.empty() && model->build.empty()) {
+        remarks_.Say("it has no build, which would place its objects");
+      }
+      answer_.metres_per_unit = MetresOf(unit_);
     }
     if (fault_.empty() && !part_.empty() && !found_) fault_ = NoPart();
     if (!fault_.empty()) return {ReadAnswer::Kind::kRefused, "3MF: " + fault_, {}, 0};
+    answer_.remarks = remarks_.Lines();
     return std::move(answer_);
   }
 
  private:
+  static double MetresOf(const std::string& unit) {
+    constexpr std::array<std::string_view, 6> kUnits{"micron", "millimeter", "centimeter",
+                                                     "inch",   "foot",       "meter"};
+    return std::ranges::count(kUnits, std::string_view(unit)) > 0 ? MetresOfUnit(unit) : 0;
+  }
+
   const Model* ModelAt(const std::string& path) {
     const auto known = models_.find(path);
     if (known != models_.end()) return &known->second;
@@ -208,7 +278,8 @@ class Assembly {
       return nullptr;
     }
     Model& model = models_[path];
-    if (const std::string wrong = ModelReader(*text, path).Read(model); !wrong.empty()) {
+    const std::string plain = InUtf8(*text);
+    if (const std::string wrong = ModelReader(plain, path, remarks_).Read(model); !wrong.empty()) {
       Fault("its model " + path + " " + wrong);
     }
     if (!unit_.empty() && model.unit != unit_) {
@@ -217,7 +288,7 @@ class Assembly {
     return &model;
   }
 
-  void Add(const Instance& instance, bool wanted, int depth) {
+  void Add(const Instance& instance, bool wanted, int depth, PartUse use) {
     if (!fault_.empty()) return;
     if (depth > kDeepest) return Fault("its components are within one another");
     const Model* model = ModelAt(instance.path);
@@ -227,13 +298,46 @@ class Assembly {
       return Fault("there is no object " + instance.id + " in " + instance.path);
     }
     const Object& object = found->second;
+    if (use == PartUse::kShape) use = object.use;
     wanted = wanted || object.name == part_ || "Object_" + instance.id == part_;
     found_ = found_ || (wanted && !part_.empty());
-    if (wanted) Append(object.mesh, instance.X);
+    if (wanted && (use == PartUse::kShape || IsLeftOut(use))) {
+      if (use == PartUse::kShape) Append(WithoutSettings(object.mesh, instance.id), instance.X);
+    }
     for (Instance component : object.components) {
       component.X = Product(instance.X, component.X);
-      Add(component, wanted, depth + 1);
+      const PartUse said = slicer_.UseOf(instance.id, component.id);
+      Add(component, wanted, depth + 1, use == PartUse::kShape ? said : use);
     }
+  }
+
+  /// Notes a part that is no material; false: the file is refused for it.
+  bool IsLeftOut(PartUse use) {
+    if (use == PartUse::kNegative) {
+      Fault(
+          "it has a negative part, which takes material away, and which is not read: merge the "
+          "parts in the slicer, and export the result");
+      return false;
+    }
+    remarks_.Count("modifier or support of a slicer", "modifiers or supports of a slicer",
+                   "left out: they are no material");
+    return true;
+  }
+
+  /// Returns a mesh without the triangles that a slicer marks as settings.
+  RawMesh WithoutSettings(const RawMesh& mesh, const std::string& object) {
+    const auto ranges = slicer_.ranges_of.find(object);
+    if (ranges == slicer_.ranges_of.end()) return mesh;
+    RawMesh kept{mesh.points, {}};
+    std::vector<bool> out(mesh.triangles.size(), false);
+    for (const SlicerParts::Range& range : ranges->second) {
+      if (!IsLeftOut(range.use)) continue;
+      for (std::uint64_t t = range.first; t <= range.last && t < out.size(); ++t) out[t] = true;
+    }
+    for (std::size_t t = 0; t < out.size(); ++t) {
+      if (!out[t]) kept.triangles.push_back(mesh.triangles[t]);
+    }
+    return kept;
   }
 
   void Append(const RawMesh& mesh, const Placing& X) {
@@ -242,11 +346,9 @@ class Assembly {
       throw std::bad_alloc();
     }
     const auto first = static_cast<std::uint32_t>(whole.points.size());
-    for (const FloatPoint& p : mesh.points) {
-      const Vec3 placed =
-          X.leftCols<3>() * Vec3(double{p[0]}, double{p[1]}, double{p[2]}) + X.col(3);
-      whole.points.push_back({static_cast<float>(placed.x()), static_cast<float>(placed.y()),
-                              static_cast<float>(placed.z())});
+    for (const FilePoint& p : mesh.points) {
+      const Vec3 placed = X.leftCols<3>() * Vec3(p[0], p[1], p[2]) + X.col(3);
+      whole.points.push_back({placed.x(), placed.y(), placed.z()});
     }
     const bool mirrored = X.leftCols<3>().determinant() < 0;
     for (const TriangleMesh::Triangle& t : mesh.triangles) {
@@ -261,6 +363,7 @@ class Assembly {
     std::size_t count = 0;
     for (const auto& [path, model] : models_) {
       for (const auto& [id, object] : model.objects) {
+        if (object.mesh.triangles.empty()) continue;
         if (count < kMostNames) words += (count == 0 ? "" : ", ") + object.name;
         ++count;
       }
@@ -275,6 +378,8 @@ class Assembly {
 
   const ZipArchive& archive_;
   std::string part_;
+  SlicerParts slicer_;
+  RemarkList remarks_;
   std::map<std::string, Model> models_;
   std::string unit_;
   std::string fault_;
@@ -284,23 +389,13 @@ class Assembly {
 
 }  // namespace
 
-std::optional<ReadAnswer> ReadSeveralModels(const std::filesystem::path& file,
-                                            const std::string& part) {
+ReadAnswer Read3mf(const std::filesystem::path& file, const std::string& part) {
   const std::optional<ZipArchive> archive = ZipArchive::Open(file);
-  if (!archive) return std::nullopt;
-  const std::string root = archive->Model();
-  if (root.empty()) return std::nullopt;
-  const Result<std::string> text = archive->Read(root, kLargestModel);
-  // the library takes what it can unpack of a damaged model
-  if (!text) {
-    return ReadAnswer{
-        ReadAnswer::Kind::kRefused, "3MF: its model " + root + " " + text.error().what, {}, 0};
+  const std::string root = archive ? archive->Model() : std::string();
+  if (root.empty()) {
+    return {ReadAnswer::Kind::kRefused,
+            "3MF: it is no archive that holds a model: it is damaged or of another format", {}, 0};
   }
-  if (const std::string fault = ExtensionFault(*text); !fault.empty()) {
-    return ReadAnswer{ReadAnswer::Kind::kRefused, "3MF: its model " + root + " " + fault, {}, 0};
-  }
-  // an attribute of this name is the extension's, whatever its prefix
-  if (text->find(":path") == std::string::npos) return std::nullopt;
   return Assembly(*archive, part).Read(root);
 }
 

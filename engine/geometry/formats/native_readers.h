@@ -9,32 +9,32 @@
 
 namespace tandem {
 
-/// Reads good files that the mesh library reads wrong: OFF of polygons or binary; binary STL that
-/// begins with "solid" or has bytes behind its triangles; PLY, whose binary numbers may look like a
-/// line's end; 3MF whose parts lie in several models. Returns nothing for files that are left to
-/// the library. Called in the reading process.
+/// Reads files of the formats that this folder knows: STL, OBJ, PLY, OFF, 3MF, AMF, glTF, COLLADA.
+/// Returns nothing for files that are left to the mesh library: other formats, and the first
+/// versions of glTF and COLLADA. `part`: the part that is wanted; empty: all. Called in the reading
+/// process.
 std::optional<ReadAnswer> ReadNatively(const std::filesystem::path& file, const std::string& part);
 
 /// Returns the text for the library in place of the file, where it would misread the file's own:
-/// UTF-16, a byte-order mark, OBJ lines continued by a backslash. Returns nothing for the file as
-/// it is.
+/// UTF-16, a byte-order mark. Returns nothing for the file as it is.
 std::optional<std::string> TextInstead(const std::filesystem::path& file);
-
-/// Returns what is wrong with a file from which the library silently leaves something out or
-/// invents something; empty: nothing. Examples are a COLLADA array of fewer numbers than it
-/// declares, a number of more digits than the library holds, and a glTF triangle of missing
-/// vertices. Others are glTF extensions and positions that the library misreads. `triangles`: the
-/// number that the library found.
-std::string SilentFault(const std::filesystem::path& file, std::string_view text,
-                        std::size_t triangles);
 
 /// Reads an OFF file's content (Geomview's format), ASCII or binary.
 ReadAnswer ReadOff(std::string_view bytes);
-/// Reads a binary STL file's content; nothing: it is text, or not whole.
-std::optional<ReadAnswer> ReadBinaryStl(std::string_view bytes);
-
-/// Reads a PLY file's content; nothing: its head is not simple, or it has no faces.
-std::optional<ReadAnswer> ReadPly(std::string_view bytes);
+/// Reads an STL file's content, text or binary.
+ReadAnswer ReadStl(std::string_view bytes, std::string_view part = {});
+/// Reads a PLY file's content, text or binary.
+ReadAnswer ReadPly(std::string_view bytes);
+/// Reads an OBJ file's content.
+ReadAnswer ReadObj(std::string_view text, std::string_view part = {});
+/// Reads an AMF file's content, unpacked.
+ReadAnswer ReadAmf(std::string_view text, std::string_view part = {});
+/// Reads the content of a glTF 2 file, text or binary, and the buffers beside it; nothing: it is of
+/// the first version.
+std::optional<ReadAnswer> ReadGltf(std::string_view bytes, const std::filesystem::path& file,
+                                   std::string_view part = {});
+/// Reads the content of a COLLADA file; nothing: it is of a version before 1.4.
+std::optional<ReadAnswer> ReadCollada(std::string_view text, std::string_view part = {});
 
 /// Returns the extension in small letters: "stl", "off" …
 std::string EndingOf(const std::filesystem::path& file);

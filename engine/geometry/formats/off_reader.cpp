@@ -98,7 +98,7 @@ ReadAnswer ReadText(OffText text, std::size_t bytes) {
   }
   ReadAnswer answer{ReadAnswer::Kind::kMesh, {}, {}, 0};
   answer.mesh.points.resize(counts[0]);
-  for (FloatPoint& point : answer.mesh.points) {
+  for (FilePoint& point : answer.mesh.points) {
     for (std::size_t i = 0; i < 3; ++i) {
       if (!ParseNumber(i == 0 ? text.Word() : text.WordOfLine(), point[i])) {
         return RefusedOff("has fewer vertices than it says, or one that is not three numbers");
@@ -153,8 +153,8 @@ std::optional<ReadAnswer> ReadBinary(OffNumbers numbers, std::size_t extras) {
   if (!numbers.sound() || points > numbers.left() / (3 + extras)) return std::nullopt;
   ReadAnswer answer{ReadAnswer::Kind::kMesh, {}, {}, 0};
   answer.mesh.points.resize(points);
-  for (FloatPoint& point : answer.mesh.points) {
-    for (float& x : point) x = numbers.Real();
+  for (FilePoint& point : answer.mesh.points) {
+    for (double& x : point) x = static_cast<double>(numbers.Real());
     numbers.Skip(extras);
   }
   std::vector<std::uint32_t> corners;

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cmath>
 #include <cstdint>
 #include <cstring>
 #include <optional>
@@ -14,6 +15,8 @@
 #include "engine/geometry/formats/native_readers.h"
 #include "engine/geometry/formats/number_word.h"
 #include "engine/geometry/formats/polygon_split.h"
+#include "engine/geometry/formats/remark_list.h"
+#include "engine/geometry/formats/text_lines.h"
 
 namespace tandem {
 
@@ -75,54 +78,84 @@ struct Element {
 };
 
 struct Head {
+  bool has_format = false;
   bool text = false;
+  double remarked_unit = 0;  // m
   bool swapped = false;  // byte order differs from this machine's
   std::vector<Element> elements;
   std::string_view body;
 };
 
-/// Reads a head; nothing: this reader does not know it.
-std::optional<Head> ReadHead(std::string_view bytes) {
-  Head head;
-  bool has_format = false;
-  // data may begin with bytes that look like a line's end: all lines end as the first one does
-  const std::size_t first = bytes.find('\n');
-  if (first == std::string_view::npos || !bytes.starts_with("ply")) return std::nullopt;
-  std::string_view rest = bytes;
-  while (true) {
-    const std::size_t end = rest.find('\n');
-    if (end == std::string_view::npos) return std::nullopt;
-    std::istringstream words{std::string(rest.substr(0, end))};
-    rest.remove_prefix(end + 1);
-    std::string word;
+/// Returns the word by which the lines of a head end: that behind its first word.
+std::string_view LineEndOf(std::string_view bytes) {
+  const std::size_t end = bytes.find_first_of("\r\n");
+  if (end == std::string_view::npos) return {};
+  return bytes.substr(end, bytes.compare(end, 2, "\r\n") == 0 ? 2 : 1);
+}
+
+/// Reads a line of a head that declares something; empty: it is sound.
+std::string TakeDeclaration(const std::string& line, Head& head) {
+  std::istringstream words{line};
+  std::string word;
+  const std::string wrong = "its head has a line that is not understood: '" + line.substr(0, 60) + "'";
+  words >> word;
+  if (word.empty()) return {};
+  if (word == "comment" || word == "obj_info") {
+    if (const double unit = UnitOfRemark(line); unit > 0) head.remarked_unit = unit;
+    return {};
+  }
+  if (word == "format") {
     words >> word;
-    if (word == "end_header") break;
-    if (word == "format") {
-      words >> word;
-      has_format = true;
-      head.text = word == "ascii";
-      head.swapped = word == "binary_big_endian";
-      if (!head.text && !head.swapped && word != "binary_little_endian") return std::nullopt;
-    } else if (word == "element") {
-      Element element;
-      if (!(words >> element.name >> element.count)) return std::nullopt;
-      head.elements.push_back(std::move(element));
-    } else if (word == "property") {
-      if (head.elements.empty() || !(words >> word)) return std::nullopt;
-      Property property;
-      if (word == "list") {
-        if (!(words >> word)) return std::nullopt;
-        property.count = KindNamed(word);
-        if (!property.count || !(words >> word)) return std::nullopt;
-      }
-      const std::optional<NumberKind> kind = KindNamed(word);
-      if (!kind || !(words >> property.name)) return std::nullopt;
-      property.kind = *kind;
-      head.elements.back().properties.push_back(std::move(property));
+    head.has_format = true;
+    head.text = word == "ascii";
+    head.swapped = word == "binary_big_endian";
+    return head.text || head.swapped || word == "binary_little_endian" ? "" : wrong;
+  }
+  if (word == "element") {
+    Element element;
+    if (!(words >> element.name >> element.count)) return wrong;
+    head.elements.push_back(std::move(element));
+    return {};
+  }
+  if (word != "property" || head.elements.empty() || !(words >> word)) return wrong;
+  Property property;
+  if (word == "list") {
+    if (!(words >> word)) return wrong;
+    property.count = KindNamed(word);
+    if (!property.count || !(words >> word)) return wrong;
+  }
+  const std::optional<NumberKind> kind = KindNamed(word);
+  if (!kind || !(words >> property.name)) return wrong;
+  property.kind = *kind;
+  head.elements.back().properties.push_back(std::move(property));
+  return {};
+}
+
+/// Reads a head; returns what is wrong with it, or nothing.
+std::string ReadHead(std::string_view bytes, Head& head) {
+  // data may begin with bytes that look like a line's end: all lines end as the first one does
+  const std::string_view line_end = LineEndOf(bytes);
+  if (line_end.empty() || !bytes.starts_with("ply")) return "it does not begin with 'ply'";
+  std::string_view rest = bytes;
+  bool first = true;
+  while (true) {
+    const std::size_t end = rest.find(line_end);
+    const std::size_t skip = line_end.size();
+    if (end == std::string_view::npos) {
+      return "its head has no end: it is damaged or cut short";
     }
+    std::string line(rest.substr(0, end));
+    if (line.ends_with('\r')) line.pop_back();
+    rest.remove_prefix(end + skip);
+    if (first) {
+      first = false;
+      continue;
+    }
+    if (line == "end_header" || line.starts_with("end_header ")) break;
+    if (std::string wrong = TakeDeclaration(line, head); !wrong.empty()) return wrong;
   }
   head.body = rest;
-  return has_format ? std::optional(std::move(head)) : std::nullopt;
+  return head.has_format ? "" : "its head does not say whether it is text";
 }
 
 /// Takes numbers one by one, in any notation.
@@ -156,14 +189,47 @@ class PlyNumbers {
   /// Takes a count or the number of a vertex; any other value makes the file unsound.
   std::uint32_t TakeWhole(NumberKind kind) {
     const double number = Take(kind);
-    if (number >= 0 && number < 4294967295.0) return static_cast<std::uint32_t>(number);
+    const bool whole = number == std::floor(number);
+    if (whole && number >= 0 && number < 4294967295.0) return static_cast<std::uint32_t>(number);
     sound_ = false;
     return 0;
   }
+  std::int64_t TakeSigned(NumberKind kind) {
+    const double number = Take(kind);
+    if (number == std::floor(number) && std::abs(number) < 4294967295.0) {
+      return static_cast<std::int64_t>(number);
+    }
+    sound_ = false;
+    return 0;
+  }
+  /// Returns which word made the file unsound, to follow other words.
+  std::string Unsound() const {
+    return unsound_.empty() ? "" : " ('" + std::string(unsound_.substr(0, 40)) + "' is no number)";
+  }
   bool sound() const { return sound_; }
   std::size_t left() const { return rest_.size(); }
+  /// Returns what stands behind the last number, without white space round it.
+  std::string_view Rest() const {
+    std::string_view rest = rest_;
+    rest.remove_prefix(std::min(rest.find_first_not_of(kBlank), rest.size()));
+    return rest.substr(0, rest.find_last_not_of(kBlank) + 1);
+  }
+  /// Skips remarks that stand behind the numbers of a line, or on lines of their own.
+  void SkipRemarks() {
+    if (!text_) return;
+    while (true) {
+      const std::string_view rest = rest_.substr(std::min(rest_.find_first_not_of(kBlank), rest_.size()));
+      const bool remark = std::ranges::any_of(std::array{"#", "//", "comment", "obj_info"},
+                                              [&](const char* mark) {
+                                                return rest.starts_with(mark);
+                                              });
+      if (!remark) return;
+      rest_ = rest.substr(std::min(rest.find_first_of("\r\n"), rest.size()));
+    }
+  }
 
  private:
+  static constexpr std::string_view kBlank{" \t\r\n\0\x1a", 6};
   template <typename T>
   T TakeAs() {
     std::array<char, sizeof(T)> bytes{};
@@ -184,11 +250,15 @@ class PlyNumbers {
     const std::string_view word = rest_.substr(0, end);
     rest_.remove_prefix(end);
     double number = 0;
-    sound_ = ParseNumber(word, number) && sound_;
+    if (!ParseNumber(word, number)) {
+      if (sound_) unsound_ = word;
+      sound_ = false;
+    }
     return number;
   }
 
   std::string_view rest_;
+  std::string_view unsound_;
   bool text_;
   bool swapped_;
   bool sound_ = true;
@@ -197,9 +267,14 @@ class PlyNumbers {
 struct Faces {
   std::vector<std::uint32_t> corners;  // one after the other
   std::vector<std::uint32_t> counts;
+  std::vector<std::int64_t> strips;  // corners of strips, each ended by a negative number
 };
 
-void TakeElement(const Element& element, PlyNumbers& numbers, std::vector<FloatPoint>& points,
+bool IsCorners(const std::string& name) {
+  return name == "vertex_indices" || name == "vertex_index" || name == "vertex_inds";
+}
+
+void TakeElement(const Element& element, PlyNumbers& numbers, std::vector<FilePoint>& points,
                  Faces& faces) {
   const bool vertex = element.name == "vertex";
   const bool face = element.name == "face";
@@ -207,45 +282,105 @@ void TakeElement(const Element& element, PlyNumbers& numbers, std::vector<FloatP
   for (const Property& property : element.properties) {
     if (property.count) {
       const std::uint32_t count = numbers.TakeWhole(*property.count);
-      const bool corners =
-          face && (property.name == "vertex_indices" || property.name == "vertex_index");
+      const bool corners = face && IsCorners(property.name);
+      const bool strip = element.name == "tristrips" && IsCorners(property.name);
       for (std::uint32_t i = 0; i < count && numbers.sound(); ++i) {
         if (corners) {
           faces.corners.push_back(numbers.TakeWhole(property.kind));
+        } else if (strip) {
+          faces.strips.push_back(numbers.TakeSigned(property.kind));
         } else {
           numbers.Take(property.kind);
         }
       }
       if (corners) faces.counts.push_back(count);
+      if (strip) faces.strips.push_back(-1);
       continue;
     }
     const double number = numbers.Take(property.kind);
     if (!vertex || property.name.size() != 1) continue;
     const char axis = property.name[0];
     if (axis >= 'x' && axis <= 'z') {
-      points.back()[static_cast<std::size_t>(axis - 'x')] = static_cast<float>(number);
+      points.back()[static_cast<std::size_t>(axis - 'x')] = number;
     }
   }
 }
 
+/// Returns what is missing for a surface, and notes what is left out.
+std::string ElementsFault(const Head& head, RemarkList& remarks) {
+  std::size_t axes = 0;
+  for (const Element& element : head.elements) {
+    if (std::ranges::count(head.elements, element.name, &Element::name) > 1) {
+      return "its head declares " + element.name + " twice";
+    }
+    bool corners = false;
+    for (const Property& property : element.properties) {
+      corners = corners || (property.count && IsCorners(property.name));
+      const bool axis = property.name == "x" || property.name == "y" || property.name == "z";
+      if (element.name == "vertex" && axis && !property.count) ++axes;
+    }
+    const bool surface = element.name == "face" || element.name == "tristrips";
+    if (surface && element.count > 0 && !corners) {
+      return "its " + element.name + " has no list vertex_indices";
+    }
+    constexpr std::array<std::string_view, 6> kKnown{"vertex", "face",   "tristrips",
+                                                     "edge",   "camera", "material"};
+    if (element.count > 0 && std::ranges::count(kKnown, std::string_view(element.name)) == 0) {
+      remarks.Say("its " + std::to_string(element.count) + " of " + element.name.substr(0, 40) +
+                  " are left out");
+    }
+  }
+  return axes == 3 ? "" : "its vertices have not x, y and z";
+}
+
+/// Splits faces and strips; returns what is wrong, or nothing.
+std::string MakeTriangles(const Faces& faces, RawMesh& mesh) {
+  const auto beyond = [&](std::int64_t corner) {
+    return "a face uses vertex " + std::to_string(corner) + ", but there are only " +
+           std::to_string(mesh.points.size());
+  };
+  std::size_t at = 0;
+  for (const std::uint32_t count : faces.counts) {
+    const std::span corners(faces.corners.data() + at, count);
+    at += count;
+    for (const std::uint32_t corner : corners) {
+      if (corner >= mesh.points.size()) return beyond(corner);
+    }
+    SplitPolygon(mesh.points, corners, mesh.triangles);
+  }
+  std::vector<std::uint32_t> strip;
+  for (const std::int64_t corner : faces.strips) {
+    if (corner >= static_cast<std::int64_t>(mesh.points.size())) return beyond(corner);
+    if (corner < 0) {
+      strip.clear();
+      continue;
+    }
+    strip.push_back(static_cast<std::uint32_t>(corner));
+    const std::size_t n = strip.size();
+    if (n < 3) continue;
+    const bool odd = n % 2 == 0;
+    mesh.triangles.push_back({strip[n - 3], strip[odd ? n - 1 : n - 2], strip[odd ? n - 2 : n - 1]});
+  }
+  return {};
+}
+
 }  // namespace
 
-std::optional<ReadAnswer> ReadPly(std::string_view bytes) {
-  // the library would search for the head's end for ever
-  if (bytes.find("end_header") == std::string_view::npos) {
-    return RefusedPly("its head has no end: it is damaged or cut short");
-  }
-  const std::optional<Head> head = ReadHead(bytes);
-  if (!head) return std::nullopt;
-  // strips of triangles and other forms of surfaces are left to the library
-  const auto has = [&](std::string_view name) {
-    return std::ranges::count(head->elements, name, &Element::name) == 1;
-  };
-  if (!has("vertex") || !has("face")) return std::nullopt;
-  PlyNumbers numbers(*head);
+ReadAnswer ReadPly(std::string_view bytes) {
+  Head head;
+  if (std::string fault = ReadHead(bytes, head); !fault.empty()) return RefusedPly(fault);
   ReadAnswer answer{ReadAnswer::Kind::kMesh, {}, {}, 0};
+  answer.remarked_unit = head.remarked_unit;
+  const auto has = [&](std::string_view name) {
+    return std::ranges::count(head.elements, name, &Element::name) > 0;
+  };
+  if (!has("vertex") || (!has("face") && !has("tristrips"))) return answer;
+  RemarkList remarks;
+  if (std::string fault = ElementsFault(head, remarks); !fault.empty()) return RefusedPly(fault);
+  PlyNumbers numbers(head);
+  numbers.SkipRemarks();
   Faces faces;
-  for (const Element& element : head->elements) {
+  for (const Element& element : head.elements) {
     if (element.properties.empty()) continue;
     if (element.count > numbers.left()) {
       return RefusedPly("it is shorter than the " + std::to_string(element.count) + " of its " +
@@ -255,22 +390,22 @@ std::optional<ReadAnswer> ReadPly(std::string_view bytes) {
       TakeElement(element, numbers, answer.mesh.points, faces);
       if (!numbers.sound()) {
         return RefusedPly("number " + std::to_string(i) + " of its " + element.name +
-                          " is not whole: it is damaged or cut short");
+                          " is not whole" + numbers.Unsound() + ": it is damaged or cut short");
       }
+      numbers.SkipRemarks();
     }
   }
-  std::size_t at = 0;
-  for (const std::uint32_t count : faces.counts) {
-    const std::span corners(faces.corners.data() + at, count);
-    at += count;
-    for (const std::uint32_t corner : corners) {
-      if (corner >= answer.mesh.points.size()) {
-        return RefusedPly("a face uses vertex " + std::to_string(corner) + ", but there are only " +
-                          std::to_string(answer.mesh.points.size()));
-      }
-    }
-    SplitPolygon(answer.mesh.points, corners, answer.mesh.triangles);
+  if (std::string fault = MakeTriangles(faces, answer.mesh); !fault.empty()) {
+    return RefusedPly(fault);
   }
+  if (const std::size_t rest = numbers.Rest().size(); rest > 0) {
+    if (head.text) {
+      return RefusedPly("it has more numbers than its head declares, from '" +
+                        std::string(numbers.Rest().substr(0, 20)) + "' on");
+    }
+    remarks.Say(std::to_string(rest) + " bytes behind its numbers are not read");
+  }
+  answer.remarks = remarks.Lines();
   return answer;
 }
 

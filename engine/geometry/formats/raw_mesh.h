@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -7,13 +8,15 @@
 #include <vector>
 
 #include "engine/geometry/mesh/triangle_mesh.h"
-#include "engine/geometry/mesh/weld.h"
 
 namespace tandem {
 
+/// A position in a file, in its units.
+using FilePoint = std::array<double, 3>;
+
 /// Triangles as a file holds them: not welded, in file units, not yet checked.
 struct RawMesh {
-  std::vector<FloatPoint> points;
+  std::vector<FilePoint> points;
   std::vector<TriangleMesh::Triangle> triangles;
 };
 
@@ -24,6 +27,10 @@ struct ReadAnswer {
   std::string words;  // text of a refusal
   RawMesh mesh;
   double metres_per_unit = 0;  // as the file declares; 0: it does not
+  double remarked_unit = 0;    // metres per unit as a remark in the file says; 0: none does
+  bool single_precision = false;  // the file holds positions as 32-bit numbers
+  /// What the file says and the reader does not honour, one line each, for the user.
+  std::vector<std::string> remarks = {};
 };
 
 /// Writes an answer into a pipe, for ParseAnswer() in a process of the same program. Returns false

@@ -66,9 +66,14 @@ XmlScanner::Piece XmlScanner::Next() {
     if (rest_.starts_with("<!--")) {
       if (!SkipUpTo("-->")) return Piece::kFault;
     } else if (rest_.starts_with("<![CDATA[")) {
+      rest_.remove_prefix(9);
+      text_ = rest_.substr(0, rest_.find("]]>"));
       if (!SkipUpTo("]]>")) return Piece::kFault;
+      return Piece::kText;
     } else if (rest_.starts_with("<?")) {
       if (!SkipUpTo("?>")) return Piece::kFault;
+    } else if (rest_.starts_with("<!DOCTYPE") && rest_.find('[') > rest_.find('>')) {
+      SkipUpTo(">");  // it names a schema, and declares nothing
     } else if (rest_.starts_with("<!")) {
       return Piece::kFault;  // declarations, which models do not have
     } else {
@@ -102,6 +107,8 @@ XmlScanner::Piece XmlScanner::ReadTag() {
   if (empty_) tag.remove_suffix(1);
   const std::string_view name = tag.substr(0, tag.find_first_of(kSpace));
   name_ = LocalName(name);
+  prefix_ = name.size() > name_.size() ? name.substr(0, name.size() - name_.size() - 1)
+                                       : std::string_view();
   if (name_.empty()) return Piece::kFault;
   if (closes) return Piece::kClose;
   return ReadAttributes(tag.substr(name.size())) ? Piece::kOpen : Piece::kFault;
@@ -124,6 +131,14 @@ bool XmlScanner::ReadAttributes(std::string_view tag) {
     attributes_.emplace_back(name, tag.substr(open + 1, close - open - 1));
     tag.remove_prefix(close + 1);
   }
+}
+
+std::vector<std::pair<std::string, std::string>> XmlScanner::Attributes() const {
+  std::vector<std::pair<std::string, std::string>> all;
+  for (const auto& [name, value] : attributes_) {
+    all.emplace_back(std::string(name), WithEntities(value));
+  }
+  return all;
 }
 
 std::optional<std::string> XmlScanner::Attribute(std::string_view name) const {

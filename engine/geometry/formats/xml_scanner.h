@@ -22,10 +22,14 @@ class XmlScanner {
   Piece Next();
   /// Returns the name of an element that was opened or closed, without its prefix.
   std::string_view name() const noexcept { return name_; }
+  /// Returns the prefix of that name, as written; empty: it has none.
+  std::string_view prefix() const noexcept { return prefix_; }
   /// Returns the attribute of that name, without a prefix, of an element that was opened.
   std::optional<std::string> Attribute(std::string_view name) const;
   /// Returns the attribute of that name as written, with its prefix.
   std::optional<std::string> AttributeAsWritten(std::string_view name) const;
+  /// Returns all attributes of an element that was opened: names as written, and values.
+  std::vector<std::pair<std::string, std::string>> Attributes() const;
   /// Returns a text, as written.
   std::string_view text() const noexcept { return text_; }
   /// Tells whether the element that was opened is empty: `<a/>`. No kClose follows.
@@ -38,6 +42,7 @@ class XmlScanner {
 
   std::string_view rest_;
   std::string_view name_;
+  std::string_view prefix_;
   std::string_view text_;
   std::vector<std::pair<std::string_view, std::string_view>> attributes_;
   bool empty_ = false;

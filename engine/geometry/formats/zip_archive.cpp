@@ -5,6 +5,7 @@
 
 #include <zlib.h>
 
+#include "engine/geometry/formats/text_lines.h"
 #include "engine/geometry/formats/xml_scanner.h"
 
 namespace tandem {
@@ -23,6 +24,15 @@ std::uint32_t NumberAt(std::string_view bytes, std::size_t at, std::size_t size)
     number |= static_cast<std::uint32_t>(static_cast<unsigned char>(bytes[at + i])) << (8 * i);
   }
   return number;
+}
+
+/// Returns a name of a package's part as it is compared: in small letters, without a slash before
+/// it, with plain slashes, and percent codes resolved.
+std::string Compared(std::string_view name) {
+  const std::string plain = WithoutPercents(name);
+  std::string compared = InSmallLetters(plain);
+  std::ranges::replace(compared, '\\', '/');
+  return compared.starts_with('/') ? compared.substr(1) : compared;
 }
 
 /// Returns the beginning of deflated data.
@@ -85,7 +95,8 @@ std::string ZipArchive::StartOfRelations() const {
   constexpr std::size_t kMostRelations = 1 << 20;
   const Result<std::string> relations = Read("_rels/.rels", kMostRelations);
   if (!relations) return {};
-  XmlScanner xml(*relations);
+  const std::string text = InUtf8(*relations);
+  XmlScanner xml(text);
   for (auto piece = xml.Next();; piece = xml.Next()) {
     if (piece == XmlScanner::Piece::kEnd || piece == XmlScanner::Piece::kFault) return {};
     if (piece != XmlScanner::Piece::kOpen || xml.name() != "Relationship") continue;
@@ -96,20 +107,34 @@ std::string ZipArchive::StartOfRelations() const {
   }
 }
 
+const ZipArchive::Entry* ZipArchive::Find(std::string_view name) const {
+  const auto exact = std::ranges::find(entries_, name, &Entry::name);
+  if (exact != entries_.end()) return &*exact;
+  const std::string wanted = Compared(name);
+  const auto alike = std::ranges::find_if(entries_, [&](const Entry& entry) {
+    return Compared(entry.name) == wanted;
+  });
+  return alike == entries_.end() ? nullptr : &*alike;
+}
+
 std::string ZipArchive::Model() const {
   const std::string start = StartOfRelations();
-  if (std::ranges::count(entries_, start, &Entry::name) > 0) return start;
-  std::string model;
-  for (const Entry& entry : entries_) {
-    if (entry.name == "3D/3dmodel.model") return entry.name;
-    if (model.empty() && entry.name.ends_with(".model")) model = entry.name;
+  for (const std::string& name : {start, std::string("3D/3dmodel.model")}) {
+    if (const Entry* entry = name.empty() ? nullptr : Find(name)) return entry->name;
   }
-  return model;
+  return Ending(".model");
+}
+
+std::string ZipArchive::Ending(std::string_view ending) const {
+  for (const Entry& entry : entries_) {
+    if (Compared(entry.name).ends_with(ending)) return entry.name;
+  }
+  return entries_.size() == 1 && ending != ".model" ? entries_[0].name : std::string();
 }
 
 Result<std::string> ZipArchive::Read(std::string_view name, std::size_t most) const {
-  const auto entry = std::ranges::find(entries_, name, &Entry::name);
-  if (entry == entries_.end()) return Error{"is missing"};
+  const Entry* entry = Find(name);
+  if (entry == nullptr) return Error{"is missing"};
   if (entry->method != 0 && entry->method != 8) {
     return Error{"is packed in a way that is not known"};
   }

@@ -22,7 +22,10 @@ class ZipArchive {
   /// Returns the name of the archive's declared first model. If it declares none, returns
   /// 3D/3dmodel.model, or the first file that ends in `.model`; empty: there is none.
   std::string Model() const;
-  /// Returns the beginning of a file in it, of at most `most` bytes. An error's words continue the
+  /// Returns the name of the only file in it, or of the first that ends so; empty: there is none.
+  std::string Ending(std::string_view ending) const;
+  /// Returns the beginning of a file in it, of at most `most` bytes.
+  /// Names are compared without regard to case, as packages demand. An error's words continue the
   /// name: there is no such file, its compression is unknown, or all of it was read and differs
   /// from what was packed.
   Result<std::string> Read(std::string_view name, std::size_t most) const;
@@ -36,6 +39,7 @@ class ZipArchive {
     std::uint32_t size = 0;    // bytes, unpacked
     std::uint32_t header = 0;  // its place in the archive
   };
+  const Entry* Find(std::string_view name) const;
   explicit ZipArchive(RegularFile file) : file_(std::move(file)) {}
   /// Returns the start by the package's relations; empty: they do not declare one.
   std::string StartOfRelations() const;

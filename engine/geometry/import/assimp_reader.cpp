@@ -60,8 +60,7 @@ void AppendMesh(const aiMesh& mesh, const Affine& X_MN, RawMesh& whole) {
     const aiVector3D& p = mesh.mVertices[v];
     const Vec3 p_MV =
         X_MN.leftCols<3>() * Vec3(double{p.x}, double{p.y}, double{p.z}) + X_MN.col(3);
-    whole.points.push_back(
-        {static_cast<float>(p_MV.x()), static_cast<float>(p_MV.y()), static_cast<float>(p_MV.z())});
+    whole.points.push_back({p_MV.x(), p_MV.y(), p_MV.z()});
   }
   const bool mirrored = X_MN.leftCols<3>().determinant() < 0;
   for (unsigned f = 0; f < mesh.mNumFaces; ++f) {
@@ -150,15 +149,6 @@ ReadAnswer RefusalOf(const Assimp::Importer& importer) {
   return {ReadAnswer::Kind::kRefused, importer.GetErrorString(), {}, 0};
 }
 
-std::size_t TrianglesIn(const aiScene& scene) {
-  std::size_t triangles = 0;
-  for (unsigned m = 0; m < scene.mNumMeshes; ++m) {
-    const aiMesh& mesh = *scene.mMeshes[m];
-    for (unsigned f = 0; f < mesh.mNumFaces; ++f) triangles += mesh.mFaces[f].mNumIndices == 3;
-  }
-  return triangles;
-}
-
 }  // namespace
 
 void NoteWhenMemoryRunsOut() {
@@ -182,8 +172,6 @@ ReadAnswer ReadWithAssimp(const std::string& file, const std::string& part) {
       return {ReadAnswer::Kind::kRefused, "mesh " + std::to_string(m) + ": " + fault, {}, 0};
     }
   }
-  const std::string fault = SilentFault(file, text.value_or(std::string()), TrianglesIn(*scene));
-  if (!fault.empty()) return {ReadAnswer::Kind::kRefused, fault, {}, 0};
   scene = importer.ApplyPostProcessing(aiProcess_Triangulate);
   if (scene == nullptr) return RefusalOf(importer);
   ReadAnswer answer{ReadAnswer::Kind::kMesh, {}, {}, 0};

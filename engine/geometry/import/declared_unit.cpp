@@ -2,11 +2,12 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <string>
 #include <string_view>
 #include <utility>
 
+#include "engine/geometry/formats/native_readers.h"
+#include "engine/geometry/formats/text_lines.h"
 #include "engine/geometry/formats/zip_archive.h"
 
 namespace tandem {
@@ -23,7 +24,7 @@ std::string HeadOfModel(const std::filesystem::path& file) {
   const std::optional<ZipArchive> archive = ZipArchive::Open(file);
   if (!archive) return {};
   Result<std::string> head = archive->Read(archive->Model(), kHead);
-  return head ? *std::move(head) : std::string();
+  return head ? InUtf8(*std::move(head)) : std::string();
 }
 
 /// Goes through the beginning of an XML file.
@@ -115,15 +116,12 @@ std::optional<double> UnitIn(std::string_view text) {
 }  // namespace
 
 bool KindDeclaresUnit(const std::filesystem::path& file) {
-  std::string ending = file.extension().string();
-  std::ranges::transform(ending, ending.begin(), [](unsigned char c) {
-    return static_cast<char>(std::tolower(c));
-  });
-  return ending == ".3mf";
+  const std::string ending = EndingOf(file);
+  return ending == "3mf" || ending == "amf" || ending == "dae";
 }
 
 std::optional<double> DeclaredUnit(const std::filesystem::path& file) {
-  return KindDeclaresUnit(file) ? UnitIn(HeadOfModel(file)) : std::nullopt;
+  return EndingOf(file) == "3mf" ? UnitIn(HeadOfModel(file)) : std::nullopt;
 }
 
 }  // namespace tandem

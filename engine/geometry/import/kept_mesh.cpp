@@ -37,6 +37,13 @@ Result<ImportedMesh> Read(const Result<BlockFile>& mapped, const std::filesystem
   std::uint8_t closed = 0;
   reader.Read(closed);
   reader.ReadArray(mesh.diagnosis);
+  std::string remarks;
+  reader.ReadArray(remarks);
+  for (std::size_t at = 0; at < remarks.size();) {
+    const std::size_t end = std::min(remarks.find('\n', at), remarks.size());
+    mesh.remarks.push_back(remarks.substr(at, end - at));
+    at = end + 1;
+  }
   reader.ReadArray(mesh.mesh.vertices);
   reader.ReadArray(mesh.mesh.triangles);
   mesh.closed = closed != 0;
@@ -54,10 +61,12 @@ Result<ImportedMesh> Read(const Result<BlockFile>& mapped, const std::filesystem
 
 Result<ImportedMesh> ImportAndDiagnose(const std::filesystem::path& file,
                                        const ImportOptions& options) {
-  Result<TriangleMesh> mesh = ImportMesh(file, options);
+  std::vector<std::string> remarks;
+  Result<TriangleMesh> mesh = ImportMesh(file, options, &remarks);
   if (!mesh) return mesh.error();
   const MeshDiagnosis diagnosis = Diagnose(*mesh);
-  return ImportedMesh{std::move(*mesh), diagnosis.closed(), Describe(diagnosis)};
+  return ImportedMesh{std::move(*mesh), diagnosis.closed(), Describe(diagnosis),
+                      std::move(remarks)};
 }
 
 std::optional<BlockFileSources> KeyOf(const std::filesystem::path& file,
@@ -79,6 +88,9 @@ std::optional<Error> KeepMesh(const ImportedMesh& mesh, const BlockFileSources& 
   ByteWriter writer;
   writer.Add(static_cast<std::uint8_t>(mesh.closed ? 1 : 0));
   writer.AddArray(mesh.diagnosis);
+  std::string remarks;
+  for (const std::string& remark : mesh.remarks) remarks += remark + '\n';
+  writer.AddArray(remarks);
   writer.AddArray(mesh.mesh.vertices);
   writer.AddArray(mesh.mesh.triangles);
   return SaveBlocks(kKeptMeshFile, made_of, 0, {writer.bytes(), {}}, file);

@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "engine/base/files/block_file.h"
 #include "engine/base/result.h"
@@ -16,6 +17,7 @@ struct ImportedMesh {
   TriangleMesh mesh;
   bool closed = false;    // MeshDiagnosis::closed()
   std::string diagnosis;  // text of Describe()
+  std::vector<std::string> remarks;  // those of ImportMesh()
 };
 
 /// Does ImportMesh(), with its errors, and Diagnose().
@@ -25,7 +27,7 @@ Result<ImportedMesh> ImportAndDiagnose(const std::filesystem::path& file,
 /// A mesh in a file of a cache. The version grows by one when the same file and options come to
 /// give another mesh or another text.
 inline constexpr BlockFileKind kKeptMeshFile{
-    {'t', 'a', 'n', 'd', 'e', 'm', 'K', 'M'}, 1, "mesh of a cache"};
+    {'t', 'a', 'n', 'd', 'e', 'm', 'K', 'M'}, 2, "mesh of a cache"};
 
 /// Returns a key of a mesh by its file's bytes. Returns nothing for kinds of files that name
 /// others, and where the file cannot be read.

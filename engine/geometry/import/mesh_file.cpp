@@ -8,6 +8,7 @@
 #include <csignal>
 #include <cstdio>
 #include <cstring>
+#include <limits>
 #include <new>
 #include <optional>
 #include <string>
@@ -24,6 +25,7 @@
 #include "engine/geometry/import/declared_unit.h"
 #include "engine/geometry/import/import_child.h"
 #include "engine/geometry/import/import_confinement.h"
+#include "engine/geometry/mesh/weld.h"
 
 namespace tandem {
 namespace {
@@ -151,30 +153,20 @@ void DropUnusedPoints(RawMesh& mesh) {
   }
 }
 
-/// Checks the child's answer as untrusted, and welds it.
-Result<TriangleMesh> Build(RawMesh raw, double scale, const std::string& name,
-                           const ImportOptions& options) {
+/// Returns the fault of an answer, which is untrusted.
+std::optional<Error> FaultOfMesh(const RawMesh& raw, double scale, const std::string& name) {
   if (raw.triangles.empty()) {
     return Error{name +
                  " holds no triangles that could be read: export the part's surface as a "
                  "triangle mesh"};
   }
-  for (const TriangleMesh::Triangle& t : raw.triangles) {
-    for (const std::uint32_t i : t) {
-      if (i >= raw.points.size()) {
-        return Error{name + ": a triangle uses vertex " + std::to_string(i) +
-                     ", but there are only " + std::to_string(raw.points.size())};
-      }
-    }
-  }
-  DropUnusedPoints(raw);
   std::size_t not_finite = 0;
   double farthest = 0;
-  for (const FloatPoint& p : raw.points) {
+  for (const FilePoint& p : raw.points) {
     bool finite = true;
-    for (const float x : p) {
-      finite = finite && std::isfinite(x);
-      farthest = std::max(farthest, std::abs(double{x} * scale));
+    for (const double x : p) {
+      finite = finite && std::abs(x) <= double{std::numeric_limits<float>::max()};
+      farthest = std::max(farthest, std::abs(x * scale));
     }
     not_finite += finite ? 0U : 1U;
   }
@@ -188,13 +180,71 @@ Result<TriangleMesh> Build(RawMesh raw, double scale, const std::string& name,
                  " m from its origin: the file is damaged or the scale of " + Number(scale) +
                  " m per unit is wrong"};
   }
+  return std::nullopt;
+}
 
-  const Weld weld = WeldNear(raw.points, options.weld_tolerance);
+/// Positions in single precision, from a place near the mesh.
+struct NearPoints {
+  Vec3 origin = Vec3::Zero();
+  std::vector<FloatPoint> points;
+  /// Distance between neighbouring numbers of single precision where the mesh stands, over its
+  /// size.
+  double coarseness = 0;
+};
+
+/// Takes positions from a place near the mesh where they are far from the file's origin, as map
+/// coordinates are.
+NearPoints NearTheMesh(const RawMesh& raw) {
+  constexpr double kFar = 8;  // sizes of the mesh
+  Bounds bounds;
+  for (const FilePoint& p : raw.points) bounds.Add(Vec3(p[0], p[1], p[2]));
+  const double farthest = bounds.max.cwiseAbs().cwiseMax(bounds.min.cwiseAbs()).maxCoeff();
+  const double size = bounds.size().norm();
+  NearPoints near;
+  if (size > 0 && farthest > kFar * size) near.origin = bounds.min;
+  near.points.reserve(raw.points.size());
+  for (const FilePoint& p : raw.points) {
+    const Vec3 from = Vec3(p[0], p[1], p[2]) - near.origin;
+    near.points.push_back({static_cast<float>(from.x()), static_cast<float>(from.y()),
+                           static_cast<float>(from.z())});
+  }
+  const auto single = static_cast<float>(farthest);
+  const double step = double{std::nextafter(single, std::numeric_limits<float>::max())} -
+                      double{single};
+  near.coarseness = size > 0 ? step / size : 0;
+  return near;
+}
+
+/// Makes a mesh of a sound answer, and welds it.
+Result<TriangleMesh> Build(ReadAnswer& answer, double scale, const std::string& name,
+                           const ImportOptions& options) {
+  RawMesh& raw = answer.mesh;
+  for (const TriangleMesh::Triangle& t : raw.triangles) {
+    for (const std::uint32_t i : t) {
+      if (i >= raw.points.size()) {
+        return Error{name + ": a triangle uses vertex " + std::to_string(i) +
+                     ", but there are only " + std::to_string(raw.points.size())};
+      }
+    }
+  }
+  DropUnusedPoints(raw);
+  if (const auto fault = FaultOfMesh(raw, scale, name)) return *fault;
+  const NearPoints near = NearTheMesh(raw);
+  constexpr double kCoarse = 1e-5;
+  if (answer.single_precision && near.coarseness > kCoarse) {
+    answer.remarks.push_back(
+        "it stands so far from its origin that its 32-bit numbers are " +
+        Number(100 * near.coarseness) +
+        " % of its size apart: export it with its origin near the part");
+  }
+
+  const Weld weld = WeldNear(near.points, options.weld_tolerance);
   TriangleMesh mesh;
   mesh.vertices.reserve(weld.first_point.size());
   for (const std::uint32_t point : weld.first_point) {
-    const FloatPoint& p = raw.points[point];
-    mesh.vertices.emplace_back(scale * Vec3(double{p[0]}, double{p[1]}, double{p[2]}));
+    const FloatPoint& p = near.points[point];
+    mesh.vertices.emplace_back(scale *
+                               (near.origin + Vec3(double{p[0]}, double{p[1]}, double{p[2]})));
   }
   mesh.triangles = std::move(raw.triangles);
   double largest_area = 0;
@@ -210,9 +260,25 @@ Result<TriangleMesh> Build(RawMesh raw, double scale, const std::string& name,
   return mesh;
 }
 
+/// Says where the unit that is taken differs from what the file says of it.
+void AddUnitRemarks(std::optional<double> scale, ReadAnswer& answer) {
+  constexpr double kSame = 1e-6;
+  const double declared = answer.metres_per_unit;
+  if (scale && declared > 0 && std::abs(*scale / declared - 1) > kSame) {
+    answer.remarks.push_back("it declares " + Number(declared) + " m per unit, and the scale of " +
+                             Number(*scale) + " m per unit is taken in its place");
+  }
+  if (!scale && !(declared > 0) && answer.remarked_unit > 0 && answer.remarked_unit != 1) {
+    answer.remarks.push_back("a remark in it says " + Number(answer.remarked_unit) +
+                             " m per unit, and it is read in metres: give a scale of " +
+                             Number(answer.remarked_unit) + ", or of 1 if it is in metres");
+  }
+}
+
 }  // namespace
 
-Result<TriangleMesh> ImportMesh(const std::filesystem::path& file, const ImportOptions& options) {
+Result<TriangleMesh> ImportMesh(const std::filesystem::path& file, const ImportOptions& options,
+                                std::vector<std::string>* remarks) {
   const std::string name = OneLine(file.native());
   if (options.scale && (!(*options.scale > 0) || !std::isfinite(*options.scale))) {
     return Error{"the scale of " + name + " must be a number above 0, not " +
@@ -230,8 +296,13 @@ Result<TriangleMesh> ImportMesh(const std::filesystem::path& file, const ImportO
                  ": the unit that it declares cannot be read: give a \"scale\", in metres "
                  "per unit of the file (0.001 for millimetres)"};
   }
+  AddUnitRemarks(options.scale, *answer);
   const double declared = answer->metres_per_unit > 0 ? answer->metres_per_unit : 1.0;
-  return Build(std::move(answer->mesh), options.scale.value_or(declared), name, options);
+  Result<TriangleMesh> mesh = Build(*answer, options.scale.value_or(declared), name, options);
+  if (mesh && remarks != nullptr) {
+    for (const std::string& remark : answer->remarks) remarks->push_back(OneLine(remark));
+  }
+  return mesh;
 }
 
 void RunImportHelperIfAsked(int argc, char** argv) {

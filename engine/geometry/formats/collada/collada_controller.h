@@ -1,0 +1,49 @@
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "engine/base/spatial.h"
+#include "engine/geometry/formats/collada/collada_mesh.h"
+#include "engine/geometry/formats/collada/xml_tree.h"
+
+namespace tandem {
+
+using Affine34 = Eigen::Matrix<double, 3, 4>;
+
+/// Returns the affine map of sixteen numbers, row by row; nothing: its last row is not 0 0 0 1.
+std::optional<Affine34> AffineOf(const double* numbers);
+Affine34 ProductOfAffine(const Affine34& a, const Affine34& b);
+
+/// A mesh that a controller shapes, at rest.
+struct ControlledMesh {
+  RawMesh mesh;
+  bool placed = false;  // joints place it, and its node does not
+  std::vector<bool> mirrored;  // by point, where joints place it
+};
+
+/// Reads <controller> elements: skins at the rest pose of their joints, and morphs with the weights
+/// that the file holds.
+class ColladaControllers {
+ public:
+  /// Finds where the joint of a name or an id stands; nothing: there is none.
+  using FindJoint = std::function<std::optional<Affine34>(const std::string&)>;
+
+  explicit ColladaControllers(ColladaMeshReader& meshes) : meshes_(meshes) {}
+
+  /// Reads a geometry, or what a controller makes of one. A fault is noted at `meshes`.
+  ControlledMesh Read(const XmlElement& element, const FindJoint& joints, int depth = 0);
+
+ private:
+  ControlledMesh ReadMorph(const XmlElement& morph, const FindJoint& joints, int depth);
+  ControlledMesh ReadSkin(const XmlElement& skin, const FindJoint& joints, int depth);
+  const XmlElement* InputOf(const XmlElement& parent, const char* semantic);
+  std::vector<std::string> NamesOf(const XmlElement& source);
+  std::optional<std::vector<Affine34>> JointsOf(const XmlElement& skin, const FindJoint& joints);
+
+  ColladaMeshReader& meshes_;
+};
+
+}  // namespace tandem

@@ -1,0 +1,406 @@
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "engine/base/spatial.h"
+#include "engine/base/text/json_reader.h"
+#include "engine/geometry/formats/gltf/gltf_mesh.h"
+#include "engine/geometry/formats/gltf/gltf_numbers.h"
+#include "engine/geometry/formats/native_readers.h"
+#include "engine/geometry/formats/remark_list.h"
+
+namespace tandem {
+
+namespace {
+
+constexpr int kDeepestNodes = 256;
+const char* const kUnreadNeeds = "what it needs cannot be read: the file is damaged";
+
+/// Tells whether an extension is read, or affects only what surfaces look like.
+bool IsReadOrOfLooks(std::string_view extension) {
+  constexpr std::array<std::string_view, 11> kBegins{
+      "KHR_materials_", "KHR_texture_",  "EXT_texture_",  "MSFT_texture_",
+      "KHR_lights_",    "EXT_lights_",   "KHR_xmp",       "EXT_mesh_features",
+      "KHR_draco_mesh", "EXT_meshopt_",  "EXT_structural_metadata"};
+  return extension == "EXT_mesh_gpu_instancing" || extension == "KHR_mesh_quantization" ||
+         extension == "KHR_animation_pointer" ||
+         std::ranges::any_of(kBegins, [&](std::string_view begin) {
+           return extension.starts_with(begin);
+         });
+}
+
+/// Returns the linear part of a turn by a quaternion, which may have any length but 0.
+Mat3 TurnBy(double x, double y, double z, double w) {
+  const Eigen::Quaterniond q(w, x, y, z);
+  if (!(q.norm() > 0)) return Mat3::Identity();
+  return q.normalized().toRotationMatrix();
+}
+
+class GltfReader {
+ public:
+  GltfReader(const JsonNode& root, const std::filesystem::path& file, std::string_view chunk,
+             std::string_view part)
+      : root_(root),
+        numbers_(root, file, chunk),
+        part_(part),
+        nodes_(ItemsOf(root, "nodes")),
+        meshes_(ItemsOf(root, "meshes")),
+        skins_(ItemsOf(root, "skins")) {}
+
+  ReadAnswer Read() {
+    ReadExtensions();
+    GltfMeshReader reader(numbers_, remarks_, quantized_);
+    reader_ = &reader;
+    if (fault_.empty()) PlaceNodes();
+    for (const std::uint64_t node : RootsOfScene()) Append(node, part_.empty());
+    if (fault_.empty() && skipped_ > 0) {
+      fault_ = std::to_string(skipped_) + " of its " + std::to_string(stated_) +
+               " triangles cannot be had: they use vertices that there are not";
+    }
+    if (fault_.empty() && !part_.empty() && !found_) fault_ = NoPart();
+    if (!fault_.empty()) return {ReadAnswer::Kind::kRefused, "glTF: " + fault_, {}, 0};
+    if (root_.Has("animations") && !root_["animations"].Items().empty()) {
+      remarks_.Say("its animations are not played: its rest pose is read");
+    }
+    answer_.single_precision = true;
+    answer_.remarks = remarks_.Lines();
+    return std::move(answer_);
+  }
+
+ private:
+  void ReadExtensions() {
+    for (const JsonNode& extension : ItemsOf(root_, "extensionsRequired")) {
+      const std::string name = extension.PlainText(80);
+      const bool packed = name == "EXT_meshopt_compression";
+      if (!IsReadOrOfLooks(name) || packed) {
+        return Fault("it needs " + name + ", which is not read: export it without");
+      }
+    }
+    for (const JsonNode& extension : ItemsOf(root_, "extensionsUsed")) {
+      const std::string name = extension.PlainText(80);
+      quantized_ = quantized_ || name == "KHR_mesh_quantization";
+      if (!IsReadOrOfLooks(name)) {
+        remarks_.Say("it uses " + name + ", which is not read: its shape is read without");
+      }
+    }
+    for (const JsonNode& extension : ItemsOf(root_, "extensionsRequired")) {
+      quantized_ = quantized_ || extension.PlainText(80) == "KHR_mesh_quantization";
+    }
+  }
+
+  /// Returns the roots of the default scene; without scenes, all nodes that are nobody's child.
+  std::vector<std::uint64_t> RootsOfScene() {
+    std::vector<std::uint64_t> roots;
+    if (!fault_.empty()) return roots;
+    const std::vector<JsonNode> scenes = ItemsOf(root_, "scenes");
+    if (scenes.empty()) {
+      for (std::uint64_t n = 0; n < nodes_.size(); ++n) {
+        if (!is_child_[n]) roots.push_back(n);
+      }
+      return roots;
+    }
+    const std::uint64_t scene = UnsignedOf(root_, "scene", 0);
+    if (scene >= scenes.size()) {
+      Fault("its default scene " + std::to_string(scene) + " is none of its scenes");
+      return roots;
+    }
+    if (scenes.size() > 1) {
+      remarks_.Say("scene " + std::to_string(scene) + " of its " + std::to_string(scenes.size()) +
+                   " scenes is read, the others are not");
+    }
+    for (const JsonNode& node : ItemsOf(scenes[scene], "nodes")) roots.push_back(node.Unsigned());
+    return roots;
+  }
+
+  /// Computes where all nodes stand, for skins need joints anywhere.
+  void PlaceNodes() {
+    placed_.assign(nodes_.size(), Affine34::Identity());
+    is_child_.assign(nodes_.size(), false);
+    children_.resize(nodes_.size());
+    for (std::uint64_t n = 0; n < nodes_.size(); ++n) {
+      for (const JsonNode& child : ItemsOf(nodes_[n], "children")) {
+        const std::uint64_t c = child.Unsigned();
+        if (c >= nodes_.size() || is_child_[c]) {
+          return Fault("its node " + std::to_string(c) + " is missing, or has several parents");
+        }
+        is_child_[c] = true;
+        children_[n].push_back(c);
+      }
+    }
+    std::size_t seen = 0;
+    for (std::uint64_t n = 0; n < nodes_.size(); ++n) {
+      if (!is_child_[n]) PlaceNode(n, Affine34::Identity(), 0, seen);
+    }
+    if (fault_.empty() && seen != nodes_.size()) Fault("its nodes are within one another");
+  }
+
+  void PlaceNode(std::uint64_t n, const Affine34& X_MP, int depth, std::size_t& seen) {
+    if (depth > kDeepestNodes) return Fault("its nodes are nested too deep");
+    ++seen;
+    placed_[n] = ProductOf(X_MP, LocalOf(nodes_[n]));
+    for (const std::uint64_t child : children_[n]) PlaceNode(child, placed_[n], depth + 1, seen);
+  }
+
+  Affine34 LocalOf(const JsonNode& node) {
+    Affine34 X = Affine34::Identity();
+    const auto array = [&](const char* key, std::size_t count) {
+      std::vector<double> numbers;
+      for (const JsonNode& number : ItemsOf(node, key)) numbers.push_back(number.Number());
+      if (!numbers.empty() && numbers.size() != count) {
+        Fault("a node's " + std::string(key) + " has " + std::to_string(numbers.size()) +
+              " numbers in place of " + std::to_string(count));
+        numbers.clear();
+      }
+      return numbers;
+    };
+    if (const std::vector<double> m = array("matrix", 16); !m.empty()) {
+      for (int column = 0; column < 4; ++column) {
+        for (int row = 0; row < 3; ++row) {
+          X(row, column) = m[static_cast<std::size_t>(4 * column + row)];
+        }
+      }
+      if (m[3] != 0 || m[7] != 0 || m[11] != 0 || m[15] != 1) {
+        Fault("a node's matrix has another last row than 0 0 0 1, which no placing has");
+      }
+      return X;
+    }
+    const std::vector<double> r = array("rotation", 4);
+    const std::vector<double> s = array("scale", 3);
+    const std::vector<double> t = array("translation", 3);
+    if (!r.empty()) X.leftCols<3>() = TurnBy(r[0], r[1], r[2], r[3]);
+    if (!s.empty()) X.leftCols<3>() = X.leftCols<3>() * Vec3(s[0], s[1], s[2]).asDiagonal();
+    if (!t.empty()) X.col(3) = Vec3(t[0], t[1], t[2]);
+    return X;
+  }
+
+  void Append(std::uint64_t n, bool wanted) {
+    if (!fault_.empty()) return;
+    if (n >= nodes_.size()) return Fault("its scene has no node " + std::to_string(n));
+    const JsonNode& node = nodes_[n];
+    const std::string name =
+        node.Has("name") ? node["name"].PlainText(4096) : "nodes[" + std::to_string(n) + "]";
+    if (!part_.empty() && name == part_) wanted = found_ = true;
+    if (node.Has("mesh")) AppendMesh(node, n, name, wanted);
+    for (const std::uint64_t child : children_[n]) Append(child, wanted);
+  }
+
+  void AppendMesh(const JsonNode& node, std::uint64_t n, const std::string& name, bool wanted) {
+    const std::uint64_t index = node["mesh"].Unsigned();
+    if (index >= meshes_.size()) return Fault("there is no mesh " + std::to_string(index));
+    const JsonNode& mesh = meshes_[index];
+    const std::string mesh_name =
+        mesh.Has("name") ? mesh["name"].PlainText(4096) : "meshes[" + std::to_string(index) + "]";
+    if (std::ranges::count(names_, name) == 0) names_.push_back(name);
+    std::vector<double> weights;
+    for (const JsonNode& weight : ItemsOf(node.Has("weights") ? node : mesh, "weights")) {
+      weights.push_back(weight.Number());
+    }
+    const std::vector<Affine34> places = InstancesOf(node, placed_[n]);
+    const std::vector<JsonNode> primitives = ItemsOf(mesh, "primitives");
+    for (std::size_t k = 0; k < primitives.size() && fault_.empty(); ++k) {
+      const bool this_one =
+          wanted || mesh_name == part_ || mesh_name + "-" + std::to_string(k) == part_;
+      if (!part_.empty() && this_one) found_ = true;
+      if (!this_one) continue;
+      GltfPrimitive primitive = reader_->Read(primitives[k], weights);
+      if (!reader_->fault().empty()) return Fault(reader_->fault());
+      stated_ += primitive.stated;
+      skipped_ += primitive.stated - primitive.triangles.size();
+      if (node.Has("skin") && !primitive.joints.empty()) {
+        AppendSkinned(node["skin"].Unsigned(), primitive);
+      } else {
+        for (const Affine34& X : places) AppendPlaced(primitive, X);
+      }
+    }
+  }
+
+  /// Returns where the copies of a node's mesh stand (EXT_mesh_gpu_instancing).
+  std::vector<Affine34> InstancesOf(const JsonNode& node, const Affine34& X_MN) {
+    constexpr const char* kInstancing = "EXT_mesh_gpu_instancing";
+    if (!node.Has("extensions") || !node["extensions"].Has(kInstancing)) return {X_MN};
+    const JsonNode attributes = node["extensions"][kInstancing]["attributes"];
+    std::optional<std::size_t> count;
+    const auto read = [&](const char* key,
+                          std::size_t components) -> std::optional<GltfNumbers::Numbers> {
+      if (!attributes.Has(key)) return std::nullopt;
+      auto numbers = numbers_.Read(attributes[key].Unsigned());
+      if (!numbers) {
+        Fault(numbers_.fault());
+        return std::nullopt;
+      }
+      if (numbers->components != components || (count && *count != numbers->count)) {
+        Fault("the attributes of its instances do not fit one another");
+        return std::nullopt;
+      }
+      count = numbers->count;
+      return numbers;
+    };
+    const auto t = read("TRANSLATION", 3);
+    const auto r = read("ROTATION", 4);
+    const auto s = read("SCALE", 3);
+    std::vector<Affine34> places;
+    if (!count && fault_.empty()) places.push_back(X_MN);
+    for (std::size_t i = 0; fault_.empty() && i < count.value_or(0); ++i) {
+      Affine34 X = Affine34::Identity();
+      if (r) X.leftCols<3>() = TurnBy(r->At(i, 0), r->At(i, 1), r->At(i, 2), r->At(i, 3));
+      if (s) {
+        X.leftCols<3>() =
+            X.leftCols<3>() * Vec3(s->At(i, 0), s->At(i, 1), s->At(i, 2)).asDiagonal();
+      }
+      if (t) X.col(3) = Vec3(t->At(i, 0), t->At(i, 1), t->At(i, 2));
+      places.push_back(ProductOf(X_MN, X));
+    }
+    return places;
+  }
+
+  void AppendPlaced(const GltfPrimitive& primitive, const Affine34& X) {
+    std::vector<Vec3> points;
+    points.reserve(primitive.points.size());
+    for (const Vec3& p : primitive.points) points.emplace_back(X.leftCols<3>() * p + X.col(3));
+    const bool mirrored = X.leftCols<3>().determinant() < 0;
+    AppendTriangles(primitive, points, [mirrored](std::uint32_t) {
+      return mirrored;
+    });
+  }
+
+  /// Appends a mesh as the joints of its skin hold it at rest. Its own node does not count.
+  void AppendSkinned(std::uint64_t skin, const GltfPrimitive& primitive) {
+    if (skin >= skins_.size()) return Fault("there is no skin " + std::to_string(skin));
+    std::vector<Affine34> joints;
+    for (const JsonNode& joint : ItemsOf(skins_[skin], "joints")) {
+      const std::uint64_t n = joint.Unsigned();
+      if (n >= nodes_.size()) return Fault("a skin has a joint that is no node");
+      joints.push_back(placed_[n]);
+    }
+    if (skins_[skin].Has("inverseBindMatrices")) {
+      const auto matrices = numbers_.Read(skins_[skin]["inverseBindMatrices"].Unsigned());
+      if (!matrices) return Fault(numbers_.fault());
+      if (matrices->components != 16 || matrices->count < joints.size()) {
+        return Fault("the matrices of a skin do not fit its joints");
+      }
+      for (std::size_t j = 0; j < joints.size(); ++j) {
+        Affine34 X;
+        for (std::size_t k = 0; k < 16; ++k) {
+          if (k % 4 < 3) X(static_cast<int>(k % 4), static_cast<int>(k / 4)) = matrices->At(j, k);
+        }
+        joints[j] = ProductOf(joints[j], X);
+      }
+    }
+    std::vector<Vec3> points;
+    std::vector<bool> mirrored;
+    for (std::size_t i = 0; i < primitive.points.size(); ++i) {
+      Affine34 X = Affine34::Zero();
+      double sum = 0;
+      for (const auto& [joint, weight] : primitive.joints[i]) {
+        if (joint >= joints.size()) return Fault("a vertex hangs on a joint that there is not");
+        X += weight * joints[joint];
+        sum += weight;
+      }
+      if (!(sum > 0)) return Fault("a vertex of a skin hangs on no joint");
+      X /= sum;
+      points.emplace_back(X.leftCols<3>() * primitive.points[i] + X.col(3));
+      mirrored.push_back(X.leftCols<3>().determinant() < 0);
+    }
+    AppendTriangles(primitive, points, [&](std::uint32_t corner) {
+      return mirrored[corner];
+    });
+  }
+
+  template <typename Mirrored>
+  void AppendTriangles(const GltfPrimitive& primitive, const std::vector<Vec3>& points,
+                       const Mirrored& mirrored) {
+    RawMesh& whole = answer_.mesh;
+    const auto first = static_cast<std::uint32_t>(whole.points.size());
+    for (const Vec3& p : points) whole.points.push_back({p.x(), p.y(), p.z()});
+    for (const TriangleMesh::Triangle& t : primitive.triangles) {
+      const bool turned = mirrored(t[0]);
+      whole.triangles.push_back({first + t[0], first + t[turned ? 2 : 1], first + t[turned ? 1 : 2]});
+    }
+  }
+
+  std::string NoPart() const {
+    constexpr std::size_t kMostNames = 12;
+    std::string words = "it has no part '" + std::string(part_) + "', but ";
+    for (std::size_t i = 0; i < std::min(names_.size(), kMostNames); ++i) {
+      words += (i == 0 ? "" : ", ") + names_[i];
+    }
+    const std::size_t more = names_.size() - std::min(names_.size(), kMostNames);
+    return more > 0 ? words + " and " + std::to_string(more) + " more" : words;
+  }
+
+  void Fault(std::string why) {
+    if (fault_.empty()) fault_ = std::move(why);
+  }
+
+  JsonNode root_;
+  GltfNumbers numbers_;
+  RemarkList remarks_;
+  GltfMeshReader* reader_ = nullptr;
+  std::string_view part_;
+  std::vector<JsonNode> nodes_, meshes_, skins_;
+  std::vector<Affine34> placed_;  // X_MN by node
+  std::vector<std::vector<std::uint64_t>> children_;
+  std::vector<bool> is_child_;
+  std::vector<std::string> names_;
+  bool quantized_ = false;
+  bool found_ = false;
+  std::size_t stated_ = 0;
+  std::size_t skipped_ = 0;
+  std::string fault_;
+  ReadAnswer answer_{ReadAnswer::Kind::kMesh, {}, {}, 0};
+};
+
+std::uint32_t Number32At(std::string_view bytes, std::size_t at) {
+  std::uint32_t number = 0;
+  if (at + 4 <= bytes.size()) std::memcpy(&number, bytes.data() + at, 4);
+  return number;
+}
+
+ReadAnswer RefusedGltf(const std::string& why) {
+  return {ReadAnswer::Kind::kRefused, "glTF: " + why, {}, 0};
+}
+
+}  // namespace
+
+std::optional<ReadAnswer> ReadGltf(std::string_view bytes, const std::filesystem::path& file,
+                                   std::string_view part) {
+  std::string text(bytes);
+  std::string_view chunk;
+  if (bytes.starts_with("glTF")) {
+    constexpr std::size_t kHead = 12;
+    if (Number32At(bytes, 4) == 1) return std::nullopt;  // glTF 1 has another layout
+    const std::uint32_t length = Number32At(bytes, 12);
+    if (bytes.size() < kHead + 8 || length > bytes.size() - kHead - 8) {
+      return RefusedGltf("it ends within its text: it is cut short");
+    }
+    text = bytes.substr(kHead + 8, length);
+    const std::size_t next = kHead + 8 + (length + 3) / 4 * 4;
+    if (next + 8 <= bytes.size() && bytes.substr(next + 4, 4) == std::string_view("BIN\0", 4)) {
+      chunk = bytes.substr(next + 8, Number32At(bytes, next));
+      if (chunk.size() < Number32At(bytes, next)) {
+        return RefusedGltf("it ends within its numbers: it is cut short");
+      }
+    }
+  }
+  const Result<JsonFile> json = JsonFile::Parse(text, "its text");
+  if (!json) {
+    return RefusedGltf(text.find("extensionsRequired") == std::string::npos ? json.error().what
+                                                                            : kUnreadNeeds);
+  }
+  const JsonNode root = json->root();
+  if (root.Has("meshes") && root["meshes"].IsObject()) return std::nullopt;  // glTF 1
+  ReadAnswer answer = GltfReader(root, file, chunk, part).Read();
+  if (const auto fault = json->fault()) {
+    const bool needs = fault->what.find("extensionsRequired") != std::string::npos;
+    return RefusedGltf(needs ? kUnreadNeeds : fault->what);
+  }
+  return answer;
+}
+
+}  // namespace tandem

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace tandem {
+
+/// Counts what a reader leaves out, and returns a line for each kind.
+class RemarkList {
+ public:
+  /// Notes one more of a kind. `one` and `many` follow the number: "line", "lines".
+  void Count(std::string_view one, std::string_view many, std::string_view why) {
+    for (Kind& kind : kinds_) {
+      if (kind.many == many && kind.why == why) {
+        ++kind.count;
+        return;
+      }
+    }
+    kinds_.push_back({std::string(one), std::string(many), std::string(why), 1});
+  }
+  /// Notes a line as it is, once.
+  void Say(std::string line) {
+    for (const std::string& said : lines_) {
+      if (said == line) return;
+    }
+    constexpr std::size_t kMost = 16;
+    if (lines_.size() < kMost) lines_.push_back(std::move(line));
+  }
+
+  std::vector<std::string> Lines() const {
+    std::vector<std::string> lines = lines_;
+    for (const Kind& kind : kinds_) {
+      lines.push_back(std::to_string(kind.count) + " " + (kind.count == 1 ? kind.one : kind.many) +
+                      " " + kind.why);
+    }
+    return lines;
+  }
+
+ private:
+  struct Kind {
+    std::string one, many, why;
+    std::size_t count;
+  };
+  std::vector<std::string> lines_;
+  std::vector<Kind> kinds_;
+};
+
+}  // namespace tandem

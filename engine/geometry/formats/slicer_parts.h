@@ -1,0 +1,39 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "engine/geometry/formats/zip_archive.h"
+
+namespace tandem {
+
+/// What a slicer makes of a part.
+enum class PartUse : std::uint8_t {
+  kShape,     // the part is material
+  kLeftOut,   // it changes settings or supports, and is no material
+  kNegative,  // it takes material away
+};
+
+/// The uses of a 3MF file's parts, as slicers write them beside the model.
+struct SlicerParts {
+  /// A range of an object's triangles, both ends included.
+  struct Range {
+    std::uint64_t first = 0, last = 0;
+    PartUse use = PartUse::kShape;
+  };
+  std::map<std::string, std::vector<Range>> ranges_of;                 // by object
+  std::map<std::pair<std::string, std::string>, PartUse> use_of_part;  // by object and component
+
+  PartUse UseOf(const std::string& object, const std::string& component) const;
+};
+
+/// Returns the use that a word such as "ParameterModifier" or "negative_part" names.
+PartUse PartUseNamed(const std::string& word);
+
+/// Reads the files of settings in an archive; it may have none.
+SlicerParts ReadSlicerParts(const ZipArchive& archive);
+
+}  // namespace tandem
