@@ -42,7 +42,7 @@ std::string NameOf(const FetchedScene& scene) {
 /// Shows the scenes that were fetched from sessions. Returns them as JSON.
 nlohmann::ordered_json ListScenes(bool as_json) {
   nlohmann::ordered_json scenes = nlohmann::ordered_json::array();
-  const std::optional<SceneStore> store = FetchedScenes();
+  const std::optional<SceneStore> store = FetchedScenes({});
   if (!store) return scenes;
   for (const FetchedScene& scene : store->Scenes()) {
     const std::string name = NameOf(scene);
@@ -111,7 +111,7 @@ int VerifyCache(const VoxelCache& cache, bool as_json) {
 
 int ClearCache(const VoxelCache& cache, bool as_json) {
   const std::size_t count = cache.Clear();
-  const std::optional<SceneStore> store = FetchedScenes();
+  const std::optional<SceneStore> store = FetchedScenes({});
   const std::size_t scenes = store ? store->Clear() : 0;
   if (as_json) {
     const nlohmann::ordered_json out{{"folder", cache.folder().string()},

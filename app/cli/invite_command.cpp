@@ -25,6 +25,7 @@
 #include "collab/session/early_inbox.h"
 #include "collab/session/scene_agreement.h"
 #include "engine/base/text/clean_text.h"
+#include "engine/base/text/hex.h"
 #include "engine/base/text/json_text.h"
 #include "engine/realtime/clock.h"
 
@@ -108,7 +109,7 @@ Result<DiscoveredSession> HearOf(const InviteArguments& arguments) {
 void Tell(const SceneManifest& scene, Invitation& invitation) {
   std::string file = std::filesystem::path(scene.file).filename().string();
   if (file.size() > InvitedScene::kLongestFile) file.clear();
-  invitation.scene = {.digest = scene.content_hash,
+  invitation.scene = {.digest = scene.content_digest,
                       .bodies = static_cast<std::uint32_t>(scene.bodies.size()),
                       .file = file};
 }
@@ -157,7 +158,8 @@ void PrintInvitation(const InviteArguments& arguments, const Invitation& invitat
       {"domain", invitation.domain},
       {"hosts", invitation.hosts},
       {"others", invitation.others},
-      {"scene", or_null(invitation.scene.digest != 0, Hex(invitation.scene.digest))},
+      {"scene", or_null(invitation.scene.digest.has_value(),
+                        HexOfBytes(invitation.scene.digest.value_or(Sha256{})))},
       {"enrol_port", or_null(invitation.secured, invitation.enrolment.port)},
       {"until", or_null(invitation.secured, end)}};
   std::printf("%s\n", JsonText(json).c_str());
@@ -167,7 +169,7 @@ void PrintInvitation(const InviteArguments& arguments, const Invitation& invitat
 int InvitePlainly(const InviteArguments& arguments) {
   Invitation invitation;
   if (const int failed = PrepareLine(arguments, invitation); failed != kExitOk) return failed;
-  if (invitation.scene.digest == 0) {
+  if (!invitation.scene.digest) {
     const Result<DiscoveredSession> received = HearOf(arguments);
     if (!received) return Fail(kExitNetwork, received.error().what);
     if (received->as_secured) {

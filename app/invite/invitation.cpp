@@ -146,8 +146,8 @@ std::string OpenPart(const Invitation& invitation) {
   if (invitation.role == Role::kViewer) line += "/role=viewer";
   if (invitation.domain != kDefaultDomain) line += "/domain=" + std::to_string(invitation.domain);
   if (!invitation.others.empty()) line += "/others=" + WithCommas(invitation.others);
-  if (const InvitedScene& scene = invitation.scene; scene.digest != 0) {
-    line += "/scene=" + Hex(scene.digest) + "." + std::to_string(scene.bodies) + "." +
+  if (const InvitedScene& scene = invitation.scene; scene.digest) {
+    line += "/scene=" + HexOfBytes(*scene.digest) + "." + std::to_string(scene.bodies) + "." +
             Percented(scene.file);
   }
   if (invitation.secured) {
@@ -162,14 +162,14 @@ bool TakeScene(const std::string& value, InvitedScene& scene) {
   const std::size_t first = value.find('.');
   const std::size_t second = value.find('.', first + 1);
   if (first == std::string::npos || second == std::string::npos) return false;
-  const auto digest = NumberIn<std::uint64_t>(value.substr(0, first), 16);
+  Sha256 digest{};
   const auto bodies = NumberIn<std::uint32_t>(value.substr(first + 1, second - first - 1));
   const auto file = Unpercented(value.substr(second + 1));
-  if (!digest || *digest == 0 || !bodies || !file || file->size() > InvitedScene::kLongestFile ||
-      file->find('/') != std::string::npos) {
+  if (!FromHexOfBytes(std::string_view(value).substr(0, first), digest) || !bodies || !file ||
+      file->size() > InvitedScene::kLongestFile || file->find('/') != std::string::npos) {
     return false;
   }
-  scene = {.digest = *digest, .bodies = *bodies, .file = *file};
+  scene = {.digest = digest, .bodies = *bodies, .file = *file};
   return true;
 }
 
@@ -265,7 +265,7 @@ Result<Invitation> ReadInvitation(std::string_view text) {
   for (std::size_t i = 2; i < parts.size(); ++i) {
     if (!TakeField(parts[i], invitation)) {
       return Error{
-          "the invitation is from a newer version of Tandem: update all participants to one "
+          "the invitation is from another version of Tandem: update all participants to one "
           "version"};
     }
   }

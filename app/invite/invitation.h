@@ -3,11 +3,13 @@
 #include <array>
 #include <cstdint>
 #include <ctime>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "collab/session/messages.h"
+#include "engine/base/files/sha256.h"
 #include "engine/base/result.h"
 
 namespace tandem {
@@ -28,7 +30,7 @@ struct EnrolmentTerms {
 struct InvitedScene {
   static constexpr std::size_t kLongestFile = 100;  // bytes
 
-  std::uint64_t digest = 0;  // digest of the content; 0: the line names no scene
+  std::optional<Sha256> digest;  // digest of the content; nullopt: the line names no scene
   std::uint32_t bodies = 0;
   std::string file;  // file's name without its folder
 

@@ -129,11 +129,12 @@ std::optional<std::string> ReadFurther(const std::vector<std::string>& words,
 /// tell.
 void FindLinesScene(const Invitation& invitation, PeerArguments& arguments) {
   if (!arguments.scene.empty()) return;
-  if (const InvitedScene& scene = invitation.scene; scene.digest != 0) {
-    const auto file = FindScene({.content_hash = scene.digest,
+  if (const InvitedScene& scene = invitation.scene; scene.digest) {
+    const auto file = FindScene({.digest = scene.digest,
                                  .file = scene.file,
                                  .bodies = scene.bodies,
-                                 .open_told = false},
+                                 .open_told = false,
+                                 .fetched = FetchedScenes(arguments.connection.secure)},
                                 FoldersWithScenes());
     if (file) {
       Say("the invitation's scene is on this machine: " + file->string());

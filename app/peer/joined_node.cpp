@@ -148,6 +148,7 @@ int StartRecorder(const PeerArguments& arguments, const Device& device, SessionS
                                           .name = arguments.name,
                                           .scene = std::filesystem::absolute(setup.scene.file),
                                           .scene_hash = setup.hash.content,
+                                          .scene_digest = setup.hash.digest,
                                           .parameters = ParametersOf(setup.scene),
                                           .law = arguments.law,
                                           .limits = arguments.limits,

@@ -58,6 +58,8 @@ struct OwnScene {
 /// takes as long as the disk does.
 class SceneSearches {
  public:
+  /// `keys`: folder of the session's keys; empty: a plain session.
+  explicit SceneSearches(std::filesystem::path keys) : keys_(std::move(keys)) {}
   ~SceneSearches() { stop_.request_stop(); }
 
   void Add(const SceneManifest& scene) { waiting_.push_back(scene); }
@@ -69,27 +71,28 @@ class SceneSearches {
       news = answer_.get();
     }
     if (!answer_.valid() && !waiting_.empty()) {
-      answer_ =
-          std::async(std::launch::async, [scene = waiting_.front(), stop = stop_.get_token()] {
-            return WhereItIs(scene, stop);
-          });
+      answer_ = std::async(std::launch::async, [wanted = WantedFrom(waiting_.front(), keys_),
+                                                stop = stop_.get_token()] {
+        return WhereItIs(wanted, stop);
+      });
       waiting_.pop_front();
     }
     return news;
   }
 
  private:
-  static std::string WhereItIs(const SceneManifest& scene, const std::stop_token& stop) {
+  static std::string WhereItIs(const WantedScene& wanted, const std::stop_token& stop) {
     const std::vector<std::filesystem::path> folders = FoldersWithScenes();
-    if (const auto file = FindScene(WantedFrom(scene), folders, stop)) {
+    if (const auto file = FindScene(wanted, folders, stop)) {
       return "this machine has it: " + file->string();
     }
     std::string searched;
     for (const std::filesystem::path& folder : folders) searched += ", " + folder.string();
-    return "this machine does not have it (looked for " + scene.file + searched +
+    return "this machine does not have it (looked for " + wanted.file.string() + searched +
            "): get it, and name it with --scene";
   }
 
+  std::filesystem::path keys_;
   std::deque<SceneManifest> waiting_;
   std::stop_source stop_;
   std::future<std::string> answer_;  // the destructor waits for it
@@ -99,10 +102,11 @@ class SceneSearches {
 class Reporter {
  public:
   /// `security`: who can listen, which is said once a peer is heard. `as_part`: other peers are
-  /// known to come.
+  /// known to come. `keys`: folder of the session's keys; empty: a plain session.
   Reporter(std::optional<OwnScene> own, AnnouncedSession session, std::string security,
-           bool as_part)
+           bool as_part, std::filesystem::path keys)
       : own_(std::move(own)),
+        searches_(std::move(keys)),
         session_(std::move(session)),
         security_(as_part ? std::string() : std::move(security)),
         as_part_(as_part) {}
@@ -119,7 +123,7 @@ class Reporter {
     if (!picture.peers.empty() && !security_.empty()) Say(std::exchange(security_, {}));
     // a session goes by one scene; only the first kMostScenes of a peer that invents more are told
     if (picture.scene && told_scene_.size() < kMostScenes &&
-        told_scene_.insert(picture.scene->content_hash).second) {
+        told_scene_.insert(picture.scene->content_digest).second) {
       TellScene(*picture.scene);
     }
     if (const auto found = searches_.TakeNotifications()) Note(*found);
@@ -206,7 +210,7 @@ class Reporter {
   std::string security_;
   bool as_part_;
   std::map<PeerId, Presence> reported_;
-  std::set<std::uint64_t> told_scene_;
+  std::set<Sha256> told_scene_;
   std::uint64_t samples_told_ = 0;
 };
 
@@ -244,7 +248,8 @@ class Watching {
         viewer_(viewer),
         transport_(transport),
         reporter_(std::move(own), {dds.session, !dds.secure.empty()},
-                  SecurityOf(options.connection, options.session), options.as_part) {
+                  SecurityOf(options.connection, options.session), options.as_part,
+                  options.connection.secure) {
     info_.peer = dds.peer;
     info_.role = Role::kViewer;
     info_.name = options.name;

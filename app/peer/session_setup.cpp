@@ -83,7 +83,7 @@ int Connect(const PeerArguments& arguments, SessionSetup& setup) {
   ApplyConnection(arguments.connection, dds);
   if (arguments.share_scene) {
     const auto open = [file = scene.file,
-                       content = setup.hash.content](const std::atomic<bool>& stop) {
+                       content = setup.hash.digest](const std::atomic<bool>& stop) {
       return SceneFiles::Open(file, content, stop);
     };
     setup.files =
@@ -213,7 +213,7 @@ bool Superseded(const SessionSetup& setup) {
       setup.node ? setup.node->directory().SessionScene() : setup.inbox.SessionScene();
   // the node offers a manifest of its own after a while
   const SceneManifest& ours = setup.node ? setup.node->manifest() : setup.manifest;
-  return session && session->content_hash == setup.hash.content && Precedes(*session, ours) &&
+  return session && session->content_digest == setup.hash.digest && Precedes(*session, ours) &&
          !(ParametersOf(*session) == ParametersOf(setup.scene)) &&
          MayAdopt(ParametersOf(*session), setup);
 }

@@ -59,7 +59,7 @@ JoinFunction JoinBy(const ConnectionOptions& connection, SceneFetcher& fetcher) 
       options.peer = *id;
     }
     options.role = Role::kViewer;
-    options.files = fetcher.PartyOf(options.peer);
+    options.files = fetcher.PartyOf(options.peer, ReachBy(connection, request).secure);
     ApplyConnection(ReachBy(connection, request), options);
     if (request.from_relay) GoToRelay(options);
     return JoinOverDds(options, inbox);
@@ -77,9 +77,11 @@ ListenFunction ListenBy(const ConnectionOptions& connection) {
   };
 }
 
-SceneSearchResult FindHere(const SceneManifest& manifest) {
-  const std::vector<std::filesystem::path> folders = FoldersWithScenes();
-  return {FindScene(WantedFrom(manifest), folders), folders};
+FindFunction FindBy(const std::shared_ptr<SceneFetcher>& fetcher) {
+  return [fetcher](const SceneManifest& manifest) -> SceneSearchResult {
+    const std::vector<std::filesystem::path> folders = FoldersWithScenes();
+    return {FindScene(WantedFrom(manifest, fetcher->keys()), folders), folders};
+  };
 }
 
 /// Fetches scenes from the window's session. A press of the button consents to small files, a
@@ -95,7 +97,7 @@ FetchFunction FetchBy(const std::shared_ptr<SceneFetcher>& fetcher) {
       what = line;
     };
     options.refuses = [&](const OfferedScene& offered) {
-      return consent->Refuses(manifest.content_hash, offered);
+      return consent->Refuses(manifest.content_digest, offered);
     };
     options.progress = [&](std::uint64_t bytes, std::uint64_t of) {
       if (!progress(bytes, of, what)) stop.request_stop();
@@ -157,7 +159,7 @@ int main(int argc, char** argv) {
 
   const auto fetcher = std::make_shared<SceneFetcher>();  // outlives the session's transport
   SessionModel session(JoinBy(options->connection, *fetcher), ListenBy(options->connection));
-  SceneModel scene(LoadDrawnScene, FindHere);
+  SceneModel scene(LoadDrawnScene, FindBy(fetcher));
   scene.SetFetch(FetchBy(fetcher));
   const Result<GlInfo> gl = CheckGl();
   if (!gl) Fail(kExitDisplay, gl.error().what);

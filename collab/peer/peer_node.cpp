@@ -26,8 +26,9 @@ bool TakeTurn(std::int64_t now_ns, std::int64_t period_ns, std::int64_t early_ns
   return true;
 }
 
-OwnTerms TermsOf(const WorldModel& model) {
+OwnTerms TermsOf(const WorldModel& model, const NodeOptions& options) {
   OwnTerms terms{.parameters = ParametersOf(model.scene), .shared = {}};
+  if (options.manifest) terms.scene_digest = options.manifest->content_digest;
   for (std::size_t b = 0; b < model.bodies.size(); ++b) {
     terms.heaviest_kg = std::max(terms.heaviest_kg, model.bodies[b].inertia.mass);
     if (model.scene.bodies[model.object[b]].shared) terms.shared.push_back(model.object[b]);
@@ -43,7 +44,7 @@ PeerNode::PeerNode(std::shared_ptr<const WorldModel> model, std::unique_ptr<Devi
       options_(options),
       world_(model_, {.workers = options.workers, .experiments = options.peer.experiments}),
       device_(std::move(device)),
-      directory_(options.peer.id, scene_hash, options.name, TermsOf(*model_)),
+      directory_(options.peer.id, scene_hash, options.name, TermsOf(*model_, options)),
       inbox_(options.conditions, directory_, options.waiting),
       peer_(world_, *device_, inbox_, options.peer),
       next_loose_ns_(model_->scene.bodies.size()) {
@@ -61,6 +62,7 @@ PeerNode::PeerNode(std::shared_ptr<const WorldModel> model, std::unique_ptr<Devi
                   ? *options.manifest
                   : ManifestOf(model_->scene, {.content = scene_hash, .bodies = {}}, 0);
   manifest_.offered_by = options.peer.id;
+  info_.scene_digest = manifest_.content_digest;
 }
 
 void PeerNode::HapticFrame(std::int64_t now_ns) noexcept {

@@ -5,6 +5,8 @@
 #include <cstdio>
 #include <utility>
 
+#include "engine/base/text/hex.h"
+
 namespace tandem {
 
 PeerDirectory::PeerDirectory(PeerId self, std::uint64_t scene_hash, std::string name,
@@ -21,11 +23,17 @@ std::string PeerDirectory::WhyRefused(const PeerInfo& info) const {
     std::snprintf(text.data(), text.size(),
                   "it uses protocol %u and this program %u: update both to one version",
                   info.protocol, kProtocol);
-  } else if (info.role == Role::kActive && info.scene_hash != scene_hash_) {
+  } else if (info.role == Role::kActive &&
+             (info.scene_hash != scene_hash_ || info.scene_digest != terms_.scene_digest)) {
+    // forged scenes differ by their digests alone, of which a person needs the beginning
+    const bool forged = info.scene_hash == scene_hash_;
+    const auto shown = [forged](std::uint64_t hash, const Sha256& digest) {
+      return forged ? HexOfBytes(digest).substr(0, 16) : Hex(hash);
+    };
     std::snprintf(text.data(), text.size(),
-                  "its scene is %016llx and ours %016llx: open the same scene with the same files",
-                  static_cast<unsigned long long>(info.scene_hash),
-                  static_cast<unsigned long long>(scene_hash_));
+                  "its scene is %s and ours %s: open the same scene with the same files",
+                  shown(info.scene_hash, info.scene_digest).c_str(),
+                  shown(scene_hash_, terms_.scene_digest).c_str());
   }
   return text.data();
 }

@@ -17,6 +17,7 @@ namespace tandem {
 
 /// The parts of our own scene that matter for meeting others.
 struct OwnTerms {
+  Sha256 scene_digest{};  // digest of its content, as in SceneHash
   ForceParameters parameters;
   double heaviest_kg = 0;        // heaviest moving body
   std::vector<ObjectId> shared;  // bodies that several may hold

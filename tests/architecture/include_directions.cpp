@@ -156,7 +156,7 @@ const std::vector<Reserved>& ReservedWords() {
       {std::regex(R"(#\s*include\s*<Q(t|[A-Z]))"), "includes Qt", {"app/view"}},
       {std::regex(R"(#\s*include\s*<openssl/)"),
        "includes OpenSSL",
-       {"app/device/drivers", "app/invite", "collab/transfer"}},
+       {"app/device/drivers", "app/invite", "engine/base/files"}},
       {std::regex(R"(#\s*include\s*<CLI/)"), "includes the command line's library", {"app"}},
       {std::regex(
            R"(\b(clock_gettime|gettimeofday|(steady|system|high_resolution)_clock|MonotonicNowNs)\b)"),

@@ -79,7 +79,8 @@ Result<MemberKeys> ReadMember(const fs::path& folder) {
       keys.peer == 0 || (role != "peer" && role != "viewer" && role != "relay")) {
     return Error{(folder / "member.txt").string() + ": not as 'tandem keys' wrote it"};
   }
-  if (protocol != kProtocol) {
+  // the permissions are those of protocol 5
+  if (protocol != kProtocol && protocol != 5) {
     return Error{folder.string() + ": these keys are for protocol " +
                  (protocol == 0 ? "4 or before" : std::to_string(protocol)) +
                  ", this program speaks " + std::to_string(kProtocol) +

@@ -130,9 +130,8 @@ class DdsTransport final : public Transport {
   void Publish(const Event& event) override { PublishFast<tandem_Event>(writers_.event, event); }
   void Publish(const SceneManifest& manifest) override {
     tandem_SceneManifest wire{};
-    std::vector<tandem_BodyDecl> bodies;
-    CountUnless(ToWire(manifest, wire, bodies) &&
-                dds_write(writers_.scene, &wire) == DDS_RETCODE_OK);
+    ManifestBuffers room;
+    CountUnless(ToWire(manifest, wire, room) && dds_write(writers_.scene, &wire) == DDS_RETCODE_OK);
   }
 
   void Leave() override {

@@ -197,7 +197,7 @@ TEST(Enrolment, AlteredInvitationIsRefusedWithoutBeingUsed) {
                                          i.domain = 43;
                                        }),
                                        altered([](Invitation& i) {
-                                         i.scene.digest = 7;
+                                         i.scene.digest = Sha256{7};
                                        }),
                                        altered([](Invitation& i) {
                                          i.others = {"evil.example.org"};

@@ -25,7 +25,8 @@ Invitation PlainOne() {
   Invitation invitation;
   invitation.session = "gear";
   invitation.hosts = {"192.0.2.1:17910", "10.0.0.5"};
-  invitation.scene = {.digest = 0x0123456789abcdef, .bodies = 9, .file = "bracket.json"};
+  invitation.scene = {
+      .digest = Sha256Of(std::string("bracket")), .bodies = 9, .file = "bracket.json"};
   return invitation;
 }
 
@@ -56,7 +57,8 @@ TEST(Invitation, LineRoundTrips) {
       invitation.session += static_cast<char>(random());
     }
     if (random() % 2 == 0)
-      invitation.scene = {.digest = 1 + random(), .bodies = 3, .file = "a b.c"};
+      invitation.scene = {
+          .digest = Sha256Of(std::to_string(random())), .bodies = 3, .file = "a b.c"};
     if (random() % 3 == 0) invitation.scene = {};
     if (invitation.secured) invitation.enrolment.secret = Drawn(random);
     const Result<Invitation> read = ReadInvitation(LineOf(invitation));

@@ -282,6 +282,32 @@ TEST(PeerDirectory, PeerThatBecomesAViewerLeavesTheHapticThread) {
   EXPECT_THAT(reported, ElementsAre(Change::kJoined, Change::kLost, Change::kBack, Change::kLost));
 }
 
+// A scene with the hash of another is made in a second.
+TEST(PeerDirectory, SceneOfTheSameHashAndAnotherDigestIsAnotherScene) {
+  PeerDirectory directory(1, 42, {}, {.scene_digest = {0xAB}, .parameters = {}, .shared = {}});
+  PeerInfo honest = Anna();
+  honest.scene_digest = {0xAB};
+  honest.params_hash = HashOf(ForceParameters{});
+  directory.OnPeerInfo(honest);
+  EXPECT_THAT(directory.TakeNotifications(), ElementsAre("Anna joined"));
+  PeerInfo forged = honest;
+  forged.peer = 3;
+  forged.name = "Mallory";
+  forged.scene_digest = {0xAC};
+  PeerInfo silent = forged;
+  silent.peer = 4;
+  silent.scene_digest = {};
+  directory.OnPeerInfo(forged);
+  directory.OnPeerInfo(silent);
+  EXPECT_THAT(directory.TakeNotifications(),
+              ElementsAre("Mallory is not accepted: its scene is ac00000000000000 and ours "
+                          "ab00000000000000: open the same scene with the same files",
+                          HasSubstr("its scene is 0000000000000000 and ours ab00000000000000")));
+  for (const PeerDirectory::Entry& entry : directory.Entries()) {
+    EXPECT_EQ(entry.refused.empty(), entry.info.peer == 2) << entry.info.peer;
+  }
+}
+
 TEST(PeerDirectory, ParameterDifferencesAreReportedOnChange) {
   PeerDirectory directory(1, 42);
   directory.SetOwnTerms({.law = "p+dd", .gains = {}});

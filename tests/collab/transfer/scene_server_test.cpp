@@ -23,7 +23,7 @@ class Serving : public ::testing::Test {
   const std::uint64_t content_ = testing::ContentOf(scene_);
   SceneServer server_{1, content_,
                       [this](const std::atomic<bool>& stop) {
-                        return SceneFiles::Open(scene_, content_, stop);
+                        return SceneFiles::Open(scene_, testing::HashesOf(scene_).digest, stop);
                       },
                       kRate};
   std::int64_t now_ns_ = 1'000'000'000;
@@ -67,7 +67,7 @@ class Serving : public ::testing::Test {
     list_ = sent_[1].list;
     sent_.clear();
   }
-  FileDigest list_{};
+  Sha256 list_{};
 };
 
 TEST_F(Serving, RespectsItsRateLimit) {

@@ -60,7 +60,7 @@ TEST_F(Window, FetchesAMissingSceneWhenItsButtonIsPressed) {
   JoinSession();
   SceneManifest manifest;
   manifest.offered_by = 5;
-  manifest.content_hash = BlockAndBall().hash;
+  manifest.content_digest = BlockAndBall().digest;
   manifest.name = "block and ball";
   manifest.file = "/nowhere/block_and_ball.json";
   manifest.voxel_size = 0.003;
@@ -233,7 +233,7 @@ TEST_F(Window, ExplainsAMissingPicture) {
   JoinSession();
   EXPECT_TRUE(window_.page()->text().contains("bracket"));
   SceneManifest manifest;
-  manifest.content_hash = 3;
+  manifest.content_digest = {3};
   manifest.name = "gearbox";
   manifest.file = "/nowhere/gearbox.json";
   fake_.inbox->OnScene(manifest);
@@ -286,7 +286,7 @@ TEST_F(Window, AsksBeforeLoadingTheSessionsFile) {
   SceneManifest manifest;
   manifest.name = "theirs";
   manifest.file = here.fileName().toStdString();
-  manifest.content_hash = BlockAndBall().hash;
+  manifest.content_digest = BlockAndBall().digest;
   manifest.voxel_size = 0.003;
   JoinSession();
   fake_.inbox->OnScene(manifest);
