@@ -151,7 +151,7 @@ class Arrival {
       }
       std::optional<SessionScene> end;
       if (state == SceneFetch::State::kFailed) {
-        // what liars sent is of no use to the next run
+        // the files of liars are of no use to the next run
         const bool lies = party_.With([](SceneFetch& fetch) {
           return !fetch.liars().empty();
         });

@@ -53,7 +53,7 @@ Result<Series> ReadSeries(const std::filesystem::path& csv) {
   if (!lines.Next(line)) return Error{csv.string() + ": cannot be read"};
   Series series;
   series.columns = Split(line);
-  // of two columns of one name a picture would show the first alone
+  // a picture would show the first of two columns of one name alone
   const std::set<std::string> names(series.columns.begin(), series.columns.end());
   if (names.size() < series.columns.size()) {
     return Error{csv.string() + ": line 1: two columns have one name"};

@@ -136,7 +136,7 @@ namespace {
 
 /// The cost of winding numbers, as found at some places.
 struct WindingCost {
-  double steps = 0;    // of one place, on average
+  double steps = 0;    // average number of one place
   double unclear = 0;  // share of the places where a chunk cannot be decided at once
 };
 

@@ -338,8 +338,8 @@ TEST_F(Store, MeshesThatNameOtherFilesAreNotShared) {
               HasSubstr("save it as .glb"));
 }
 
-// What a stranger sent in a plain session must not serve a session with keys, nor may one session's
-// members serve another's.
+// A stranger's scene of a plain session must not serve a session with keys, nor one session's scene
+// another with other authorities.
 TEST_F(Store, ScenesOfOtherSendersServeNoSession) {
   const SceneStore anna(store_.folder(), Sha256Of(std::string("anna's authorities")));
   const SceneStore ben(store_.folder(), Sha256Of(std::string("ben's authorities")));

@@ -57,7 +57,7 @@ TEST(Series, ErrorsNameTheInvalidLine) {
   EXPECT_THAT(cut.error().what, HasSubstr("line 2: expected 2 values, got 1"));
 }
 
-// What is refused is refused in one line without control characters.
+// A refusal is one line without control characters.
 void ExpectRefused(const Result<Series>& series, const std::string& why) {
   ASSERT_FALSE(series) << why;
   EXPECT_THAT(series.error().what, HasSubstr(why));

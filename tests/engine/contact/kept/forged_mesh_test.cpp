@@ -67,7 +67,7 @@ std::string ForgedGrid(std::string file) {
   return file;
 }
 
-// Who gets a forged mesh into the cache must not change what an honest one becomes.
+// A forged mesh in the cache must not change what an honest one becomes.
 TEST(VoxelCache, ForgedMeshOfTheSameHashIsAnotherMesh) {
   const ScratchFolder scratch;
   const VoxelCache cache(scratch.path() / "cache");

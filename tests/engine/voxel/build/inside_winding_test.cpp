@@ -63,11 +63,11 @@ TEST(InsideWinding, OpenMeshesOfUsualShapeAreVoxelized) {
   std::erase_if(bowl.triangles, [&](const TriangleMesh::Triangle& t) {
     return ball.vertices[t[0]].z() > 0;
   });
-  TriangleMesh sieve{ball.vertices, {}};
+  TriangleMesh holed{ball.vertices, {}};
   for (std::size_t t = 0; t < ball.triangles.size(); ++t) {
-    if (t % 8 != 0) sieve.triangles.push_back(ball.triangles[t]);
+    if (t % 8 != 0) holed.triangles.push_back(ball.triangles[t]);
   }
-  for (const TriangleMesh* mesh : {&bowl, &sieve}) {
+  for (const TriangleMesh* mesh : {&bowl, &holed}) {
     EXPECT_FALSE(CostFault(*mesh, AutoVoxelSize(*mesh)));
     EXPECT_FALSE(CostFault(*mesh, 0.3 * AutoVoxelSize(*mesh)));
   }
