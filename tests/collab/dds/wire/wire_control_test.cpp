@@ -30,7 +30,8 @@ TEST(Wire, PeerInfoRoundTrips) {
                                 .contact = false,
                                 .force_layer = 3,
                                 .displacement = 0.5e-3},
-                      .beliefs = {{7, 12}}};
+                      .beliefs = {{7, 12}},
+                      .scene_digest = {7, 8, 9}};
   tandem_PeerInfo wire{};
   InfoBuffers room;
   ASSERT_TRUE(ToWire(info, wire, room));
