@@ -108,7 +108,12 @@ ControlConnection::Outcome Controller::Link::Send(const std::vector<char>& packe
 bool Controller::Link::Deliver(const tandem_control_Request& wire) {
   const std::vector<char> packet = PacketOf(wire);
   for (int tries = 0; tries < kTriesToSend; ++tries) {
-    const Outcome outcome = Send(packet);
+    Outcome outcome = Outcome::kGone;
+    {
+      const std::lock_guard lock(mutex_);
+      last_sent_ = wire.number;
+      if (connection_) outcome = connection_->Send(packet);
+    }
     if (outcome != Outcome::kLater) return outcome == Outcome::kDone;
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
   }
@@ -140,7 +145,7 @@ void Controller::Link::Connect() {
     connection_ = *std::move(made);
     why_.clear();
     // answers of the connection before do not come any more
-    replaced_ = controller_ != 0;
+    lost_to_ = last_sent_;
   } else {
     why_ = made.error().what;
   }
@@ -267,19 +272,22 @@ void Controller::Link::SetGoal(HostGoal::Kind kind, const Pose& X_WG, const Vec3
 void Controller::Link::AnswerForTheGone() {
   // a controller that is busy for long still sends snapshots
   const std::int64_t now_ns = MonotonicNowNs();
-  bool replaced = false;
+  std::uint64_t lost_to = 0;
   {
     const std::lock_guard lock(mutex_);
-    replaced = std::exchange(replaced_, false);
+    lost_to = lost_to_;
     if (Heard())
       gone_since_ns_ = 0;
     else if (gone_since_ns_ == 0)
       gone_since_ns_ = now_ns;
   }
-  if (!replaced && (gone_since_ns_ == 0 || now_ns - gone_since_ns_ < kGoneNs)) return;
+  const bool is_gone = gone_since_ns_ != 0 && now_ns - gone_since_ns_ >= kGoneNs;
+  const auto end = is_gone ? waiting_.end() : waiting_.upper_bound(lost_to);
   std::vector<OnAnswer> orphans;
-  for (auto& [number, on_answer] : waiting_) orphans.push_back(std::move(on_answer));
-  waiting_.clear();
+  for (auto waiting = waiting_.begin(); waiting != end; ++waiting) {
+    orphans.push_back(std::move(waiting->second));
+  }
+  waiting_.erase(waiting_.begin(), end);
   for (const OnAnswer& answer : orphans) {
     if (answer) answer({false, "the controller " + name_ + " is gone"});
   }

@@ -125,8 +125,9 @@ class Controller::Link {
   bool goal_waits_ = false;  // it is to be sent as soon as there is time
   std::int64_t last_goal_ns_ = 0;
   std::uint64_t controller_ = 0;  // id of the controller that was heard
-  bool replaced_ = false;         // another controller has taken its name
-  double rate_hz_ = 60;           // rate of snapshots that this host has asked for
+  std::uint64_t last_sent_ = 0;   // number of the newest request that was sent
+  std::uint64_t lost_to_ = 0;  // requests up to this number went over a connection that has ended
+  double rate_hz_ = 60;        // rate of snapshots that this host has asked for
   std::int64_t next_snapshot_ns_ = 0;
   SceneCopy scene_;
   std::uint32_t other_version_ = 0;
