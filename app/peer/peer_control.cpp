@@ -57,7 +57,7 @@ PeerControl::~PeerControl() {
   }
   job_came_.notify_all();
   jobs_thread_.join();
-  // of the last requests, as one to end
+  // the last requests have lines too, such as one to end
   for (const std::string& line : lines_) tandem::Say(line);
   meter_.reset();  // the meter posts here
 }

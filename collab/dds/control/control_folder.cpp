@@ -18,7 +18,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kSocketEnding = ".sock";
-constexpr std::size_t kRandomDigits = 32;  // of 4 bits
+constexpr std::size_t kRandomDigits = 32;  // hexadecimal digits
 
 // Returns an absolute path of the environment; empty: there is none.
 fs::path PathFrom(const char* variable) {

@@ -21,7 +21,7 @@ constexpr std::int64_t kLeastGoalNs = 1'000'000;  // between two goals
 constexpr std::int64_t kTryNs = 10'000'000;       // from one try to connect to the next
 constexpr std::size_t kMostWaiting = 32;  // requests without an answer, so that none is lost
 constexpr int kMostPacketsATurn = 256;
-constexpr int kTriesToSend = 20;  // of 5 ms
+constexpr int kTriesToSend = 20;  // tries, 5 ms apart
 
 }  // namespace
 

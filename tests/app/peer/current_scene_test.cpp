@@ -163,7 +163,7 @@ TEST(CurrentScene, HostIsNotToldWhatStandsInAFileThatIsNoScene) {
     EXPECT_EQ(reason.find("root"), std::string::npos) << reason;
     EXPECT_THAT(reason, HasSubstr("name another file"));
   }
-  // what is wrong in a scene is told
+  // the fault of a scene is told
   EXPECT_THAT(
       told(scratch.Write("scene.json", R"({"name": "s", "voxel_m": "small", "bodies": []})")),
       HasSubstr("got \"small\""));
