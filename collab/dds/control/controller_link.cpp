@@ -111,10 +111,12 @@ bool Controller::Link::Deliver(const tandem_control_Request& wire) {
     Outcome outcome = Outcome::kGone;
     {
       const std::lock_guard lock(mutex_);
-      last_sent_ = wire.number;
       if (connection_) outcome = connection_->Send(packet);
+      if (outcome == Outcome::kDone) last_sent_ = wire.number;
     }
-    if (outcome != Outcome::kLater) return outcome == Outcome::kDone;
+    if (outcome == Outcome::kDone) return true;
+    if (outcome == Outcome::kUnusable) return false;
+    // there is no room, or the next controller of that name is about to be found
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
   }
   return false;
