@@ -23,6 +23,7 @@
 #include "app/invite/invitation.h"
 #include "app/join/join_line.h"
 #include "app/process/headless.h"
+#include "collab/dds/control/control_folder.h"
 
 namespace tandem {
 
@@ -52,7 +53,7 @@ void FillReach(TakePartArguments& arguments) {
   hand.secure = arguments.connection.secure;
   std::istringstream words(arguments.peer_options);
   for (std::string word; words >> word;) hand.further.push_back(word);
-  hand.control = "window-" + std::to_string(getpid());
+  hand.control = UnguessableName("window-" + std::to_string(getpid()));
 }
 
 std::vector<std::string> ReachWords(const HandRequest& hand) {

@@ -22,14 +22,7 @@ constexpr std::uint64_t kFloodFrom = 200;            // refused samples; fewer a
 }  // namespace
 
 Result<std::unique_ptr<PeerControl>> PeerControl::Open(PeerArguments& arguments) {
-  if (arguments.control_domain == arguments.connection.domain) {
-    return Error{"--control-domain: the session already uses DDS domain " +
-                 std::to_string(arguments.connection.domain) + ": choose another"};
-  }
-  Result<std::unique_ptr<ControlPort>> port =
-      ControlPort::Open({.name = arguments.control,
-                         .domain = arguments.control_domain,
-                         .secured = !arguments.connection.secure.empty()});
+  Result<std::unique_ptr<ControlPort>> port = ControlPort::Open(arguments.control);
   if (!port) return port.error();
   const bool device_hand = !arguments.hand.empty() || HasDeviceProcess(arguments);
   std::unique_ptr<PeerControl> control(new PeerControl(*std::move(port), arguments, device_hand));
@@ -64,6 +57,8 @@ PeerControl::~PeerControl() {
   }
   job_came_.notify_all();
   jobs_thread_.join();
+  // the last requests have lines too, such as one to end
+  for (const std::string& line : lines_) tandem::Say(line);
   meter_.reset();  // the meter posts here
 }
 
@@ -196,7 +191,7 @@ PeerControl::Wish PeerControl::Tick(PeerTable& table) {
   for (const std::string& line : lines) tandem::Say(line);
   if (!flood_told_ && port_->refused() >= kFloodFrom) {
     flood_told_ = true;
-    tandem::Say("a program on this machine floods the controller, which refuses the excess");
+    tandem::Say("a program of this user floods the controller, which refuses the excess");
   }
   TellStop();
   if (turns_++ % kTurnsPerLook == 0) {

@@ -154,7 +154,7 @@ void AddControlOptions(CLI::App& command, PeerArguments& arguments) {
                          "attach to it, load scenes, move the hand");
   command
       .add_option("--control-domain", arguments.control_domain,
-                  "DDS domain of the controller's command interface, on loopback")
+                  "accepted for earlier command lines; it has no effect")
       ->check(WholeNumberFrom(0, kMaxDomain))
       ->needs(control)
       ->capture_default_str();

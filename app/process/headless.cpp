@@ -105,7 +105,6 @@ int ShowHeadless(const HandRequest& request, bool json) {
   Controller::Options options;
   options.host = "tandem-open";
   options.timeout_s = kAttachTry;
-  options.secured = !request.secure.empty();
   std::string why;
   while (MonotonicNowNs() - begun_ns < kControllerPatienceNs) {
     // the controller's own words are on stderr already

@@ -12,6 +12,7 @@
 
 #include "app/common/exit_codes.h"
 #include "app/common/option_checks.h"
+#include "collab/dds/control/control_folder.h"
 
 namespace tandem {
 
@@ -106,7 +107,9 @@ void AddPictureOptions(CLI::App& app, ViewOptions& options) {
 
 /// Derives the requests to the hand's controller and to the session from the options.
 void FillRequests(ViewOptions& options) {
-  if (options.hand.control.empty()) options.hand.control = "window-" + std::to_string(getpid());
+  if (options.hand.control.empty()) {
+    options.hand.control = UnguessableName("window-" + std::to_string(getpid()));
+  }
   options.hand.scene = options.open;
   std::istringstream words(options.peer_options);
   for (std::string word; words >> word;) options.hand.further.push_back(word);

@@ -4,14 +4,12 @@
 #include <thread>
 
 #include <gtest/gtest.h>
-#include <sys/stat.h>
+#include <unistd.h>
 
-#include "app/process/child_processes.h"
-#include "collab/controller/controller.h"
-#include "collab/dds/security/keys.h"
+#include "tests/network/control_fixture.h"
 #include "tests/support/obj_text.h"
 
-// Tests a host in this program and a controller in a process of its own, over DDS.
+// Tests a host in this program and a controller in a process of its own.
 
 namespace tandem {
 namespace {
@@ -27,41 +25,7 @@ std::string NamesIn(const std::filesystem::path& folder) {
   return names;
 }
 
-class ControlTest : public ::testing::Test {
- protected:
-  ControlTest() {
-    // controllers of this test alone; CTest runs each test in a process of its own
-    setenv("XDG_RUNTIME_DIR", folder_.path().c_str(), 1);  // NOLINT(concurrency-mt-unsafe)
-  }
-  void Start(std::vector<std::string> more = {}) {
-    std::vector<std::string> words{
-        TANDEM_PROGRAM, "peer",      "--session",
-        name_,          "--scene",   std::string(TANDEM_SCENES) + "/peg_in_slot.json",
-        "--interface",  "lo",        "--name",
-        "anna",         "--control", name_,
-        "--capacity",   "20000",     "--brief"};
-    words.insert(words.end(), more.begin(), more.end());
-    Result<ChildProcess> started = ChildProcess::Start(words);
-    ASSERT_TRUE(started);
-    controller_.emplace(*std::move(started));
-  }
-  Controller Attach() {
-    Controller::Options options;
-    options.host = "test";
-    options.timeout_s = 30;
-    Result<Controller> host = Controller::Attach(name_, options);
-    EXPECT_TRUE(host) << host.error().what;
-    Controller attached = *std::move(host);
-    for (int i = 0; i < 300 && attached.snapshot().bodies.empty(); ++i) {
-      attached.Wait(milliseconds(100));
-    }
-    return attached;
-  }
-
-  TemporaryFolder folder_;
-  std::string name_ = "control-" + std::to_string(getpid());
-  std::optional<ChildProcess> controller_;
-};
+using ControlTest = testing::ControlTest;
 
 TEST_F(ControlTest, HostGrabsMovesSavesAndQuits) {
   Start();
@@ -266,48 +230,6 @@ TEST_F(ControlTest, ReportsAMissingController) {
   const Result<Controller> host = Controller::Attach("nobody", options);
   ASSERT_FALSE(host);
   EXPECT_NE(host.error().what.find("no controller 'nobody' on this machine"), std::string::npos);
-}
-
-TEST_F(ControlTest, SecuredSessionAcceptsOnlyHostsWithKeys) {
-  const std::filesystem::path session = folder_.path() / "session";
-  const std::filesystem::path anna = folder_.path() / "anna";
-  ASSERT_TRUE(MakeSessionKeys(session));
-  ASSERT_TRUE(MakeMemberKeys(session, "anna", Role::kActive, anna));
-  Start({"--secure", anna.string()});
-  {
-    Controller host = Attach();
-    EXPECT_TRUE(host.Ask(GrabRequest{.body = "peg"}).ok);
-  }
-  const std::filesystem::path keys = folder_.path() / "tandem" / (name_ + ".keys");
-  struct stat facts {};
-  ASSERT_EQ(stat(keys.c_str(), &facts), 0);
-  EXPECT_EQ(facts.st_mode & 0077, 0U) << "for their owner alone";
-  EXPECT_FALSE(std::filesystem::exists(keys / "identity_ca.key")) << "nobody gets keys later";
-  {
-    Controller::Options options;
-    options.timeout_s = 30;
-    options.secured = true;
-    const Result<Controller> host = Controller::Attach(name_, options);
-    EXPECT_TRUE(host) << host.error().what;
-  }
-  // another user does not see the folder, and finds nobody
-  std::filesystem::rename(keys, folder_.path() / "hidden");
-  Controller::Options options;
-  options.timeout_s = 3;
-  EXPECT_FALSE(Controller::Attach(name_, options));
-}
-
-// Any user of the machine may run a plain controller under the name of a secured one that starts.
-TEST_F(ControlTest, SecuredHostRefusesAPlainController) {
-  Start();
-  Attach();
-  Controller::Options options;
-  options.timeout_s = 1;
-  options.secured = true;
-  const Result<Controller> host = Controller::Attach(name_, options);
-  ASSERT_FALSE(host);
-  EXPECT_NE(host.error().what.find("no controller '" + name_ + "' with keys"), std::string::npos)
-      << host.error().what;
 }
 
 }  // namespace

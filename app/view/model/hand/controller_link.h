@@ -26,10 +26,9 @@ class ControllerLink {
   virtual bool Poll() = 0;
 };
 
-/// Attaches to the controller of a name; waits at most a second. `secured`: requires a controller
-/// that has keys.
+/// Attaches to this user's controller of a name; waits at most a second.
 using AttachFunction =
-    std::function<Result<std::unique_ptr<ControllerLink>>(const std::string& name, bool secured)>;
+    std::function<Result<std::unique_ptr<ControllerLink>>(const std::string& name)>;
 
 /// A controller that this program has started. It survives a crash of this program.
 class ControllerProcess {

@@ -77,8 +77,8 @@ void HandModel::Leave() {
 void HandModel::TryToAttach() {
   if (attaching_.joinable()) return;
   drop_attached_ = false;
-  attaching_ = std::thread([this, name = request_.control, secured = !request_.secure.empty()] {
-    attach_result_.emplace(attach_(name, secured));
+  attaching_ = std::thread([this, name = request_.control] {
+    attach_result_.emplace(attach_(name));
     QMetaObject::invokeMethod(this, &HandModel::OnAttachEnded, Qt::QueuedConnection);
   });
 }

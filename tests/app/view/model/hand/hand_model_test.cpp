@@ -43,30 +43,6 @@ TEST_F(Hand, StartsAControllerAndAttachesToIt) {
   EXPECT_FALSE(hand_.held().has_value());
 }
 
-// Another user of the machine may answer plainly under the controller's name.
-TEST_F(Hand, RefusesAPlainControllerAfterStartingASecuredOne) {
-  Begin();
-  EXPECT_FALSE(controller_.wanted_secured);
-  HandRequest request = hand_.request();
-  request.secure = "keys/anna";
-  hand_.Start(request);
-  ASSERT_TRUE(ProcessEventsUntil([&] {
-    return hand_.ready();
-  }));
-  EXPECT_TRUE(controller_.wanted_secured);
-  // a new window opens after a crash of the first one
-  hand_.TakeUp("test", "anna", true, "keys/anna");
-  ASSERT_TRUE(ProcessEventsUntil([&] {
-    return hand_.ready();
-  }));
-  EXPECT_TRUE(controller_.wanted_secured);
-  hand_.TakeUp("test", "anna");
-  ASSERT_TRUE(ProcessEventsUntil([&] {
-    return hand_.ready();
-  }));
-  EXPECT_FALSE(controller_.wanted_secured);
-}
-
 TEST_F(Hand, GrabsABodyAndMovesItsGoal) {
   Begin();
   Take();
