@@ -56,7 +56,11 @@ class ControlServer {
                  const ControlRequest& request, std::int64_t now_ns);
   void OnGoal(HostId host, const HostGoal& goal, std::int64_t now_ns);
   void OnFacts(const SimulationFacts& facts, std::int64_t now_ns);
-  void OnPeers(std::vector<SnapshotPeer> peers) { peers_ = std::move(peers); }
+  /// `colour`: number of our own user's colour; 0: not known.
+  void OnPeers(std::vector<SnapshotPeer> peers, std::uint8_t colour = 0) {
+    peers_ = std::move(peers);
+    colour_ = colour;
+  }
   void OnNews(const Notification& news, const std::string& line);
   /// Takes a line for the user that does not come from the hand.
   void OnLine(const std::string& line);
@@ -97,6 +101,7 @@ class ControlServer {
     std::uint64_t number = 0;
   };
 
+  std::size_t scene_bodies() const noexcept { return scene_ ? scene_->bodies.size() : 0; }
   Host* HostOf(HostId id, std::int64_t now_ns);
   void Reply(HostId host, std::uint64_t number, const Answer& answer);
   void Refuse(HostId host, std::uint64_t number, const std::string& why) {
@@ -146,6 +151,8 @@ class ControlServer {
   int distance_held_ = -1;
   SnapshotDistance distance_;
   std::vector<SnapshotPeer> peers_;
+  std::uint8_t colour_ = 0;
+  std::optional<ControllerSnapshot::Asked> asked_;  // request in the newest line
   std::vector<HostAnswer> answers_;
   std::vector<std::string> lines_;
   std::string notifications_;

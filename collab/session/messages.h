@@ -17,7 +17,7 @@ namespace tandem {
 using PeerId = std::uint64_t;    // random, never 0
 using ObjectId = std::uint32_t;  // index into Scene::bodies
 
-inline constexpr std::uint32_t kProtocol = 5;
+inline constexpr std::uint32_t kProtocol = 6;
 inline constexpr std::size_t kMaxPeers = 16;   // active peers, this one included
 inline constexpr std::size_t kMaxLinks = 8;    // couplings of one instance
 inline constexpr std::size_t kMaxClaims = 64;  // bodies that one peer can answer for
@@ -186,7 +186,9 @@ struct PeerInfo {
   std::vector<Claim> claims;      // bodies that the peer holds or answers for
   /// Random number of this run of the program; the transport fills it in. 0: an older protocol.
   std::uint64_t incarnation = 0;
-  bool leaving = false;  // a goodbye; set by the transport
+  bool leaving = false;     // a goodbye; set by the transport
+  std::uint8_t colour = 0;  // number of its user's colour (PersonColour); 0: not chosen yet
+  bool stopped = false;     // its hand is in an emergency stop: it holds and takes nothing
   ForceTerms terms;
   std::vector<Belief> beliefs;  // believed authorities of bodies of other peers
 };
