@@ -13,6 +13,7 @@
 
 #include "app/cli/commands.h"
 #include "app/common/console.h"
+#include "app/common/describe_signal.h"
 #include "app/common/exit_codes.h"
 #include "app/common/option_checks.h"
 #include "app/common/program_folders.h"
@@ -127,15 +128,14 @@ int RunWindow(const std::vector<std::string>& words, const HandRequest& hand, bo
     const int status = WatchWindow(window);
     if (WIFEXITED(status)) return WEXITSTATUS(status);
     if (StopOnSignals().load()) return kExitOk;  // a signal asked it to end
-    const std::string signal = std::to_string(WTERMSIG(status));
-    if (!has_controller || windows > kMostNewWindows) {
-      return Fail(kExitFailed, "the window was ended by signal " + signal +
-                                   (has_controller ? "; its controller " + hand.control +
-                                                         " goes on: tandem-view" + Joined(take_up)
-                                                   : ""));
+    const std::string end = "the window " + DescribeSignal(WTERMSIG(status));
+    const bool goes_on = has_controller && ControllerAnswers(hand);
+    if (!goes_on) return Fail(kExitFailed, end);
+    if (windows > kMostNewWindows) {
+      return Fail(kExitFailed, end + "; its controller " + hand.control + " goes on: tandem-view" +
+                                   Joined(take_up));
     }
-    Say("the window was ended by signal " + signal + "; its controller goes on, and a new window " +
-        "attaches to it");
+    Say(end + "; its controller goes on, and a new window attaches to it");
     now = take_up;
     now.insert(now.end(), {"--name", hand.name});
   }

@@ -127,6 +127,7 @@ void PeerControl::Begin(const PeerArguments& arguments, SessionSetup& setup) {
   scene.session = arguments.session;
   scene.self = setup.id;
   scene.own_only = setup.unequal.has_value();
+  scene.warnings = setup.warnings;
   device_ = setup.goal_device;
   {
     const std::lock_guard lock(node_mutex_);
@@ -195,8 +196,8 @@ PeerControl::Wish PeerControl::Tick(PeerTable& table) {
   }
   TellStop();
   if (turns_++ % kTurnsPerLook == 0) {
-    Post([peers = Peers(table)](ControlServer& server) {
-      server.OnPeers(peers);
+    Post([peers = Peers(table), colour = node_->colour()](ControlServer& server) {
+      server.OnPeers(peers, colour);
     });
   }
   if (quit_) return Wish::kQuit;
@@ -214,6 +215,8 @@ std::vector<SnapshotPeer> PeerControl::Peers(const PeerTable& table) const {
     peer.active = entry.info.role == Role::kActive;
     peer.here = entry.presence == PeerDirectory::Presence::kHere;
     peer.refused = entry.refused;
+    peer.colour = entry.info.colour;
+    peer.stopped = entry.info.stopped;
     for (std::uint32_t i = 0; i < table.count; ++i) {
       if (table.rows[i].peer != peer.id) continue;
       peer.delay_s = table.rows[i].delay_s;

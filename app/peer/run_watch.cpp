@@ -130,6 +130,7 @@ class Reporter {
     ForgetGone(picture);
     for (const ViewedPeer& peer : picture.peers) {
       if (peer.info.name.empty() && peer.presence == Presence::kHere) continue;  // its name follows
+      TellStop(peer);
       const auto [known, is_new] = reported_.try_emplace(peer.info.peer, peer.presence);
       if (!is_new && known->second == peer.presence) continue;
       known->second = peer.presence;
@@ -158,7 +159,9 @@ class Reporter {
     int active = 0;
     for (const ViewedPeer& peer : picture.peers) {
       if (peer.presence != Presence::kHere || peer.info.role != Role::kActive) continue;
-      line += "; " + NameOf(peer) + " " + std::to_string(std::lround(peer.delay_ms)) + " ms";
+      line += "; " + NameOf(peer) + " (" + NameOfColour(ColourOf(peer.info)) +
+              (peer.info.stopped ? ", stopped) " : ") ") +
+              std::to_string(std::lround(peer.delay_ms)) + " ms";
       ++active;
       for (std::size_t i = 0; i < std::min(peer.bodies.size(), kBodiesTold); ++i) {
         const ViewBody& body = peer.bodies[i];
@@ -191,6 +194,15 @@ class Reporter {
     });
   }
 
+  void TellStop(const ViewedPeer& peer) {
+    const bool stopped = peer.presence == Presence::kHere && peer.info.stopped;
+    if (stopped == stopped_.contains(peer.info.peer) || peer.presence != Presence::kHere) return;
+    if (stopped && stopped_.size() < Viewer::kMost) stopped_.insert(peer.info.peer);
+    if (!stopped) stopped_.erase(peer.info.peer);
+    notifications_.Add(NameOf(peer),
+                       NameOf(peer) + (stopped ? " stopped its hand" : " goes on after a stop"));
+  }
+
   void Note(const std::string& line) { notifications_.Add("", line); }
 
   void TellScene(const SceneManifest& scene) {
@@ -210,6 +222,7 @@ class Reporter {
   std::string security_;
   bool as_part_;
   std::map<PeerId, Presence> reported_;
+  std::set<PeerId> stopped_;
   std::set<Sha256> told_scene_;
   std::uint64_t samples_told_ = 0;
 };
@@ -284,6 +297,7 @@ class Watching {
  private:
   void Beat(const ViewerPicture& picture, std::int64_t now_ns) {
     if (picture.scene) info_.scene_hash = picture.scene->content_hash;
+    info_.colour = viewer_.ColourFor(info_, info_.colour);
     transport_.Publish(info_);
     ++info_.beat;
     beat_ns_ = now_ns;

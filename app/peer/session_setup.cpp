@@ -1,6 +1,7 @@
 #include "app/peer/session_setup.h"
 
 #include <algorithm>
+#include <iterator>
 #include <utility>
 
 #include "app/common/console.h"
@@ -259,9 +260,11 @@ int Join(PeerArguments& arguments, SessionSetup& setup) {
   if (!arguments.repeats) {
     for (const std::string& remark : setup.model->remarks) Say(remark);
   }
+  setup.warnings = setup.model->remarks;
   if (!arguments.brief && !arguments.no_contact) {
     setup.start_gaps = FindStartGaps(*setup.model);
     TellStart(setup.start_gaps);
+    std::ranges::copy(Describe(setup.start_gaps), std::back_inserter(setup.warnings));
   }
   if (setup.unequal) {
     double heaviest_kg = 0;

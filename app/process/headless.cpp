@@ -19,6 +19,7 @@ namespace tandem {
 namespace {
 
 constexpr double kAttachTry = 0.3;  // s
+constexpr double kAnswerSeconds = 2;
 constexpr std::int64_t kControllerPatienceNs = 60'000'000'000;
 constexpr std::chrono::milliseconds kEndPatience{5000};
 
@@ -134,6 +135,14 @@ int ShowHeadless(const HandRequest& request, bool json) {
     return ended.value_or(kExitFailed);
   }
   return Fail(kExitFailed, "the controller did not answer within a minute: " + why);
+}
+
+bool ControllerAnswers(const HandRequest& request) {
+  Controller::Options options;
+  options.host = "tandem-open";
+  options.timeout_s = kAnswerSeconds;
+  options.secured = !request.secure.empty();
+  return static_cast<bool>(Controller::Attach(request.control, options));
 }
 
 }  // namespace tandem

@@ -14,6 +14,7 @@
 #include "app/view/controller_process.h"
 #include "app/view/options.h"
 #include "app/view/paint_pictures.h"
+#include "app/view/qt_start.h"
 #include "app/view/render/gl_check.h"
 #include "app/view/time_pictures.h"
 #include "app/view/ui/main_window.h"
@@ -123,6 +124,14 @@ void Begin(const ViewOptions& options, MainWindow& window, SessionModel& session
   }
 }
 
+/// Prints the verdicts of a session that has ended, for a user who started the window at a
+/// terminal.
+void SayVerdicts(const QStringList& lines) {
+  for (const QString& line : lines) {
+    StandardError().WriteLine("tandem-view: " + line.toStdString());
+  }
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -151,7 +160,9 @@ int main(int argc, char** argv) {
   if (!qEnvironmentVariableIsSet("LP_NUM_THREADS")) qputenv("LP_NUM_THREADS", "1");
   QSurfaceFormat::setDefaultFormat(RendererFormat());
   int qt_argc = 1;  // Qt gets none of the arguments
+  QtStart start;
   QApplication app(qt_argc, argv);
+  start.Succeeded();
   QApplication::setApplicationName(QStringLiteral("tandem-view"));
   if (!options->time_pictures.empty()) {
     return TimePictures(options->scene, options->rounds, options->time_pictures);
@@ -164,6 +175,7 @@ int main(int argc, char** argv) {
   const Result<GlInfo> gl = CheckGl();
   if (!gl) Fail(kExitDisplay, gl.error().what);
   HandModel hand(AttachController, LaunchController);
+  QObject::connect(&hand, &HandModel::SessionEnded, &SayVerdicts);
   MainWindow window(session, scene, gl, &hand);
   window.panel()->SetDefaults(options->hand);
   UnattendedRun unattended(*options, window, session);
@@ -183,5 +195,6 @@ int main(int argc, char** argv) {
   window.show();
   Begin(*options, window, session, scene);
   QApplication::exec();
+  hand.Leave();  // while its verdicts can be told
   return unattended.Finish();
 }

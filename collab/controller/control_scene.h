@@ -29,6 +29,7 @@ struct ControlScene {
   bool own_only = false;  // takes no shared body in hand
   std::vector<Body> bodies;
   ClearanceBounds clearance;
+  std::vector<std::string> warnings{};  // facts on the scene for its user, from the start
 
   /// Returns the index of the body of that name; -1: none.
   int BodyNamed(const std::string& name) const;

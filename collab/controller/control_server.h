@@ -58,8 +58,10 @@ class ControlServer {
   /// Takes that a host's process has closed its connection: its hand lets go at once.
   void OnGone(HostId host, std::int64_t now_ns) { Lose(host, "is gone", now_ns); }
   void OnFacts(const SimulationFacts& facts, std::int64_t now_ns);
-  void OnPeers(std::vector<SnapshotPeer> peers) {
+  /// `colour`: number of our own user's colour; 0: not known.
+  void OnPeers(std::vector<SnapshotPeer> peers, std::uint8_t colour = 0) {
     peers_ = std::move(peers);
+    colour_ = colour;
     task_.OnPeers(peers_);
   }
   void OnNews(const Notification& news, const std::string& line);
@@ -102,6 +104,7 @@ class ControlServer {
     std::uint64_t number = 0;
   };
 
+  std::size_t scene_bodies() const noexcept { return scene_ ? scene_->bodies.size() : 0; }
   Host* HostOf(HostId id, std::int64_t now_ns);
   void Reply(HostId host, std::uint64_t number, const Answer& answer);
   void Refuse(HostId host, std::uint64_t number, const std::string& why) {
@@ -153,6 +156,8 @@ class ControlServer {
   int distance_held_ = -1;
   SnapshotDistance distance_;
   std::vector<SnapshotPeer> peers_;
+  std::uint8_t colour_ = 0;
+  std::optional<ControllerSnapshot::Asked> asked_;  // request in the newest line
   std::vector<HostAnswer> answers_;
   std::vector<std::string> lines_;
   std::int64_t told_since_ns_ = 0;  // start of the second in which told_ lines told of requests

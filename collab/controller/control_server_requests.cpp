@@ -153,7 +153,7 @@ Result<int> ControlServer::MovingNamed(const std::string& name) const {
   if (found.fixed) return Error{"'" + name + "' is fixed: nobody can take it"};
   if (found.shared && scene_->own_only) {
     return Error{"'" + name +
-                 "' is shared: a peer with other force parameters (--insist) cannot hold it"};
+                 "' is shared: a peer with force parameters of its own cannot hold it"};
   }
   return found.moving;
 }

@@ -187,7 +187,9 @@ struct PeerInfo {
   std::vector<Claim> claims;      // bodies that the peer holds or answers for
   /// Random number of this run of the program; the transport fills it in. 0: an older protocol.
   std::uint64_t incarnation = 0;
-  bool leaving = false;  // a goodbye; set by the transport
+  bool leaving = false;     // a goodbye; set by the transport
+  std::uint8_t colour = 0;  // number of its user's colour (PersonColour); 0: not chosen yet
+  bool stopped = false;     // its hand is in an emergency stop: it holds and takes nothing
   ForceTerms terms;
   std::vector<Belief> beliefs;  // believed authorities of bodies of other peers
   Sha256 scene_digest{};        // digest of the scene's content

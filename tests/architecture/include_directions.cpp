@@ -113,7 +113,8 @@ const std::map<std::string, std::set<std::string>>& Arrows() {
     may_see("app/bench/comparison", {"app/bench"});
     may_see("app/cli", {"app/join", "app/doctor", "app/stability/cli", "app/study/run", "app/bench",
                         "collab/simulated/hands"});
-    may_see("app/view/model/scene", {"app/connection"});
+    may_see("app/view/model/words", {});
+    may_see("app/view/model/scene", {"app/connection", "app/view/model/words"});
     may_see("app/view/model/session", {"app/view/model/scene"});
     may_see("app/view/model/proximity", {"app/view/model/scene", "engine/proximity"});
     may_see("app/view/model/hand", {"app/view/model/scene"});

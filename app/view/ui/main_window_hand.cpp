@@ -43,7 +43,12 @@ void MainWindow::OnHandChanged() {
                                       .arg(QString::fromStdString(session),
                                            QString::fromStdString(hand.request().name));
   }
+  if (hand.state() == HandModel::State::kStarting && !hand.request().session.empty()) {
+    dock_text = tr("Joining \u201c%1\u201d with a hand\u2026")
+                    .arg(QString::fromStdString(hand.request().session));
+  }
   session_dock_->ShowHand(dock_text);
+  UpdateNotices();
   if (hand.ready() && !numbers_.isActive()) numbers_.start();
   if (hand.state() != HandModel::State::kNone || !panel_->StateText().isEmpty()) {
     QString text = panel_->StateText();
@@ -72,7 +77,7 @@ void MainWindow::AskToJoin() {
   auto* dialog = new JoinDialog(this);
   dialog->setAttribute(Qt::WA_DeleteOnClose);
   HandRequest request = panel_->defaults();
-  if (request.session.empty()) request.session = session_dock_->Request().session;
+  request.session = SessionInMind();
   dialog->SetRequest(request, true);
   dialog->Look(TandemProgram());
   connect(dialog, &QDialog::accepted, this, [this, dialog] {
@@ -83,6 +88,17 @@ void MainWindow::AskToJoin() {
     }
   });
   dialog->open();
+}
+
+std::string MainWindow::SessionInMind() const {
+  const HandModel& hand = panel_->hand();
+  if (hand.ready()) return hand.request().session;
+  using State = SessionModel::State;
+  if (session_.state() == State::kJoined) {
+    return session_.has_peers() ? session_.request().session : std::string();
+  }
+  // a name that was typed or given and not tried yet
+  return session_.state() == State::kIdle ? session_dock_->Request().session : std::string();
 }
 
 void MainWindow::JoinByInvitation(const QString& line, const HandRequest& request) {

@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include "collab/dds/wire/wire.h"
+#include "collab/session/person_colour.h"
 #include "engine/base/text/clean_text.h"
 #include "engine/contact/pair/friction.h"
 #include "engine/scene/scene.h"
@@ -52,6 +53,11 @@ void Lend(std::vector<Item>& room, Sequence& out) {
 
 // NOLINTEND(modernize-avoid-c-arrays)
 
+// A number that no colour has counts as no choice.
+PersonColour GetColour(std::uint8_t number) {
+  return number <= kPersonColours ? number : PersonColour{0};
+}
+
 }  // namespace
 
 bool ToWire(const PeerInfo& info, tandem_PeerInfo& wire, InfoBuffers& room) {
@@ -71,6 +77,8 @@ bool ToWire(const PeerInfo& info, tandem_PeerInfo& wire, InfoBuffers& room) {
   Lend(room.claims, wire.claims);
   wire.incarnation = info.incarnation;
   wire.leaving = info.leaving;
+  wire.colour = info.colour;
+  wire.stopped = info.stopped;
   PutText(info.terms.law, wire.law);
   PutText(info.terms.gains, wire.gains);
   wire.gate = info.terms.gate;
@@ -102,6 +110,8 @@ bool FromWire(const tandem_PeerInfo& wire, PeerInfo& info) {
   info.scene_digest = GetDigest(wire.scene_digest);
   info.incarnation = wire.incarnation;
   info.leaving = wire.leaving;
+  info.colour = GetColour(wire.colour);
+  info.stopped = wire.stopped;
   info.terms = {.law = GetText(wire.law),
                 .gains = GetText(wire.gains),
                 .gate = wire.gate,
@@ -128,6 +138,7 @@ void ToWire(const PeerInfo& info, tandem_ViewerInfo& wire) {
   wire.beat = info.beat;
   wire.incarnation = info.incarnation;
   wire.leaving = info.leaving;
+  wire.colour = info.colour;
   PutText(info.name, wire.name);
 }
 
@@ -140,6 +151,7 @@ bool FromWire(const tandem_ViewerInfo& wire, PeerInfo& info) {
   info.role = Role::kViewer;
   info.incarnation = wire.incarnation;
   info.leaving = wire.leaving;
+  info.colour = GetColour(wire.colour);
   info.name = GetText(wire.name);
   return true;
 }

@@ -215,9 +215,7 @@ void SceneModel::ShowMissing(const Loaded& loaded) {
   if (fetch_) {
     text += tr("\n\nA peer can send its files, 1 GB at most.");
   }
-  text +=
-      tr("\n\nGet the same scene, with its meshes, and open it (Ctrl+O), or start with --scene "
-         "FILE.");
+  text += tr("\n\nGet the same scene, with its meshes, and open it (Ctrl+O).");
   SetState(State::kMissing, text);
 }
 

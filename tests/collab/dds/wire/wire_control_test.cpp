@@ -24,6 +24,8 @@ TEST(Wire, PeerInfoRoundTrips) {
                       .claims = {{1, 2, true}, {5, 0, false}},
                       .incarnation = 79,
                       .leaving = true,
+                      .colour = 5,
+                      .stopped = true,
                       .terms = {.law = "constant",
                                 .gains = "stiffness=80",
                                 .gate = false,
@@ -48,6 +50,11 @@ TEST(Wire, PeerInfoRoundTrips) {
   EXPECT_EQ(back.claims, info.claims);
   EXPECT_EQ(back.incarnation, 79U);
   EXPECT_TRUE(back.leaving);
+  EXPECT_EQ(back.colour, 5);
+  EXPECT_TRUE(back.stopped);
+  wire.colour = 200;  // no colour has that number
+  ASSERT_TRUE(FromWire(wire, back));
+  EXPECT_EQ(back.colour, 0);
   EXPECT_EQ(back.terms, info.terms);
   EXPECT_EQ(back.beliefs, info.beliefs);
 }

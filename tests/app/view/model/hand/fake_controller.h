@@ -23,8 +23,9 @@ struct FakeController {
   double wall_x = 1e9;    // m; limit of the grasped point's x
   std::string ended;  // when not empty, the process has ended with these words
   std::vector<HandRequest> launched;
-  int processes = 0;  // number that run
-  Pose X_GB;          // displacement of the body in hand, as seen from the grasp frame
+  int processes = 0;                    // number that run
+  std::vector<std::string> last_words;  // lines that it says when it is asked to end
+  Pose X_GB;  // displacement of the body in hand, as seen from the grasp frame
 
   FakeController() {
     now.self = 1;
@@ -69,6 +70,7 @@ struct FakeController {
       return controller.ended.empty() ? std::nullopt : std::optional(controller.ended);
     }
     std::string LastLine() override { return {}; }
+    std::vector<std::string> LinesSinceMark() override { return controller.last_words; }
     FakeController& controller;
   };
 

@@ -129,7 +129,8 @@ TEST_F(SceneOfASession, MissingSceneIsReportedByName) {
   ASSERT_TRUE(Settled(model));
   EXPECT_EQ(model.state(), SceneModel::State::kMissing);
   EXPECT_TRUE(model.message().contains("/nowhere/bracket.json"));
-  EXPECT_TRUE(model.message().contains("--scene"));
+  EXPECT_TRUE(model.message().contains("open it (Ctrl+O)"));
+  EXPECT_FALSE(model.message().contains("--"));
 }
 
 TEST_F(SceneOfASession, IsFoundOnThisMachine) {
