@@ -94,7 +94,7 @@ Result<ControlDomain> EnterControlDomain(const std::string& name, std::uint32_t 
   const std::string logged = log.Take();
   if (member) return Error{ExplainRefusal(logged, *member)};
   return Error{"cannot reach controllers on DDS domain " + std::to_string(id) +
-               (logged.empty() ? "" : ": " + logged)};
+               (logged.empty() ? "" : ": " + ExplainMessage(logged))};
 }
 
 Result<fs::path> ControlFolder() {
