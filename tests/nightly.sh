@@ -7,6 +7,7 @@
 #   fuzz      each reader of files a minute under libFuzzer and sanitizers
 #   ends      500 programs told to end at moments drawn at random
 #   floods    floods of full size
+#   networks  two machines in 96 arrangements of networks
 #   soak      the endurance run, an hour
 #   coverage  lines of code that the tests run through
 #   mutation  small faults put into the rules of a session: how many of them the tests find
@@ -57,6 +58,8 @@ ends() { configure_and_build release ends_test && TANDEM_ENDS=${TANDEM_ENDS:-500
 
 floods() { configure_and_build release hostile_floods_test && TANDEM_FLOODS=1 build/release/bin/hostile_floods_test; }
 
+networks() { configure_and_build release networks_test && TANDEM_ALL_NETWORKS=1 build/release/bin/networks_test; }
+
 soak() {
   configure_and_build release soak_test &&
     TANDEM_SOAK_SECONDS=${TANDEM_SOAK_SECONDS:-3600} TANDEM_SOAK_RESULT=$logs/soak.json build/release/bin/soak_test --gtest_filter='Soak.*'
@@ -71,7 +74,7 @@ coverage() {
 
 mutation() { python3 tests/mutation/mutate.py --work build/mutation --jobs "$jobs" --json "$logs/mutation.json"; }
 
-[ $# -gt 0 ] || set -- asan tsan golden fuzz ends floods soak coverage mutation
+[ $# -gt 0 ] || set -- asan tsan golden fuzz ends floods networks soak coverage mutation
 failed=0
 for step in "$@"; do
   begun=$SECONDS

@@ -19,6 +19,7 @@
 #include "app/invite/enrolment_listener.h"
 #include "app/invite/invitation.h"
 #include "collab/dds/diagnostics/reachability.h"
+#include "collab/dds/networks/usable_networks.h"
 #include "collab/dds/security/keys.h"
 #include "collab/dds/transport/announcements.h"
 #include "collab/dds/transport/domain.h"
@@ -58,6 +59,7 @@ std::vector<std::string> OwnHosts(const ConnectionOptions& connection) {
   for (const InterfaceFacts& interface : UsableInterfaces()) {
     const bool wanted =
         connection.interface.empty() ? !interface.loopback : interface.name == connection.interface;
+    if (!interface.carrier) continue;
     if (wanted && hosts.size() < Invitation::kMostHosts) hosts.push_back(interface.address + port);
   }
   return hosts;
@@ -220,8 +222,10 @@ int InviteWithKeys(const InviteArguments& arguments) {
   const auto usual = static_cast<std::uint16_t>(
       arguments.connection.port != 0 ? arguments.connection.port
                                      : DiscoveryPort(arguments.connection.domain, 0));
-  Result<EnrolmentListener> listener =
-      EnrolmentListener::Open(fixed ? arguments.enrol_port : usual, !fixed);
+  Result<EnrolmentListener> listener = EnrolmentListener::Open(
+      fixed ? arguments.enrol_port : usual, !fixed, [&arguments](int socket, std::uint16_t port) {
+        return BindToInterface(socket, arguments.connection.interface, port);
+      });
   if (!listener) return Fail(kExitNetwork, listener.error().what);
   const Result<Secret128> secret = NewSecret();
   if (!secret) return Fail(kExitSecurity, secret.error().what);

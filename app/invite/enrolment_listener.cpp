@@ -122,20 +122,18 @@ void Accept(int listener, const TlsIdentity& identity, std::int64_t now_ns, Conn
   if (socket >= 0) all.push_back(std::make_unique<Connection>(socket, identity, now_ns));
 }
 
-/// Listens at a port of all interfaces. A negative result is a failure, as errno says.
-int ListenAt(std::uint16_t port) {
+/// Listens at a port. A negative result is a failure, as errno says.
+int ListenAt(std::uint16_t port, const EnrolmentListener::BindFunction& bind) {
   const int listener = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
   if (listener < 0) return listener;
   const int yes = 1;
   setsockopt(listener, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
-  sockaddr_in address{};
-  address.sin_family = AF_INET;
-  address.sin_port = htons(port);
-  if (bind(listener, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0 &&
-      listen(listener, EnrolmentListener::kMostConnections) == 0) {
+  if (bind(listener, port) && listen(listener, EnrolmentListener::kMostConnections) == 0) {
     return listener;
   }
+  const int fault = errno;
   close(listener);
+  errno = fault;
   return -1;
 }
 
@@ -192,13 +190,14 @@ class Desk {
 
 }  // namespace
 
-Result<EnrolmentListener> EnrolmentListener::Open(std::uint16_t port, bool or_next) {
+Result<EnrolmentListener> EnrolmentListener::Open(std::uint16_t port, bool or_next,
+                                                  const BindFunction& bind) {
   Result<TlsIdentity> identity = TlsIdentity::Make();
   if (!identity) return identity.error();
   int listener = -1;
   int fault = 0;
   for (int i = 0; i < (or_next ? kPortsTried : 1) && listener < 0 && port + i <= 65535; ++i) {
-    listener = ListenAt(static_cast<std::uint16_t>(port + i));
+    listener = ListenAt(static_cast<std::uint16_t>(port + i), bind);
     fault = errno;
   }
   if (listener < 0) {

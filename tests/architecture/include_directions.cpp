@@ -65,7 +65,8 @@ const std::map<std::string, std::set<std::string>>& Arrows() {
     may_see("collab/transfer", {"collab"});
     may_see("collab/trace", {"collab"});
     may_see("collab/dds/cyclone", {"collab/session"});
-    may_see("collab/dds/security", {"collab/dds/cyclone"});
+    may_see("collab/dds/networks", {"collab/dds/cyclone"});
+    may_see("collab/dds/security", {"collab/dds/networks"});
     may_see("collab/dds/wire", {"collab/controller", "collab/transfer"});
     may_see("collab/dds/transport", {"collab/dds/security", "collab/dds/wire"});
     may_see("collab/dds/control", {"collab/dds/transport"});

@@ -356,7 +356,7 @@ Result<std::unique_ptr<Transport>> JoinOverDds(const DdsOptions& options, Inbox&
     const std::string logged = log.Take();
     if (qos != nullptr) return Error{ExplainRefusal(error->what + " " + logged, keys)};
     return Error{"cannot join session '" + options.session + "': " + error->what +
-                 (logged.empty() ? "" : " (" + logged + ")")};
+                 (logged.empty() ? "" : " (" + ExplainMessage(logged) + ")")};
   }
   return std::unique_ptr<Transport>(std::move(transport));
 }

@@ -29,12 +29,20 @@ using Kind = EnrolmentFault::Kind;
 
 constexpr const char* kRequest = "a request";
 
+bool OnLoopback(int socket, std::uint16_t port) {
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_port = htons(port);
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  return bind(socket, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0;
+}
+
 /// Runs an inviter on this machine in a thread. It signs whatever is asked: the signature is a word
 /// and the request.
 class Inviter {
  public:
   explicit Inviter(const std::string& session = "gear", std::time_t for_s = 600) {
-    Result<EnrolmentListener> opened = EnrolmentListener::Open(0, false);
+    Result<EnrolmentListener> opened = EnrolmentListener::Open(0, false, OnLoopback);
     EXPECT_TRUE(opened);
     invitation.session = session;
     invitation.hosts = {"127.0.0.1"};
