@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <optional>
 #include <string>
 #include <vector>
@@ -11,6 +12,16 @@
 #include "collab/controller/controller.h"
 
 namespace tandem::testing {
+
+/// Lets the host hear its controller until `done`, or for a minute. Returns whether it is done.
+template <class Condition>
+bool HearUntil(Controller& host, const Condition& done) {
+  const auto until = std::chrono::steady_clock::now() + std::chrono::minutes(1);
+  while (!done() && std::chrono::steady_clock::now() < until) {
+    host.Wait(std::chrono::milliseconds(50));
+  }
+  return done();
+}
 
 /// A controller in a process of its own, and hosts in the test's.
 class ControlTest : public ::testing::Test {
@@ -34,13 +45,13 @@ class ControlTest : public ::testing::Test {
   Controller Attach() {
     Controller::Options options;
     options.host = "test";
-    options.timeout_s = 30;
+    options.timeout_s = 60;
     Result<Controller> host = Controller::Attach(name_, options);
     EXPECT_TRUE(host) << host.error().what;
     Controller attached = *std::move(host);
-    for (int i = 0; i < 300 && attached.snapshot().bodies.empty(); ++i) {
-      attached.Wait(std::chrono::milliseconds(100));
-    }
+    EXPECT_TRUE(HearUntil(attached, [&attached] {
+      return !attached.snapshot().bodies.empty();
+    }));
     return attached;
   }
 
