@@ -7,6 +7,7 @@
 #include "app/common/option_checks.h"
 #include "collab/dds/diagnostics/reachability.h"
 #include "collab/dds/security/keys.h"
+#include "collab/dds/transport/domain.h"
 #include "engine/base/text/clean_text.h"
 
 namespace tandem {
@@ -15,8 +16,7 @@ CLI::Option* AddSessionOption(CLI::App& command, std::string& session, const std
   return command.add_option("--session", session, what)
       ->check(CLI::Validator(
           [](std::string& name) -> std::string {
-            if (name.size() <= kMaxSessionName) return "";
-            return "its name is longer than " + std::to_string(kMaxSessionName) + " bytes";
+            return WhyNoSessionName(name);
           },
           ""));
 }
