@@ -14,9 +14,11 @@
 #include "app/common/stop_signal.h"
 #include "app/connection/connection_options.h"
 #include "app/doctor/doctor_connectivity.h"
+#include "app/doctor/doctor_display.h"
 #include "app/doctor/doctor_realtime.h"
 #include "app/doctor/doctor_trace.h"
 #include "app/doctor/findings.h"
+#include "app/invite/given_line.h"
 #include "app/join/discover_sessions.h"
 #include "app/join/reach_inviter.h"
 #include "collab/dds/cyclone/socket_drops.h"
@@ -235,6 +237,11 @@ int RunDoctor(DoctorArguments arguments) {
   if (!arguments.line.file.empty()) {
     return RunDoctorTrace(arguments.line, arguments.connection.peers, kAnswerPort, arguments.json);
   }
+  if (!arguments.invitation.empty()) {
+    Result<std::string> given = GivenLine(arguments.invitation);
+    if (!given) return Fail(kExitUsage, "--invitation: " + given.error().what);
+    arguments.invitation = *std::move(given);
+  }
   Findings findings;
   Invitation invitation;
   const bool invited =
@@ -258,6 +265,7 @@ int RunDoctor(DoctorArguments arguments) {
                                        : DiscoveryPort(arguments.connection.domain, 0));
     CheckEnrolPort(arguments.enrol_port != 0 ? arguments.enrol_port : usual, findings);
     CheckRealtime(findings);
+    CheckDisplay(findings);
     CheckSocketBuffers(findings);
     if (invited && invitation.secured && arguments.connection.secure.empty()) {
       // without keys nobody is heard: the line gives them
@@ -271,9 +279,9 @@ int RunDoctor(DoctorArguments arguments) {
     }
   }
   if (arguments.json) {
-    std::printf("%s\n", JsonText(findings.json(), 2).c_str());
+    PrintText(JsonText(findings.json(), 2));
   } else {
-    std::printf("%s", findings.text().c_str());
+    PrintText(findings.text());
   }
   return findings.bad() ? kExitNetwork : kExitOk;
 }
@@ -283,12 +291,14 @@ int RunDoctor(DoctorArguments arguments) {
 void AddDoctorCommand(CLI::App& app, int& exit_code) {
   auto arguments = std::make_shared<DoctorArguments>();
   CLI::App* command = app.add_subcommand(
-      "doctor", "Check what a session needs of this machine and network, and print remedies");
+      "doctor",
+      "Check what sessions and windows need of this machine and network, and print remedies");
   AddSessionOption(*command, arguments->session, "name of a session: list its participants");
   AddConnectionOptions(*command, arguments->connection);
   command->add_option(
       "--invitation", arguments->invitation,
-      "line of 'tandem invite': check that it is valid and that its inviter answers");
+      "line of 'tandem invite', whole or without its secret: check that it is valid and that its "
+      "inviter answers; -: read it from stdin, or ask for it; @FILE: read it from a file");
   command->add_option("--scene", arguments->scene,
                       "scene to look for on this machine, by name or file");
   command

@@ -46,10 +46,10 @@ int ListSessions(const SessionsArguments& arguments) {
   }
   if (arguments.json) {
     const nlohmann::ordered_json found{{"domain", arguments.connection.domain}, {"sessions", rows}};
-    std::printf("%s\n", JsonText(found).c_str());
+    PrintText(JsonText(found));
     return kExitOk;
   }
-  std::fputs(lines.c_str(), stdout);
+  if (!lines.empty()) PrintText(lines);
   if (lines.empty()) {
     Say("no session is announced on this network in domain " +
         std::to_string(arguments.connection.domain) +

@@ -15,8 +15,7 @@ CLI::Option* AddSessionOption(CLI::App& command, std::string& session, const std
   return command.add_option("--session", session, what)
       ->check(CLI::Validator(
           [](std::string& name) -> std::string {
-            if (name.size() <= kMaxSessionName) return "";
-            return "its name is longer than " + std::to_string(kMaxSessionName) + " bytes";
+            return WhyNoSessionName(name);
           },
           ""));
 }

@@ -133,7 +133,7 @@ bool CheckKeys(const ConnectionOptions& connection, Findings& findings) {
 }
 
 bool CheckInvitation(const std::string& line, Invitation& invitation, Findings& findings) {
-  const Result<Invitation> read = ReadInvitation(line);
+  const Result<Invitation> read = ReadInvitation(line, LineForm::kWholeOrPublic);
   if (!read) {
     findings.Add(Finding::kBad, "invitation", read.error().what);
     return false;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <atomic>
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <string>
@@ -18,8 +19,9 @@ using SignFunction = std::function<Result<MemberFiles>(const std::string& certif
 /// bounded.
 class EnrolmentListener {
  public:
-  static constexpr int kMostConnections = 8;
-  static constexpr int kMostWrong = 10;  // wrong proofs until the invitation is closed
+  static constexpr std::size_t kMostConnections = 32;
+  static constexpr std::size_t kMostOfAnAddress = 8;  // connections of a client's address
+  static constexpr int kMostWrong = 10;               // wrong proofs until the invitation is closed
   static constexpr std::int64_t kConnectionNs = 8'000'000'000;  // longest life of a connection
 
   enum class End : std::uint8_t { kUsed, kExpired, kGuessed, kStopped };

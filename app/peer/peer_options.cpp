@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "app/common/option_checks.h"
+#include "collab/coupling/coupling_law.h"
 #include "collab/coupling/coupling_limits.h"
 #include "collab/session/messages.h"
 #include "engine/haptics/workspace.h"
@@ -125,7 +126,7 @@ void AddLinkOptions(CLI::App& command, PeerArguments& arguments) {
     network->excludes(option);
   }
   command.add_option("--law", arguments.law, "coupling law: how stiffness follows delay")
-      ->check(OneOf({"p+dd", "p+d", "linear", "pdopt", "constant"}))
+      ->check(OneOf(LawNames(true)))
       ->capture_default_str();
   CLI::Option* lab = command.add_flag(
       "--lab", arguments.lab,

@@ -368,7 +368,7 @@ int WatchCommand(const WatchOptions& requested) {
 
   const ViewerReport report = ReportOf(
       &viewer, getpid(), static_cast<double>(MonotonicNowNs() - watching.joined_ns()) * 1e-9);
-  if (options.json) std::printf("%s\n", AsJson(report).c_str());
+  if (options.json) PrintText(AsJson(report));
   if (options.report.empty()) return exit_code;
   const Result<bool> written = WriteReport(report, options.report);
   return written ? exit_code : Fail(kExitFile, written.error().what);

@@ -83,13 +83,13 @@ nlohmann::json AsJson(const ControllerSnapshot& now, const std::string& control)
             {"stops", now.safety.stops}}}};
 }
 
-void PrintText(const ControllerSnapshot& now) {
-  std::printf("%s in session %s, frame %" PRIu64 "\n", now.scene.c_str(), now.session.c_str(),
-              now.frame);
+void PrintSnapshot(const ControllerSnapshot& now) {
+  PrintLine("%s in session %s, frame %" PRIu64 "", now.scene.c_str(), now.session.c_str(),
+            now.frame);
   for (const SnapshotBody& body : now.bodies) {
     const auto& p = body.X_WB.p_W;
-    std::printf("  %-20s %s  %8.4f %8.4f %8.4f m\n", body.name.c_str(),
-                body.fixed ? "fixed " : "moving", p[0], p[1], p[2]);
+    PrintLine("  %-20s %s  %8.4f %8.4f %8.4f m", body.name.c_str(),
+              body.fixed ? "fixed " : "moving", p[0], p[1], p[2]);
   }
 }
 
@@ -125,9 +125,9 @@ int ShowHeadless(const HandRequest& request, bool json) {
     }
     const ControllerSnapshot now = controller->snapshot();
     if (json) {
-      std::printf("%s\n", JsonText(AsJson(now, request.control), 1).c_str());
+      PrintText(JsonText(AsJson(now, request.control), 1));
     } else {
-      PrintText(now);
+      PrintSnapshot(now);
     }
     controller->Ask(QuitRequest{}, 2);
     const std::optional<int> ended = peer->Wait(kEndPatience);

@@ -15,6 +15,7 @@
 #include "app/common/program_folders.h"
 #include "app/common/stop_signal.h"
 #include "app/view/model/hand/controller_log.h"
+#include "engine/realtime/private_process.h"
 
 namespace tandem {
 
@@ -110,6 +111,7 @@ Result<std::unique_ptr<ControllerProcess>> LaunchController(const HandRequest& r
     dup2(nothing, STDIN_FILENO);
     dup2(output->descriptor(), STDOUT_FILENO);
     dup2(output->descriptor(), STDERR_FILENO);
+    CloseOthersOnExec();
     execv(argv[0], argv.data());
     _exit(127);
   }

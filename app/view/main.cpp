@@ -11,6 +11,7 @@
 #include "app/connection/recent_scenes.h"
 #include "app/connection/scene_search.h"
 #include "app/connection/session_scene.h"
+#include "app/view/check_display.h"
 #include "app/view/controller_process.h"
 #include "app/view/options.h"
 #include "app/view/paint_pictures.h"
@@ -140,6 +141,10 @@ int main(int argc, char** argv) {
   int exit_code = kExitOk;
   const std::optional<ViewOptions> options = ReadOptions(argc, argv, exit_code);
   if (!options) return exit_code;
+  if (options->check_display >= 0) {
+    int none = 1;  // Qt gets none of the arguments
+    return CheckDisplayFor(options->check_display, none, argv);
+  }
   if (!options->paint.empty()) return PaintPictures(options->paint, options->paint_into);
   for (const std::string& file : {options->report, options->screenshot, options->time_pictures}) {
     const std::string fault = file.empty() ? "" : WhyNotWritable(file);

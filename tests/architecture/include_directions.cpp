@@ -26,7 +26,7 @@ const std::map<std::string, std::set<std::string>>& Arrows() {
     may_see("engine/base", {});
     may_see("engine/base/files", {"engine/base"});
     may_see("engine/base/text", {"engine/base/files"});
-    may_see("engine/realtime", {"engine/base"});
+    may_see("engine/realtime", {"engine/base", "engine/base/text"});
     may_see("engine/safety", {"engine/base"});
     may_see("engine/dynamics", {"engine/base"});
     may_see("engine/geometry/mesh", {"engine/base/files"});
@@ -99,7 +99,7 @@ const std::map<std::string, std::set<std::string>>& Arrows() {
     may_see("app/capacity", {"app/judgement", "collab/simulated"});
     may_see("app/peer", {"app/process", "app/recording", "app/capacity"});
     may_see("app/join", {"app/peer", "app/invite"});
-    may_see("app/doctor", {"app/recording"});
+    may_see("app/doctor", {"app/process", "app/recording"});
     may_see("app/stability/report", {"app/common", "app/picture", "collab/lab"});
     may_see("app/stability/live", {"app/process", "collab/lab", "scenes"});
     may_see("app/stability/cli",

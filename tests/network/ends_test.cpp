@@ -202,6 +202,7 @@ TEST(Ends, PeerWithABlockedReportEndsWithinASecond) {
   Started anna(ControllerCommandLine(session, {"--report", report.string()}), output.get());
   ASSERT_TRUE(FileSays(folder.path() / "watched", "anna joined")) << TextOf(folder.path() / "said");
   EXPECT_LT(anna.SecondsToEnd(SIGTERM, &vera), kMostSeconds) << TextOf(folder.path() / "said");
+  EXPECT_THAT(TextOf(folder.path() / "said"), HasSubstr("ended by force: " + report.string()));
   EXPECT_TRUE(FileSays(folder.path() / "watched", "anna left"))
       << TextOf(folder.path() / "watched");
   EXPECT_LT(vera.SecondsToEnd(SIGTERM), kMostSeconds);
@@ -216,6 +217,22 @@ TEST(Ends, PeerSurvivesItsClosedOutputAndWritesItsReport) {
                pipe.writer());
   EXPECT_TRUE(anna.EndsByItself());
   ASSERT_TRUE(WIFEXITED(anna.status()));
+  EXPECT_EQ(WEXITSTATUS(anna.status()), 0);
+  std::ifstream stream(report);
+  EXPECT_TRUE(nlohmann::json::parse(stream, nullptr, false).is_object());
+}
+
+// timeout(1) signals the program and then its group: one request comes as two signals
+TEST(Ends, RequestOfTwoSignalsLeavesTheReport) {
+  const TemporaryFolder folder;
+  const std::string report = (folder.path() / "report").string();
+  const File output(folder.path() / "anna");
+  Started anna(ControllerCommandLine(SessionName(), {"--report", report}), output.get());
+  ASSERT_TRUE(FileSays(folder.path() / "anna", "anna is in session"));
+  kill(anna.pid(), SIGINT);
+  std::this_thread::sleep_for(milliseconds(20));
+  EXPECT_LT(anna.SecondsToEnd(SIGINT), kMostSeconds);
+  ASSERT_TRUE(WIFEXITED(anna.status())) << WTERMSIG(anna.status());
   EXPECT_EQ(WEXITSTATUS(anna.status()), 0);
   std::ifstream stream(report);
   EXPECT_TRUE(nlohmann::json::parse(stream, nullptr, false).is_object());

@@ -11,6 +11,7 @@
 #include "app/view/ui/dialogs/invite_dialog.h"
 #include "app/view/ui/dialogs/join_dialog.h"
 #include "app/view/ui/main_window.h"
+#include "engine/realtime/private_process.h"
 
 // How the window takes part in sessions. main_window.cpp shows them.
 
@@ -103,7 +104,8 @@ std::string MainWindow::SessionInMind() const {
 
 void MainWindow::JoinByInvitation(const QString& line, const HandRequest& request) {
   if (invited_ != nullptr) return;  // one invitation at a time
-  QStringList words{QStringLiteral("join"), line, QStringLiteral("--only-keys"),
+  // the line goes through stdin: other users of the machine read the words of a command
+  QStringList words{QStringLiteral("join"), QStringLiteral("-"), QStringLiteral("--only-keys"),
                     QStringLiteral("--json")};
   if (!request.scene.empty()) {
     words << QStringLiteral("--scene") << QString::fromStdString(request.scene);
@@ -112,6 +114,7 @@ void MainWindow::JoinByInvitation(const QString& line, const HandRequest& reques
     words << QStringLiteral("--interface") << QString::fromStdString(request.interface);
   }
   invited_ = new QProcess(this);
+  invited_->setChildProcessModifier(&CloseOthersOnExec);
   status_session_->setText(tr("Asking the inviter\u2026"));
   const auto end = [this, request](int exit_code) {
     const QByteArray answer = invited_->readAllStandardOutput();
@@ -140,6 +143,8 @@ void MainWindow::JoinByInvitation(const QString& line, const HandRequest& reques
     if (error == QProcess::FailedToStart) end(1);
   });
   invited_->start(TandemProgram(), words);
+  invited_->write(line.toUtf8() + '\n');
+  invited_->closeWriteChannel();
 }
 
 void MainWindow::JoinAsInvited(const QByteArray& answer, HandRequest request) {

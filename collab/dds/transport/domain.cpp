@@ -21,6 +21,7 @@
 #include "collab/dds/networks/domain_networks.h"
 #include "collab/dds/networks/network_watch.h"
 #include "collab/dds/transport/receive_thread.h"
+#include "engine/base/files/regular_file.h"
 #include "engine/base/text/markup.h"
 
 extern "C" {
@@ -177,10 +178,21 @@ Result<PeerAddress> ParsePeerAddress(const std::string& text) {
   return peer;
 }
 
+std::string WhyNoSessionName(const std::string& name) {
+  if (name.empty()) return "a session needs a name";
+  if (name.size() > kMaxSessionName) {
+    return "the session's name is longer than " + std::to_string(kMaxSessionName) + " bytes";
+  }
+  if (!IsPlainText(name)) {
+    return "the session's name is no plain text: it has control characters, or bytes that are no "
+           "UTF-8";
+  }
+  return {};
+}
+
 std::optional<Error> CheckOptions(const DdsOptions& options) {
-  if (options.session.empty()) return Error{"a session needs a name"};
-  if (options.session.size() > kMaxSessionName) {
-    return Error{"the session's name is longer than " + std::to_string(kMaxSessionName) + " bytes"};
+  if (std::string fault = WhyNoSessionName(options.session); !fault.empty()) {
+    return Error{std::move(fault)};
   }
   if (options.domain > kMaxDomain) {
     return Error{"there is no DDS domain " + std::to_string(options.domain) +

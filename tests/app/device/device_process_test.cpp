@@ -8,10 +8,12 @@
 #include <csignal>
 #include <cstdlib>
 #include <cstring>
+#include <filesystem>
 #include <new>
 #include <string>
 #include <vector>
 
+#include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/mman.h>
@@ -249,6 +251,51 @@ TEST(DeviceProcess, ProgramStartedByHandExitsWithItsErrorCodes) {
   EXPECT_EQ(WEXITSTATUS(std::system(run.c_str())), 6);
   const std::string bare = std::string(TANDEM_DEVICE) + " 2>/dev/null";
   EXPECT_EQ(WEXITSTATUS(std::system(bare.c_str())), 2);
+}
+
+// a session's sockets, keys and files are none of a vendor's library
+TEST(DeviceProcess, InheritsNoDescriptorOfItsController) {
+  const int ours = open("/dev/null", O_RDONLY);  // without O_CLOEXEC, as DDS opens its sockets
+  ASSERT_GE(ours, 0);
+  const OwnController own("");
+  std::size_t seen = 0;
+  const std::string process = "/proc/" + std::to_string(own.process->pid()) + "/fd";
+  for (const auto& entry : std::filesystem::directory_iterator(process)) {
+    const std::string number = entry.path().filename();
+    const std::string target = std::filesystem::read_symlink(entry.path());
+    ++seen;
+    if (std::stoi(number) <= STDERR_FILENO) continue;
+    EXPECT_THAT(target,
+                ::testing::AnyOf(::testing::HasSubstr("memfd:"), ::testing::HasSubstr("motor"),
+                                 ::testing::HasSubstr("anon_inode:")))
+        << number;
+  }
+  EXPECT_GE(seen, 4U);
+  close(ours);
+}
+
+TEST(DeviceProcess, StoppedProcessIsReportedAndEndsInOrder) {
+  RunningController own("");
+  ASSERT_TRUE(own.motor.WaitForForce(0.5));
+  own.process->News();
+  kill(own.process->pid(), SIGSTOP);
+  std::string line;
+  for (int i = 0; i < 200 && line.find("silent") == std::string::npos; ++i) {
+    Sleep(0.01);
+    line = own.process->News();
+  }
+  EXPECT_THAT(line, ::testing::HasSubstr("has been silent for 50 ms"));
+  kill(own.process->pid(), SIGCONT);
+  for (int i = 0; i < 200 && line.find("again") == std::string::npos; ++i) {
+    Sleep(0.01);
+    line = own.process->News();
+  }
+  EXPECT_THAT(line, ::testing::HasSubstr("answers again"));
+  kill(own.process->pid(), SIGSTOP);
+  Sleep(0.1);
+  own.process->End();
+  EXPECT_TRUE(own.WaitForEnd(1));
+  EXPECT_EQ(own.motor.force(), 0);
 }
 
 }  // namespace

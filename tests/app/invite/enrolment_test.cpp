@@ -306,13 +306,39 @@ TEST(Enrolment, ProofsAreBoundToOneConnection) {
 TEST(Enrolment, SilentOrInvalidCallersDoNotBlockOthers) {
   Inviter inviter;
   std::vector<std::unique_ptr<Caller>> callers;
-  for (int i = 0; i < EnrolmentListener::kMostConnections + 6; ++i) {
+  for (std::size_t i = 0; i < EnrolmentListener::kMostConnections + 6; ++i) {
     callers.push_back(std::make_unique<Caller>(inviter.invitation.enrolment.port));
     if (i == 1 || i == 3) callers.back()->Send("GET / HTTP/1.1\r\n\r\n");
     if (i == 2 || i == 4) callers.back()->Send(std::string(100'000, '\x16'));
   }
   EXPECT_EQ(WhyNot(inviter.invitation), "");
   EXPECT_EQ(inviter.Wait(), End::kUsed);
+}
+
+// Sixty-five idle connections of one address, as a scanner or a browser makes them.
+TEST(Enrolment, IdleConnectionsKeepNoJoinerOut) {
+  Inviter inviter;
+  std::vector<std::unique_ptr<Caller>> idle;
+  for (int i = 0; i < 65; ++i) {
+    idle.push_back(std::make_unique<Caller>(inviter.invitation.enrolment.port));
+  }
+  EXPECT_EQ(WhyNot(inviter.invitation), "");
+  EXPECT_EQ(inviter.Wait(), End::kUsed);
+}
+
+TEST(Enrolment, TextThatIsNoRequestIsNoWrongProof) {
+  Inviter inviter;
+  for (int i = 0; i < 3 * EnrolmentListener::kMostWrong; ++i) {
+    const Caller caller(inviter.invitation.enrolment.port);
+    TlsEndpoint tls = caller.Greet();
+    ASSERT_TRUE(tls.open());
+    tls.Say("GET / HTTP/1.1\r\n\r\n");
+    caller.Send(tls.TakeToSend());
+    static_cast<void>(caller.Receive(2000));
+  }
+  EXPECT_EQ(WhyNot(inviter.invitation), "");
+  EXPECT_EQ(inviter.Wait(), End::kUsed);
+  EXPECT_EQ(inviter.times_signed(), 1);
 }
 
 TEST(Enrolment, LongOrMalformedRequestIsRefused) {

@@ -14,6 +14,7 @@
 #include <initializer_list>
 
 #include "app/invite/invitation.h"
+#include "engine/realtime/private_process.h"
 
 namespace tandem {
 
@@ -180,6 +181,7 @@ void JoinDialog::LookAgain() {
   looking->setFlags(Qt::NoItemFlags);
   searched_ = SearchWords();
   process_ = new QProcess(this);
+  process_->setChildProcessModifier(&CloseOthersOnExec);
   process_->setStandardErrorFile(QProcess::nullDevice());
   connect(process_, &QProcess::finished, this, [this](int, QProcess::ExitStatus) {
     ShowSessions(process_->readAllStandardOutput());
