@@ -48,7 +48,7 @@ class Tables {
   std::atomic<const NetworkTable*> newest_ = tables_.data();
 };
 
-Tables& Shared() {
+Tables& SharedTables() {
   static auto& tables = *new Tables;
   return tables;
 }
@@ -62,11 +62,11 @@ bool NetworkTable::Has(std::uint32_t address) const noexcept {
 }
 
 const NetworkTable& CurrentNetworks() noexcept {
-  return Shared().Newest();
+  return SharedTables().Newest();
 }
 
 bool RefreshNetworks() {
-  return Shared().Refresh();
+  return SharedTables().Refresh();
 }
 
 std::uint32_t SourceTowards(std::uint32_t address) {

@@ -33,7 +33,7 @@ struct Domains {
 };
 
 // never destroyed, because Cyclone's threads may outlive main()
-Domains& Shared() {
+Domains& SharedDomains() {
   static auto& domains = *new Domains;
   return domains;
 }
@@ -46,7 +46,7 @@ struct BeingMade {
 thread_local BeingMade t_being_made;
 
 void Forget(const DomainNetworks* networks) {
-  Domains& domains = Shared();
+  Domains& domains = SharedDomains();
   const std::scoped_lock lock(domains.mutex);
   std::erase_if(domains.alive, [networks](const auto& one) {
     return one.get() == networks;
@@ -70,7 +70,7 @@ sockaddr* CopyOf(std::uint32_t address) {
 }  // namespace
 
 NewDomainNetworks::NewDomainNetworks(const std::string& interface, std::uint32_t announced) {
-  Domains& domains = Shared();
+  Domains& domains = SharedDomains();
   const std::scoped_lock lock(domains.mutex);
   domains.alive.push_back(std::make_unique<DomainNetworks>(interface));
   t_being_made = {domains.alive.back().get(), announced, false};
@@ -84,11 +84,11 @@ NewDomainNetworks::~NewDomainNetworks() {
 
 DomainNetworks* NetworksOfSocket(int socket) noexcept {
   if (socket < 0 || static_cast<std::size_t>(socket) >= kMostDescriptors) return nullptr;
-  return Shared().of_socket[static_cast<std::size_t>(socket)].load(std::memory_order_acquire);
+  return SharedDomains().of_socket[static_cast<std::size_t>(socket)].load(std::memory_order_acquire);
 }
 
 void ForEachLiveDomain(const std::function<void(DomainNetworks&)>& use) {
-  Domains& domains = Shared();
+  Domains& domains = SharedDomains();
   const std::scoped_lock lock(domains.mutex);
   for (const std::unique_ptr<DomainNetworks>& one : domains.alive) use(*one);
 }
@@ -104,14 +104,14 @@ dds_return_t BindBounded(ddsrt_socket_t socket, const sockaddr* address, socklen
   std::memcpy(&own, address, sizeof own);
   if (!networks->Bind(socket, own.sin_addr.s_addr)) return DDS_RETCODE_ERROR;
   t_being_made.bound = true;
-  Shared().of_socket[static_cast<std::size_t>(socket)].store(networks, std::memory_order_release);
+  SharedDomains().of_socket[static_cast<std::size_t>(socket)].store(networks, std::memory_order_release);
   return cyclones(socket, reinterpret_cast<const sockaddr*>(&own), sizeof own);
 }
 
 void ReleaseSocket(ddsrt_socket_t socket) {
   DomainNetworks* const networks = NetworksOfSocket(socket);
   if (networks == nullptr) return;
-  Shared().of_socket[static_cast<std::size_t>(socket)].store(nullptr, std::memory_order_release);
+  SharedDomains().of_socket[static_cast<std::size_t>(socket)].store(nullptr, std::memory_order_release);
   // a domain that is being made goes with NewDomainNetworks
   if (!networks->Release(socket)) return;
   if (networks == t_being_made.networks) {
