@@ -34,16 +34,12 @@
 #include "collab/recording/replay.h"
 #include "collab/trace/trace_file.h"
 #include "engine/contact/kept/surface_file.h"
-#include "engine/geometry/formats/gltf_buffers.h"
-#include "engine/geometry/formats/model_3mf.h"
-#include "engine/geometry/formats/native_readers.h"
 #include "engine/geometry/formats/raw_mesh.h"
-#include "engine/geometry/import/declared_unit.h"
 #include "engine/haptics/hand_script.h"
 #include "engine/scene/scene.h"
 #include "engine/voxel/map/voxmap_file.h"
-#include "tests/engine/geometry/import/mesh_file_samples.h"
 #include "tests/fuzz/fed_file.h"
+#include "tests/fuzz/mesh_targets.h"
 #include "tests/support/scratch_folder.h"
 #include "tests/support/shapes.h"
 #include "tests/support/test_world.h"
@@ -242,53 +238,6 @@ void FeedSurface(std::string_view bytes) {
   if (surface) ReadAllOver(*surface);
 }
 
-void ExpectSound(const ReadAnswer& answer) {
-  for (const TriangleMesh::Triangle& t : answer.mesh.triangles) {
-    for (const std::uint32_t corner : t) TANDEM_CHECK(corner < answer.mesh.points.size());
-  }
-}
-
-void FeedOff(std::string_view bytes) {
-  ExpectSound(ReadOff(bytes));
-}
-void FeedPly(std::string_view bytes) {
-  if (const auto answer = ReadPly(bytes)) ExpectSound(*answer);
-}
-void FeedStl(std::string_view bytes) {
-  if (const auto answer = ReadBinaryStl(bytes)) ExpectSound(*answer);
-}
-
-/// Returns a file of these bytes under a name, whose ending says what it is.
-std::filesystem::path Named(const char* name, std::string_view bytes) {
-  static const ScratchFolder folder;
-  std::filesystem::path file = folder.path() / name;
-  const std::filesystem::path fed = FedFile(bytes);
-  if (!std::filesystem::is_symlink(file)) std::filesystem::create_symlink(fed, file);
-  return file;
-}
-
-void FeedArchive(std::string_view bytes) {
-  const std::filesystem::path file = Named("fed.3mf", bytes);
-  if (const auto answer = ReadSeveralModels(file, "")) ExpectSound(*answer);
-  static_cast<void>(ReadSeveralModels(file, "lid"));
-  static_cast<void>(DeclaredUnit(file));
-}
-
-/// Feeds the bytes as an archive, and as the model in one whose sums are right.
-void Feed3mf(std::string_view bytes) {
-  FeedArchive(bytes);
-  FeedArchive(testing::Zip({{"3D/3dmodel.model", std::string(bytes)}}));
-}
-
-void FeedTexts(std::string_view bytes) {
-  for (const char* name : {"fed.dae", "fed.obj", "fed.gltf", "fed.glb"}) {
-    const std::filesystem::path file = Named(name, bytes);
-    static_cast<void>(TextInstead(file));
-    static_cast<void>(SilentFault(file, {}, 3));
-    static_cast<void>(GltfBuffers(file));
-  }
-}
-
 void FeedAnswer(std::string_view bytes) {
   static_cast<void>(ParseAnswer(bytes));
 }
@@ -344,7 +293,7 @@ void FeedKeys(std::string_view bytes) {
   std::ofstream(file, std::ios::binary) << made.files[which];
 }
 
-constexpr std::array<FuzzTarget, 25> kTargets{{{"scene", FeedScene},
+constexpr std::array<FuzzTarget, 29> kTargets{{{"scene", FeedScene},
                                                {"hand", FeedHand},
                                                {"plan", FeedPlan},
                                                {"case", FeedCase},
@@ -364,7 +313,11 @@ constexpr std::array<FuzzTarget, 25> kTargets{{{"scene", FeedScene},
                                                {"off", FeedOff},
                                                {"stl", FeedStl},
                                                {"ply", FeedPly},
+                                               {"obj", FeedObj},
+                                               {"amf", FeedAmf},
                                                {"3mf", Feed3mf},
+                                               {"collada", FeedCollada},
+                                               {"gltf", FeedGltf},
                                                {"texts", FeedTexts},
                                                {"answer", FeedAnswer},
                                                {"keys", FeedKeys},

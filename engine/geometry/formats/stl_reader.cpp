@@ -187,6 +187,10 @@ class StlText {
     }
     if (word == "normal" && state_ == State::kInFacet) return SkipNormal();
     if (word == "end_of_file" || IsBlank(word)) return;
+    if (word.starts_with('#') || word.starts_with("//") || word.starts_with(';')) {
+      line_ = {};  // a remark up to the line's end
+      return;
+    }
     if (state_ >= State::kInFacet) return Fault("'" + word.substr(0, 40) + "' stands in a facet");
     remarks_.Count("line that is no statement of the format",
                    "lines that are no statements of the format",

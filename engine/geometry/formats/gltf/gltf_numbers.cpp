@@ -16,6 +16,7 @@ namespace {
 
 constexpr std::uintmax_t kLargestBuffer = 4ULL << 30U;  // bytes; the process has less memory
 constexpr std::uint64_t kMostElements = UINT32_MAX;
+constexpr std::uint64_t kMostZeros = 1ULL << 22U;  // elements that no bytes stand for
 
 enum ComponentType : std::uint64_t {
   kByte = 5120,
@@ -196,7 +197,8 @@ std::optional<GltfNumbers::Run> GltfNumbers::ReadRun(std::uint64_t view, std::ui
   if (!buffer) return std::nullopt;
   const std::uint64_t begin = UnsignedOf(node, "byteOffset", 0);
   const std::uint64_t length = UnsignedOf(node, "byteLength", 0);
-  const std::uint64_t stride = UnsignedOf(node, "byteStride", size);
+  const std::uint64_t said = UnsignedOf(node, "byteStride", 0);
+  const std::uint64_t stride = said == 0 ? size : said;
   const std::string cut = "buffer view " + std::to_string(view) +
                           " goes beyond its buffer: the file is damaged or cut short";
   if (begin > buffer->size() || length > buffer->size() - begin) return Fault(cut);
@@ -235,8 +237,11 @@ std::optional<GltfNumbers::Numbers> GltfNumbers::Read(std::uint64_t accessor) {
         numbers.values.push_back(Component(at, numbers.type, numbers.normalized));
       }
     }
-  } else {
+  } else if (numbers.count <= kMostZeros) {
     numbers.values.assign(numbers.count * numbers.components, 0);
+  } else {
+    return Fault("accessor " + std::to_string(accessor) + " says that it has " +
+                 std::to_string(numbers.count) + " elements, and takes them from nowhere");
   }
   if (node.Has("sparse") && !ReadSparse(node["sparse"], numbers)) return std::nullopt;
   return numbers;

@@ -9,7 +9,7 @@
 namespace tandem {
 namespace {
 
-double AreaOf(const std::vector<FloatPoint>& points,
+double AreaOf(const std::vector<FilePoint>& points,
               const std::vector<TriangleMesh::Triangle>& triangles) {
   double area = 0;
   for (const TriangleMesh::Triangle& t : triangles) {
@@ -25,12 +25,12 @@ double AreaOf(const std::vector<FloatPoint>& points,
 
 // A comb has as many ears as teeth; its area is that of the teeth and of the back.
 TEST(PolygonSplit, PreservesTheAreaOfAConcavePolygon) {
-  std::vector<FloatPoint> points{{0, -1, 0}};
+  std::vector<FilePoint> points{{0, -1, 0}};
   std::vector<std::uint32_t> corners;
   constexpr int kTeeth = 50;
   points.push_back({2 * kTeeth, -1, 0});
   for (int i = kTeeth; i > 0; --i) {
-    const auto x = static_cast<float>(2 * i);
+    const double x = 2.0 * i;
     points.push_back({x, 0, 0});
     points.push_back({x - 1, 5, 0});
   }
@@ -44,7 +44,7 @@ TEST(PolygonSplit, PreservesTheAreaOfAConcavePolygon) {
 }
 
 TEST(PolygonSplit, PreservesASelfIntersectingPolygon) {
-  const std::vector<FloatPoint> points{{0, 0, 0}, {1, 1, 0}, {1, 0, 0}, {0, 1, 0}};
+  const std::vector<FilePoint> points{{0, 0, 0}, {1, 1, 0}, {1, 0, 0}, {0, 1, 0}};
   const std::vector<std::uint32_t> corners{0, 1, 2, 3};
   std::vector<TriangleMesh::Triangle> triangles;
   SplitPolygon(points, corners, triangles);
