@@ -117,7 +117,9 @@ int RunProximity(const ProximityArguments& arguments) {
   Result<Scene> scene = LoadNamedScene(arguments.scene.scene);
   if (!scene) return Fail(kExitFile, scene.error().what);
   if (arguments.scene.voxel_size > 0) scene->voxel_size = arguments.scene.voxel_size;
-  const Result<std::vector<ProximityBody>> bodies = LoadProximityBodies(*scene);
+  std::vector<std::string> remarks;
+  const Result<std::vector<ProximityBody>> bodies = LoadProximityBodies(*scene, &remarks);
+  for (const std::string& remark : remarks) Say(remark);
   if (!bodies) return Fail(kExitFile, bodies.error().what);
   Result<std::vector<ProximityPart>> parts = MakeProximityParts(
       *bodies, scene->voxel_size, scene->range_voxels,

@@ -66,8 +66,8 @@ Result<std::shared_ptr<const WorldModel>> LoadRemoval(const RemovalArguments& ar
     }
     for (SceneBody& body : scene->bodies) body.point_spacing_voxels = spacing;
   }
-  return LoadCached(*scene, {.voxel_memory_bytes = arguments.voxel_memory,
-                             .disk_bytes_per_s = 1e6 * arguments.disk_mb_per_s});
+  return LoadAndTell(*scene, {.voxel_memory_bytes = arguments.voxel_memory,
+                              .disk_bytes_per_s = 1e6 * arguments.disk_mb_per_s});
 }
 
 /// Returns the memory that voxels of the fixed bodies took in a world, bytes.

@@ -109,7 +109,7 @@ void Print(const SurfaceFigures& surface) {
 }
 
 int RunVoxelizeBench(const VoxelizeBenchArguments& arguments) {
-  const Result<TriangleMesh> mesh = ImportMesh(arguments.file, {.scale = arguments.scale});
+  const Result<TriangleMesh> mesh = ImportAndTell(arguments.file, {.scale = arguments.scale});
   if (!mesh) return Fail(kExitFile, mesh.error().what);
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, arguments.threads);
   const VoxelizeOptions options{.voxel_size = arguments.voxel_size};

@@ -16,7 +16,7 @@ namespace tandem {
 Result<nlohmann::ordered_json> SimulateScene(const std::string& name, double most_seconds) {
   const Result<Scene> scene = LoadNamedScene(name);
   if (!scene) return scene.error();
-  const Result<std::shared_ptr<const WorldModel>> loaded = LoadCached(*scene);
+  const Result<std::shared_ptr<const WorldModel>> loaded = LoadAndTell(*scene);
   if (!loaded) return loaded.error();
   const std::shared_ptr<const WorldModel>& model = *loaded;
   TellStart(FindStartGaps(*model));

@@ -212,9 +212,9 @@ int RunContact(const ContactArguments& arguments) {
   }
   const bool timed = poses.front().t_s.has_value();
   const ImportOptions import{.scale = arguments.scale};
-  const Result<TriangleMesh> fixed = ImportMesh(arguments.fixed, import);
+  const Result<TriangleMesh> fixed = ImportAndTell(arguments.fixed, import);
   if (!fixed) return Fail(kExitFile, fixed.error().what);
-  const Result<TriangleMesh> moving = ImportMesh(arguments.moving, import);
+  const Result<TriangleMesh> moving = ImportAndTell(arguments.moving, import);
   if (!moving) return Fail(kExitFile, moving.error().what);
 
   const VoxelizeOptions options{.voxel_size = arguments.voxel};

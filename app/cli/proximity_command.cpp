@@ -216,7 +216,9 @@ int RunProximity(const ProximityArguments& arguments) {
     return Fail(kExitFile, arguments.scene +
                                ": the scene has only one body, so there is no distance to measure");
   }
-  const Result<std::vector<ProximityBody>> bodies = LoadProximityBodies(*scene);
+  std::vector<std::string> remarks;
+  const Result<std::vector<ProximityBody>> bodies = LoadProximityBodies(*scene, &remarks);
+  for (const std::string& remark : remarks) Say(remark);
   if (!bodies) return Fail(kExitFile, bodies.error().what);
 
   Costs costs;

@@ -18,8 +18,8 @@
 #include "engine/base/text/json_text.h"
 #include "engine/base/units.h"
 #include "engine/contact/kept/surface_file.h"
+#include "engine/geometry/exact/union_mass.h"
 #include "engine/geometry/import/mesh_file.h"
-#include "engine/geometry/mesh/mass_properties.h"
 #include "engine/geometry/mesh/mesh_diagnosis.h"
 #include "engine/realtime/clock.h"
 #include "engine/voxel/build/voxelize.h"
@@ -79,7 +79,8 @@ Result<std::size_t> WriteSurface(const VoxelizeArguments& arguments, const Trian
 struct Voxelized {
   TriangleMesh mesh;
   MeshDiagnosis diagnosis;
-  MassProperties mass;
+  MassProperties mass;  // of the union of its solids
+  std::vector<std::string> remarks;
   std::size_t threads = 0;
   double seconds = 0;
   VoxelCounts counts;
@@ -158,6 +159,7 @@ nlohmann::ordered_json VoxelizedJson(const VoxelizeArguments& arguments,
           {"surface_bytes", made.surface_bytes},
           {"points", {{"total", made.points}}},
           {"volume_m3", made.mass.volume},
+          {"remarks", made.remarks},
           {"voxel_m", options.voxel_size},
           {"range_voxels", options.range},
           {"bits", options.bits},
@@ -188,12 +190,13 @@ void PrintVoxelized(const VoxelizeArguments& arguments, const VoxelizeOptions& o
 
 int RunVoxelize(const VoxelizeArguments& arguments) {
   const std::optional<double> given = AsNumber(arguments.voxel);
-  Result<TriangleMesh> mesh = ImportMesh(arguments.file, {.scale = arguments.scale});
-  if (!mesh) return Fail(kExitFile, mesh.error().what);
   Voxelized made;
+  Result<TriangleMesh> mesh =
+      ImportAndTell(arguments.file, {.scale = arguments.scale}, &made.remarks);
+  if (!mesh) return Fail(kExitFile, mesh.error().what);
   made.mesh = *std::move(mesh);
   made.diagnosis = Diagnose(made.mesh);
-  made.mass = ComputeMassProperties(made.mesh);
+  made.mass = ComputeUnionMass(made.mesh);
   made.threads =
       arguments.threads > 0
           ? arguments.threads

@@ -7,6 +7,7 @@
 #include <stop_token>
 #include <string>
 #include <thread>
+#include <utility>
 
 #include "app/common/console.h"
 #include "app/common/program_folders.h"
@@ -58,6 +59,13 @@ Result<std::shared_ptr<const WorldModel>> LoadCached(const Scene& scene, LoadOpt
   const LongLoad notice(scene.name);
   options.cache = ProgramCache();
   return LoadWorld(scene, options);
+}
+
+Result<std::shared_ptr<const WorldModel>> LoadAndTell(const Scene& scene, LoadOptions options) {
+  Result<std::shared_ptr<const WorldModel>> world = LoadCached(scene, std::move(options));
+  if (!world) return world;
+  for (const std::string& remark : (*world)->remarks) Say(remark);
+  return world;
 }
 
 }  // namespace tandem

@@ -20,5 +20,7 @@ const VoxelCache* ProgramCache();
 /// Loads a world by LoadWorld() with that cache. Says so on stderr if it takes longer than ten
 /// seconds.
 Result<std::shared_ptr<const WorldModel>> LoadCached(const Scene& scene, LoadOptions options = {});
+/// Does the same, and says the world's remarks on stderr.
+Result<std::shared_ptr<const WorldModel>> LoadAndTell(const Scene& scene, LoadOptions options = {});
 
 }  // namespace tandem

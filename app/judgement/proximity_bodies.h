@@ -1,5 +1,6 @@
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "engine/base/result.h"
@@ -9,7 +10,8 @@
 namespace tandem {
 
 /// Loads the meshes of a scene's bodies, where they stand at first. An error names the body and its
-/// file.
-Result<std::vector<ProximityBody>> LoadProximityBodies(const Scene& scene);
+/// file. `remarks`, unless null, get those of ImportMesh(), a line each that names them too.
+Result<std::vector<ProximityBody>> LoadProximityBodies(const Scene& scene,
+                                                       std::vector<std::string>* remarks = nullptr);
 
 }  // namespace tandem

@@ -54,7 +54,7 @@ Result<std::shared_ptr<const WorldModel>> LoadRecorded(const RecordingHeader& he
                  "much coarser; --adopt-any takes the recorded voxel size"};
   }
   if (!options.scene.empty()) RememberSceneFolder(file);
-  return LoadCached(*scene);
+  return LoadAndTell(*scene);
 }
 
 }  // namespace tandem

@@ -35,6 +35,17 @@ int Fail(int exit_code, const std::string& line) {
   return exit_code;
 }
 
+/// Loads a scene to draw, and says on stderr what its mesh files say and their readers do not
+/// honour.
+Result<DrawnScene> LoadAndSay(const std::filesystem::path& file, const LoadProgress& progress) {
+  Result<DrawnScene> drawn = LoadDrawnScene(file, progress);
+  if (!drawn) return drawn;
+  for (const std::string& remark : drawn->remarks) {
+    StandardError().WriteLine("tandem-view: " + remark);
+  }
+  return drawn;
+}
+
 /// Returns the options of the command line, or those of the window's fields.
 ConnectionOptions ReachBy(ConnectionOptions connection, const JoinRequest& request) {
   connection.domain = request.domain;
@@ -175,7 +186,7 @@ int main(int argc, char** argv) {
 
   const auto fetcher = std::make_shared<SceneFetcher>();  // outlives the session's transport
   SessionModel session(JoinBy(options->connection, *fetcher), ListenBy(options->connection));
-  SceneModel scene(LoadDrawnScene, FindBy(fetcher));
+  SceneModel scene(LoadAndSay, FindBy(fetcher));
   scene.SetFetch(FetchBy(fetcher));
   const Result<GlInfo> gl = CheckGl();
   if (!gl) Fail(kExitDisplay, gl.error().what);

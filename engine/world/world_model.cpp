@@ -8,9 +8,9 @@
 
 #include "engine/base/check.h"
 #include "engine/contact/kept/surface_builder.h"
+#include "engine/geometry/exact/union_mass.h"
 #include "engine/geometry/import/declared_unit.h"
 #include "engine/geometry/import/mesh_file.h"
-#include "engine/geometry/mesh/mass_properties.h"
 #include "engine/paging/resident_voxels.h"
 #include "engine/paging/slow_pages.h"
 #include "engine/voxel/build/voxelize.h"
@@ -85,7 +85,7 @@ std::optional<Error> MakePlainParts(const Scene& scene, const SceneBody& body,
 
 Result<BodyModel> LoadBody(const Scene& scene, const SceneBody& body, const TriangleMesh& mesh_W,
                            bool with_voxmap, const LoadOptions& options) {
-  const MassProperties mass = ComputeMassProperties(Transformed(mesh_W, body.X_WM.Inverse()));
+  const MassProperties mass = ComputeUnionMass(Transformed(mesh_W, body.X_WM.Inverse()));
   BodyModel model;
   model.name = body.name;
   model.X_MB = {Quat::Identity(), mass.p_MBo};
@@ -128,6 +128,9 @@ std::optional<Error> LoadMeshes(const Scene& scene, const LoadOptions& options, 
                        " (its surface is not closed: contact goes by what is there, its inside "
                        "and its mass are estimates; if it behaves oddly, mend the mesh)")
               .what);
+    }
+    for (const std::string& remark : imported.remarks) {
+      world.remarks.push_back(At(body, remark).what);
     }
     world.meshes_W.push_back(std::move(imported.mesh));
     for (Vec3& vertex : world.meshes_W.back().vertices) vertex = body.X_WM * vertex;

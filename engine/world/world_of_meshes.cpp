@@ -3,14 +3,14 @@
 #include <optional>
 #include <utility>
 
-#include "engine/geometry/mesh/mass_properties.h"
+#include "engine/geometry/exact/union_mass.h"
 
 namespace tandem {
 
 namespace {
 
 std::optional<Error> MakeBody(const Scene& scene, const MeshBody& body, BodyModel& model) {
-  const MassProperties mass = ComputeMassProperties(body.mesh_W);
+  const MassProperties mass = ComputeUnionMass(body.mesh_W);
   model.X_WB0.p = mass.p_MBo;
   model.inertia = {body.mass, body.mass * mass.unit_inertia};
   return MakeShape(scene, scene.bodies.back(), body.mesh_W, true, model);

@@ -5,6 +5,7 @@
 #include <ctime>
 
 #include "app/common/exit_codes.h"
+#include "app/common/mesh_unit.h"
 #include "engine/base/units.h"
 #include "engine/geometry/import/mesh_file.h"
 #include "engine/geometry/mesh/mass_properties.h"
@@ -39,9 +40,9 @@ void AddPeerPair(CLI::App& app, PeerPair& pair) {
 Result<PeerModels> LoadPeerModels(const PeerPair& pair, ContactModel model) {
   // a busy machine may take a while over a large file
   const ImportOptions import{.scale = pair.scale, .seconds_limit = 60};
-  Result<TriangleMesh> fixed = ImportMesh(pair.fixed, import);
+  Result<TriangleMesh> fixed = ImportAndTell(pair.fixed, import);
   if (!fixed) return fixed.error();
-  Result<TriangleMesh> moving = ImportMesh(pair.moving, import);
+  Result<TriangleMesh> moving = ImportAndTell(pair.moving, import);
   if (!moving) return moving.error();
   Result<std::vector<FilePose>> poses = ReadPosesFile(pair.poses);
   if (!poses) return poses.error();

@@ -5,6 +5,7 @@
 #include <tbb/global_control.h>
 
 #include "app/bench/comparison/peer_support.h"
+#include "app/common/mesh_unit.h"
 #include "engine/geometry/import/mesh_file.h"
 #include "engine/voxel/build/voxelize.h"
 
@@ -24,7 +25,7 @@ struct Arguments {
 
 std::optional<Error> Run(const Arguments& arguments) {
   const Result<TriangleMesh> mesh =
-      ImportMesh(arguments.file, {.scale = arguments.scale, .seconds_limit = 60});
+      ImportAndTell(arguments.file, {.scale = arguments.scale, .seconds_limit = 60});
   if (!mesh) return mesh.error();
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, arguments.threads);
 

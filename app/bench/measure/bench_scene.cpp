@@ -58,7 +58,7 @@ Result<std::shared_ptr<const WorldModel>> LoadBenchScene(const BenchScene& reque
   if (!scene) return scene.error();
   if (requested.needs_fixture) HoldTheOthers(*scene);
   if (requested.voxel_size > 0) scene->voxel_size = requested.voxel_size;
-  auto world = LoadCached(*scene);
+  auto world = LoadAndTell(*scene);
   if (world) TellStart(FindStartGaps(**world));
   const bool plain = scene->contact == ContactModel::kPlain;
   const bool sets_points = requested.points > 0 && (plain || requested.needs_plain_parts);

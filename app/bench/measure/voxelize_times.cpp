@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "app/bench/measure/bench_scene.h"
+#include "app/common/mesh_unit.h"
 #include "app/common/scene_files.h"
 #include "app/picture/chart.h"
 #include "app/process/child_processes.h"
@@ -34,7 +35,7 @@ Result<TwoMeshes> ReadMeshes(const Scene& scene) {
   TwoMeshes meshes;
   for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
     const SceneBody& body = scene.bodies[i];
-    Result<TriangleMesh> mesh = ImportMesh(body.mesh, {.scale = body.scale, .part = body.part});
+    Result<TriangleMesh> mesh = ImportAndTell(body.mesh, {.scale = body.scale, .part = body.part});
     if (!mesh) return mesh.error();
     const bool fixed = any_fixed ? body.fixed : static_cast<int>(i) != in_hand;
     Append(fixed ? meshes.fixed : meshes.moving, Transformed(*mesh, body.X_WM));

@@ -144,7 +144,7 @@ void Print(const std::vector<Row>& rows, const ordered_json& claims) {
 int RunStabilityPress(PressArguments arguments) {
   const Result<Scene> scene = LoadScene(SceneFile("press_blocks"));
   if (!scene) return Fail(kExitFile, scene.error().what);
-  const Result<std::shared_ptr<const WorldModel>> model = LoadCached(*scene);
+  const Result<std::shared_ptr<const WorldModel>> model = LoadAndTell(*scene);
   if (!model) return Fail(kExitFile, model.error().what);
   std::sort(arguments.delays_ms.begin(), arguments.delays_ms.end());
   const unsigned processors = std::max(1U, std::thread::hardware_concurrency());

@@ -75,7 +75,8 @@ class AmfReader {
     while (fault_.empty()) {
       const XmlScanner::Piece piece = xml_.Next();
       if (piece == XmlScanner::Piece::kEnd) break;
-      if (piece == XmlScanner::Piece::kFault) fault_ = "it is not whole: it is damaged or cut short";
+      if (piece == XmlScanner::Piece::kFault)
+        fault_ = "it is not whole: it is damaged or cut short";
       if (piece == XmlScanner::Piece::kOpen) Open();
       if (piece == XmlScanner::Piece::kText) text_ += xml_.text();
       if (piece == XmlScanner::Piece::kClose) Close(std::string(xml_.name()));
@@ -229,8 +230,8 @@ class AmfReader {
     if (constellation != constellations_.end()) {
       for (const AmfInstance& instance : constellation->second) {
         AmfPlace placed;
-        const Mat3 R = Turn(2, instance.angle[2]) * Turn(1, instance.angle[1]) *
-                       Turn(0, instance.angle[0]);
+        const Mat3 R =
+            Turn(2, instance.angle[2]) * Turn(1, instance.angle[1]) * Turn(0, instance.angle[0]);
         placed.R = X.R * R;
         placed.p = X.p + X.R * Vec3(instance.delta[0], instance.delta[1], instance.delta[2]);
         Append(instance.object, placed, wanted, depth + 1);
@@ -247,8 +248,8 @@ class AmfReader {
     for (const TriangleMesh::Triangle& t : object.triangles) {
       for (const std::uint32_t corner : t) {
         if (corner < object.points.size()) continue;
-        return Fault("a triangle uses vertex " + std::to_string(corner) +
-                     ", but there are only " + std::to_string(object.points.size()));
+        return Fault("a triangle uses vertex " + std::to_string(corner) + ", but there are only " +
+                     std::to_string(object.points.size()));
       }
       if (wanted) whole.triangles.push_back({first + t[0], first + t[1], first + t[2]});
     }

@@ -394,7 +394,9 @@ ReadAnswer Read3mf(const std::filesystem::path& file, const std::string& part) {
   const std::string root = archive ? archive->Model() : std::string();
   if (root.empty()) {
     return {ReadAnswer::Kind::kRefused,
-            "3MF: it is no archive that holds a model: it is damaged or of another format", {}, 0};
+            "3MF: it is no archive that holds a model: it is damaged or of another format",
+            {},
+            0};
   }
   return Assembly(*archive, part).Read(root);
 }

@@ -69,7 +69,7 @@ std::string EndingOf(const std::filesystem::path& file) {
 }
 
 std::optional<ReadAnswer> ReadNatively(const std::filesystem::path& file, const std::string& part) {
-  constexpr std::array<std::string_view, 10> kRead{"stl", "obj", "ply",  "off", "coff",
+  constexpr std::array<std::string_view, 10> kRead{"stl",  "obj",   "ply", "off",  "coff",
                                                    "noff", "cnoff", "amf", "gltf", "glb"};
   const std::string ending = EndingOf(file);
   if (ending == "3mf") return Read3mf(file, part);

@@ -25,23 +25,52 @@ enum class Statement { kVertex, kFace, kName, kIgnored, kLine, kCurve, kCall, kU
 
 Statement StatementOf(std::string_view word) {
   using enum Statement;
-  constexpr std::array<std::pair<std::string_view, Statement>, 46> kWords{
-      {{"v", kVertex},         {"f", kFace},          {"fo", kFace},
-       {"o", kName},           {"g", kName},          {"vt", kIgnored},
-       {"vn", kIgnored},       {"vp", kIgnored},      {"s", kIgnored},
-       {"mg", kIgnored},       {"usemtl", kIgnored},  {"mtllib", kIgnored},
-       {"usemap", kIgnored},   {"maplib", kIgnored},  {"bevel", kIgnored},
-       {"c_interp", kIgnored}, {"d_interp", kIgnored}, {"lod", kIgnored},
-       {"shadow_obj", kIgnored}, {"trace_obj", kIgnored}, {"ctech", kIgnored},
-       {"stech", kIgnored},    {"cstype", kIgnored},  {"deg", kIgnored},
-       {"bmat", kIgnored},     {"step", kIgnored},    {"parm", kIgnored},
-       {"trim", kIgnored},     {"hole", kIgnored},    {"scrv", kIgnored},
-       {"sp", kIgnored},       {"end", kIgnored},     {"con", kIgnored},
-       {"l", kLine},           {"p", kLine},          {"curv", kCurve},
-       {"curv2", kCurve},      {"surf", kCurve},      {"bzp", kCurve},
-       {"bsp", kCurve},        {"cdp", kCurve},       {"cdc", kCurve},
-       {"patch", kCurve},      {"res", kIgnored},
-       {"call", kCall},        {"csh", kCall}}};
+  constexpr std::array<std::pair<std::string_view, Statement>, 46> kWords{{{"v", kVertex},
+                                                                           {"f", kFace},
+                                                                           {"fo", kFace},
+                                                                           {"o", kName},
+                                                                           {"g", kName},
+                                                                           {"vt", kIgnored},
+                                                                           {"vn", kIgnored},
+                                                                           {"vp", kIgnored},
+                                                                           {"s", kIgnored},
+                                                                           {"mg", kIgnored},
+                                                                           {"usemtl", kIgnored},
+                                                                           {"mtllib", kIgnored},
+                                                                           {"usemap", kIgnored},
+                                                                           {"maplib", kIgnored},
+                                                                           {"bevel", kIgnored},
+                                                                           {"c_interp", kIgnored},
+                                                                           {"d_interp", kIgnored},
+                                                                           {"lod", kIgnored},
+                                                                           {"shadow_obj", kIgnored},
+                                                                           {"trace_obj", kIgnored},
+                                                                           {"ctech", kIgnored},
+                                                                           {"stech", kIgnored},
+                                                                           {"cstype", kIgnored},
+                                                                           {"deg", kIgnored},
+                                                                           {"bmat", kIgnored},
+                                                                           {"step", kIgnored},
+                                                                           {"parm", kIgnored},
+                                                                           {"trim", kIgnored},
+                                                                           {"hole", kIgnored},
+                                                                           {"scrv", kIgnored},
+                                                                           {"sp", kIgnored},
+                                                                           {"end", kIgnored},
+                                                                           {"con", kIgnored},
+                                                                           {"l", kLine},
+                                                                           {"p", kLine},
+                                                                           {"curv", kCurve},
+                                                                           {"curv2", kCurve},
+                                                                           {"surf", kCurve},
+                                                                           {"bzp", kCurve},
+                                                                           {"bsp", kCurve},
+                                                                           {"cdp", kCurve},
+                                                                           {"cdc", kCurve},
+                                                                           {"patch", kCurve},
+                                                                           {"res", kIgnored},
+                                                                           {"call", kCall},
+                                                                           {"csh", kCall}}};
   for (const auto& [known, statement] : kWords) {
     if (word == known) return statement;
   }
@@ -278,8 +307,10 @@ class ObjReader {
 
 ReadAnswer ReadObj(std::string_view text, std::string_view part) {
   if (text.find('\0') != std::string_view::npos) {
-    return {ReadAnswer::Kind::kRefused, "OBJ: it is not text: it is damaged or of another format",
-            {}, 0};
+    return {ReadAnswer::Kind::kRefused,
+            "OBJ: it is not text: it is damaged or of another format",
+            {},
+            0};
   }
   return ObjReader(text, part).Read();
 }

@@ -81,7 +81,7 @@ struct Head {
   bool has_format = false;
   bool text = false;
   double remarked_unit = 0;  // m
-  bool swapped = false;  // byte order differs from this machine's
+  bool swapped = false;      // byte order differs from this machine's
   std::vector<Element> elements;
   std::string_view body;
 };
@@ -97,7 +97,8 @@ std::string_view LineEndOf(std::string_view bytes) {
 std::string TakeDeclaration(const std::string& line, Head& head) {
   std::istringstream words{line};
   std::string word;
-  const std::string wrong = "its head has a line that is not understood: '" + line.substr(0, 60) + "'";
+  const std::string wrong =
+      "its head has a line that is not understood: '" + line.substr(0, 60) + "'";
   words >> word;
   if (word.empty()) return {};
   if (word == "comment" || word == "obj_info") {
@@ -218,11 +219,12 @@ class PlyNumbers {
   void SkipRemarks() {
     if (!text_) return;
     while (true) {
-      const std::string_view rest = rest_.substr(std::min(rest_.find_first_not_of(kBlank), rest_.size()));
-      const bool remark = std::ranges::any_of(std::array{"#", "//", "comment", "obj_info"},
-                                              [&](const char* mark) {
-                                                return rest.starts_with(mark);
-                                              });
+      const std::string_view rest =
+          rest_.substr(std::min(rest_.find_first_not_of(kBlank), rest_.size()));
+      const bool remark =
+          std::ranges::any_of(std::array{"#", "//", "comment", "obj_info"}, [&](const char* mark) {
+            return rest.starts_with(mark);
+          });
       if (!remark) return;
       rest_ = rest.substr(std::min(rest.find_first_of("\r\n"), rest.size()));
     }
@@ -359,7 +361,8 @@ std::string MakeTriangles(const Faces& faces, RawMesh& mesh) {
     const std::size_t n = strip.size();
     if (n < 3) continue;
     const bool odd = n % 2 == 0;
-    mesh.triangles.push_back({strip[n - 3], strip[odd ? n - 1 : n - 2], strip[odd ? n - 2 : n - 1]});
+    mesh.triangles.push_back(
+        {strip[n - 3], strip[odd ? n - 1 : n - 2], strip[odd ? n - 2 : n - 1]});
   }
   return {};
 }

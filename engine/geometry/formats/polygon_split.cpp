@@ -97,7 +97,8 @@ bool IsConvex(const std::vector<FlatPoint>& flat) {
 
 double SignedArea(const std::vector<FlatPoint>& flat) {
   double twice = 0;
-  for (std::size_t i = 0; i < flat.size(); ++i) twice += Turn(flat[0], flat[i], flat[(i + 1) % flat.size()]);
+  for (std::size_t i = 0; i < flat.size(); ++i)
+    twice += Turn(flat[0], flat[i], flat[(i + 1) % flat.size()]);
   return twice / 2;
 }
 

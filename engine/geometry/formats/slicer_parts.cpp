@@ -71,8 +71,8 @@ PartUse PartUseNamed(const std::string& word) {
 SlicerParts ReadSlicerParts(const ZipArchive& archive) {
   SlicerParts parts;
   for (const char* name : {"Metadata/Slic3r_PE_model.config", "Metadata/Slic3r_model.config",
-                           "Metadata/Prusa_Slicer_model.config", "Metadata/SuperSlicer_model.config",
-                           "Metadata/model_settings.config"}) {
+                           "Metadata/Prusa_Slicer_model.config",
+                           "Metadata/SuperSlicer_model.config", "Metadata/model_settings.config"}) {
     const Result<std::string> text = archive.Read(name, kMostSettings);
     if (text) ReadSettings(InUtf8(*text), parts);
   }

@@ -256,7 +256,8 @@ class StlText {
   void EndFacet() {
     if (state_ != State::kInFacet) return Fault("a facet ends that did not begin");
     if (corners_.size() < 3) {
-      return Fault("a facet has " + std::to_string(corners_.size()) + " vertices in place of three");
+      return Fault("a facet has " + std::to_string(corners_.size()) +
+                   " vertices in place of three");
     }
     if (wanted_) SplitPolygon(answer_.mesh.points, corners_, answer_.mesh.triangles);
     ++facets_;

@@ -72,15 +72,36 @@ std::string InSmallLetters(std::string_view word) {
 }
 
 double MetresOfUnit(std::string_view name) {
-  constexpr std::array<std::pair<std::string_view, double>, 30> kNames{
-      {{"um", 1e-6},          {"micron", 1e-6},       {"microns", 1e-6},   {"micrometer", 1e-6},
-       {"micrometers", 1e-6}, {"micrometre", 1e-6},   {"mm", 1e-3},        {"millimeter", 1e-3},
-       {"millimeters", 1e-3}, {"millimetre", 1e-3},   {"millimetres", 1e-3}, {"cm", 1e-2},
-       {"centimeter", 1e-2},  {"centimeters", 1e-2},  {"centimetre", 1e-2}, {"centimetres", 1e-2},
-       {"m", 1},              {"meter", 1},           {"meters", 1},       {"metre", 1},
-       {"metres", 1},         {"in", 0.0254},         {"inch", 0.0254},    {"inches", 0.0254},
-       {"ft", 0.3048},        {"foot", 0.3048},       {"feet", 0.3048},    {"km", 1e3},
-       {"kilometer", 1e3},    {"kilometers", 1e3}}};
+  constexpr std::array<std::pair<std::string_view, double>, 30> kNames{{{"um", 1e-6},
+                                                                        {"micron", 1e-6},
+                                                                        {"microns", 1e-6},
+                                                                        {"micrometer", 1e-6},
+                                                                        {"micrometers", 1e-6},
+                                                                        {"micrometre", 1e-6},
+                                                                        {"mm", 1e-3},
+                                                                        {"millimeter", 1e-3},
+                                                                        {"millimeters", 1e-3},
+                                                                        {"millimetre", 1e-3},
+                                                                        {"millimetres", 1e-3},
+                                                                        {"cm", 1e-2},
+                                                                        {"centimeter", 1e-2},
+                                                                        {"centimeters", 1e-2},
+                                                                        {"centimetre", 1e-2},
+                                                                        {"centimetres", 1e-2},
+                                                                        {"m", 1},
+                                                                        {"meter", 1},
+                                                                        {"meters", 1},
+                                                                        {"metre", 1},
+                                                                        {"metres", 1},
+                                                                        {"in", 0.0254},
+                                                                        {"inch", 0.0254},
+                                                                        {"inches", 0.0254},
+                                                                        {"ft", 0.3048},
+                                                                        {"foot", 0.3048},
+                                                                        {"feet", 0.3048},
+                                                                        {"km", 1e3},
+                                                                        {"kilometer", 1e3},
+                                                                        {"kilometers", 1e3}}};
   const std::string small = InSmallLetters(name);
   for (const auto& [known, metres] : kNames) {
     if (small == known) return metres;

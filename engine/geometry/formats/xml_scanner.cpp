@@ -80,7 +80,7 @@ XmlScanner::Piece XmlScanner::Next() {
       return ReadTag();
     }
   }
-  return Piece::kEnd;
+  return depth_ == 0 ? Piece::kEnd : Piece::kFault;
 }
 
 XmlScanner::Piece XmlScanner::ReadTag() {
@@ -110,7 +110,9 @@ XmlScanner::Piece XmlScanner::ReadTag() {
   prefix_ = name.size() > name_.size() ? name.substr(0, name.size() - name_.size() - 1)
                                        : std::string_view();
   if (name_.empty()) return Piece::kFault;
-  if (closes) return Piece::kClose;
+  if (closes) --depth_;
+  if (closes) return depth_ < 0 ? Piece::kFault : Piece::kClose;
+  if (!empty_) ++depth_;
   return ReadAttributes(tag.substr(name.size())) ? Piece::kOpen : Piece::kFault;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -10,8 +11,8 @@ namespace tandem {
 
 /// Goes through XML, piece by piece, and keeps nothing, so that its memory depends neither on depth
 /// nor on size. It knows only the five entities of XML and numeric ones, so that no text grows. It
-/// is for files whose content is checked by its meaning; it does not check that elements close in
-/// order.
+/// is for files whose content is checked by its meaning; it checks that as many elements close as
+/// open, and not in which order.
 class XmlScanner {
  public:
   enum class Piece { kOpen, kClose, kText, kEnd, kFault };
@@ -46,6 +47,7 @@ class XmlScanner {
   std::string_view text_;
   std::vector<std::pair<std::string_view, std::string_view>> attributes_;
   bool empty_ = false;
+  std::int64_t depth_ = 0;  // elements that are open
 };
 
 }  // namespace tandem

@@ -1,6 +1,7 @@
 #include "engine/geometry/import/assimp_reader.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <limits>
 #include <new>
@@ -13,6 +14,7 @@
 #include <assimp/scene.h>
 
 #include "engine/geometry/formats/native_readers.h"
+#include "engine/geometry/formats/remark_list.h"
 
 namespace tandem {
 namespace {
@@ -149,6 +151,45 @@ ReadAnswer RefusalOf(const Assimp::Importer& importer) {
   return {ReadAnswer::Kind::kRefused, importer.GetErrorString(), {}, 0};
 }
 
+/// Counts what the library reads of a scene, and the answer leaves out.
+std::vector<std::string> RemarksOn(const aiScene& scene) {
+  RemarkList remarks;
+  remarks.Say(
+      "its format is read by a library that leaves out in silence what it does not know: check its "
+      "size and its shape");
+  if (scene.mNumAnimations > 0) remarks.Say("its animations are not played: its rest pose is read");
+  for (unsigned m = 0; m < scene.mNumMeshes; ++m) {
+    const aiMesh& mesh = *scene.mMeshes[m];
+    if (mesh.mNumBones > 0) {
+      remarks.Count("skin", "skins", "read as bound to its bones, and not as they are posed");
+    }
+    if (mesh.mNumAnimMeshes > 0) {
+      remarks.Count("mesh with morph targets", "meshes with morph targets", "read without them");
+    }
+    if ((mesh.mPrimitiveTypes & (aiPrimitiveType_POINT | aiPrimitiveType_LINE)) != 0) {
+      remarks.Count("mesh of points or lines", "meshes of points or lines",
+                    "without a surface left out");
+    }
+  }
+  return remarks.Lines();
+}
+
+/// Returns metres per unit as an FBX file says, in centimetres; 0: another format.
+double UnitOf(const aiScene& scene, const std::string& file) {
+  constexpr double kCentimetre = 0.01;
+  if (EndingOf(file) != "fbx") return 0;
+  float units = 1;
+  double long_units = 1;
+  if (scene.mMetaData != nullptr) {
+    if (!scene.mMetaData->Get("UnitScaleFactor", units) &&
+        scene.mMetaData->Get("UnitScaleFactor", long_units)) {
+      units = static_cast<float>(long_units);
+    }
+  }
+  const double metres = kCentimetre * static_cast<double>(units);
+  return std::isfinite(metres) && metres > 0 ? metres : 0;
+}
+
 }  // namespace
 
 void NoteWhenMemoryRunsOut() {
@@ -175,6 +216,9 @@ ReadAnswer ReadWithAssimp(const std::string& file, const std::string& part) {
   scene = importer.ApplyPostProcessing(aiProcess_Triangulate);
   if (scene == nullptr) return RefusalOf(importer);
   ReadAnswer answer{ReadAnswer::Kind::kMesh, {}, {}, 0};
+  answer.single_precision = true;
+  answer.remarks = RemarksOn(*scene);
+  answer.metres_per_unit = UnitOf(*scene, file);
   if (scene->mRootNode == nullptr) return answer;
   const Affine X_MM = AffineOf(aiMatrix4x4());
   if (part.empty()) {

@@ -117,7 +117,7 @@ std::optional<double> UnitIn(std::string_view text) {
 
 bool KindDeclaresUnit(const std::filesystem::path& file) {
   const std::string ending = EndingOf(file);
-  return ending == "3mf" || ending == "amf" || ending == "dae";
+  return ending == "3mf" || ending == "amf" || ending == "dae" || ending == "fbx";
 }
 
 std::optional<double> DeclaredUnit(const std::filesystem::path& file) {

@@ -5,8 +5,8 @@
 
 namespace tandem {
 
-/// Tells whether files of this kind declare their unit: 3MF, AMF and
-/// COLLADA files, by their extension.
+/// Tells whether files of this kind declare their unit: 3MF, AMF, COLLADA and FBX files, by their
+/// extension.
 bool KindDeclaresUnit(const std::filesystem::path& file);
 
 /// Returns metres per unit as a 3MF file declares it: millimetres where it declares none. Returns

@@ -15,8 +15,8 @@ namespace tandem {
 /// A mesh as of ImportMesh(), with its diagnosis.
 struct ImportedMesh {
   TriangleMesh mesh;
-  bool closed = false;    // MeshDiagnosis::closed()
-  std::string diagnosis;  // text of Describe()
+  bool closed = false;               // MeshDiagnosis::closed()
+  std::string diagnosis;             // text of Describe()
   std::vector<std::string> remarks;  // those of ImportMesh()
 };
 

@@ -205,12 +205,12 @@ NearPoints NearTheMesh(const RawMesh& raw) {
   near.points.reserve(raw.points.size());
   for (const FilePoint& p : raw.points) {
     const Vec3 from = Vec3(p[0], p[1], p[2]) - near.origin;
-    near.points.push_back({static_cast<float>(from.x()), static_cast<float>(from.y()),
-                           static_cast<float>(from.z())});
+    near.points.push_back(
+        {static_cast<float>(from.x()), static_cast<float>(from.y()), static_cast<float>(from.z())});
   }
   const auto single = static_cast<float>(farthest);
-  const double step = double{std::nextafter(single, std::numeric_limits<float>::max())} -
-                      double{single};
+  const double step =
+      double{std::nextafter(single, std::numeric_limits<float>::max())} - double{single};
   near.coarseness = size > 0 ? step / size : 0;
   return near;
 }
@@ -232,10 +232,9 @@ Result<TriangleMesh> Build(ReadAnswer& answer, double scale, const std::string& 
   const NearPoints near = NearTheMesh(raw);
   constexpr double kCoarse = 1e-5;
   if (answer.single_precision && near.coarseness > kCoarse) {
-    answer.remarks.push_back(
-        "it stands so far from its origin that its 32-bit numbers are " +
-        Number(100 * near.coarseness) +
-        " % of its size apart: export it with its origin near the part");
+    answer.remarks.push_back("it stands so far from its origin that its 32-bit numbers are " +
+                             Number(100 * near.coarseness) +
+                             " % of its size apart: export it with its origin near the part");
   }
 
   const Weld weld = WeldNear(near.points, options.weld_tolerance);

@@ -14,7 +14,7 @@ namespace tandem {
 /// Options of reading a mesh file.
 struct ImportOptions {
   /// Metres per file unit, in the place of what the file declares; nothing: as the file declares
-  /// (3MF, AMF and COLLADA files do), else 1.
+  /// (3MF, AMF, COLLADA and FBX files do), else 1.
   std::optional<double> scale = 1.0;
   /// Name of the wanted node or mesh, with all below it; empty: the whole file.
   std::string part = {};

@@ -146,7 +146,29 @@ bool AllPositive(const Mat3& spread) {
   return solver.info() == Eigen::Success && solver.eigenvalues().minCoeff() > 0;
 }
 
+void SetDistribution(const Moments& mass, const Vec3& p_MR, MassProperties& properties) {
+  const Mat3 spread = mass.spread();
+  properties.p_MBo = p_MR + mass.centre();
+  properties.unit_inertia = spread.trace() * Mat3::Identity() - spread;
+}
+
 }  // namespace
+
+MassProperties ComputeBoundedMass(const TriangleMesh& boundary) {
+  const Vec3 p_MR = BoundsOf(boundary).centre();
+  Moments volume;
+  for (std::size_t t = 0; t < boundary.triangles.size(); ++t) {
+    const Vec3 a = boundary.corner(t, 0) - p_MR;
+    const Vec3 b = boundary.corner(t, 1) - p_MR;
+    const Vec3 c = boundary.corner(t, 2) - p_MR;
+    volume.AddSimplex(3, a.dot(b.cross(c)) / 6, a, b, c);
+  }
+  MassProperties properties;
+  properties.volume = volume.mass;
+  properties.solid = volume.mass > 0 && AllPositive(volume.spread());
+  if (properties.solid) SetDistribution(volume, p_MR, properties);
+  return properties;
+}
 
 MassProperties ComputeMassProperties(const TriangleMesh& mesh) {
   const Bounds bounds = BoundsOf(mesh);
@@ -172,10 +194,7 @@ MassProperties ComputeMassProperties(const TriangleMesh& mesh) {
       AllPositive(volume.spread()) &&
       Border(mesh, p_MR).EnclosedArea(kSeam * bounds.size().norm()) <= kOpenShare * surface.mass &&
       FacesOneWay(mesh, volume_of_triangle, volume.mass);
-  const Moments& mass = properties.solid ? volume : surface;
-  const Mat3 spread = mass.spread();
-  properties.p_MBo = p_MR + mass.centre();
-  properties.unit_inertia = spread.trace() * Mat3::Identity() - spread;
+  SetDistribution(properties.solid ? volume : surface, p_MR, properties);
   return properties;
 }
 

@@ -22,4 +22,8 @@ struct MassProperties {
 /// ImportMesh().
 MassProperties ComputeMassProperties(const TriangleMesh& mesh);
 
+/// Computes the properties of the solid that these triangles bound as a whole, facing outwards.
+/// They need not share their corners; whether they are closed is not looked at.
+MassProperties ComputeBoundedMass(const TriangleMesh& boundary);
+
 }  // namespace tandem

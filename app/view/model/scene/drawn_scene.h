@@ -33,6 +33,8 @@ struct DrawnScene {
   std::vector<DrawnBody> bodies;
   Scene source;      // scene as read, without meshes
   SceneHash hashes;  // hashes of `source`, by body
+  /// What mesh files say and their readers do not honour, a line each.
+  std::vector<std::string> remarks;
 
   Bounds BoundsOfAll() const;
   std::size_t TriangleCount() const;      // number as drawn with vertex colours

@@ -37,8 +37,12 @@ Result<DrawnScene> LoadDrawnScene(const std::filesystem::path& file, const LoadP
     ImportOptions options;
     options.scale = body.scale;
     options.part = body.part;
-    const Result<TriangleMesh> mesh_M = ImportMesh(body.mesh, options);
+    std::vector<std::string> remarks;
+    const Result<TriangleMesh> mesh_M = ImportMesh(body.mesh, options, &remarks);
     if (!mesh_M) return mesh_M.error();
+    for (const std::string& remark : remarks) {
+      drawn.remarks.push_back("body '" + body.name + "' (" + body.mesh.string() + "): " + remark);
+    }
     BodyLook look{body.fixed, body.colour};
     if (const std::size_t whole = scene->WholeOf(i); whole != i) look.part_of = whole;
     drawn.bodies.push_back(MakeDrawnBody(body.name, look, Transformed(*mesh_M, body.X_WM)));

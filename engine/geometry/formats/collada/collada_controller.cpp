@@ -108,7 +108,7 @@ ControlledMesh ColladaControllers::ReadMorph(const XmlElement& morph, const Find
 }
 
 std::optional<std::vector<Affine34>> ColladaControllers::JointsOf(const XmlElement& skin,
-                                                                const FindJoint& joints) {
+                                                                  const FindJoint& joints) {
   const XmlElement* group = skin.Child("joints");
   if (group == nullptr) {
     meshes_.Fault("a skin has no joints");

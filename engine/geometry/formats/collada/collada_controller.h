@@ -20,7 +20,7 @@ Affine34 ProductOfAffine(const Affine34& a, const Affine34& b);
 /// A mesh that a controller shapes, at rest.
 struct ControlledMesh {
   RawMesh mesh;
-  bool placed = false;  // joints place it, and its node does not
+  bool placed = false;         // joints place it, and its node does not
   std::vector<bool> mirrored;  // by point, where joints place it
 };
 

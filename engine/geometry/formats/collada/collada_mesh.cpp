@@ -55,8 +55,8 @@ bool ColladaMeshReader::ReadWholes(const XmlElement& element, std::vector<std::i
 std::optional<ColladaRows> ColladaMeshReader::ReadRows(const XmlElement& source) {
   const XmlElement* technique = source.Child("technique_common");
   const XmlElement* accessor = technique == nullptr ? nullptr : technique->Child("accessor");
-  const XmlElement* array = accessor == nullptr ? source.Child("float_array")
-                                                : Referred(accessor->Attribute("source"));
+  const XmlElement* array =
+      accessor == nullptr ? source.Child("float_array") : Referred(accessor->Attribute("source"));
   if (!fault_.empty()) return std::nullopt;
   if (array == nullptr) {
     Fault("its source '" + source.Attribute("id") + "' has no numbers");

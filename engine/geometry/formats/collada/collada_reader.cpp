@@ -105,16 +105,18 @@ class ColladaReader {
     return {};
   }
   bool IsPart(const XmlElement& element) const {
-    return !part_.empty() && (element.Attribute("id") == part_ || element.Attribute("name") == part_ ||
-                              element.Attribute("sid") == part_);
+    return !part_.empty() &&
+           (element.Attribute("id") == part_ || element.Attribute("name") == part_ ||
+            element.Attribute("sid") == part_);
   }
 
   /// Returns a node's own transform: the product of its elements, in their order.
   Affine34 LocalOf(const XmlElement& node) {
     Affine34 X = Affine34::Identity();
     for (const auto& child : node.children) {
-      static const std::map<std::string, std::size_t> kCounts{
-          {"matrix", 16}, {"translate", 3}, {"rotate", 4}, {"scale", 3}, {"skew", 7}, {"lookat", 9}};
+      static const std::map<std::string, std::size_t> kCounts{{"matrix", 16}, {"translate", 3},
+                                                              {"rotate", 4},  {"scale", 3},
+                                                              {"skew", 7},    {"lookat", 9}};
       const auto count = kCounts.find(child->name);
       if (count == kCounts.end()) continue;
       std::vector<double> n;

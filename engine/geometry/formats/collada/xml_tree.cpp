@@ -60,8 +60,10 @@ Result<XmlTree> XmlTree::Parse(std::string_view text) {
   std::vector<XmlElement*> open;
   XmlScanner xml(text);
   for (auto piece = xml.Next(); piece != XmlScanner::Piece::kEnd; piece = xml.Next()) {
-    if (piece == XmlScanner::Piece::kFault) return Error{"is not whole: it is damaged or cut short"};
-    if (piece == XmlScanner::Piece::kText && !open.empty()) open.back()->texts.push_back(xml.text());
+    if (piece == XmlScanner::Piece::kFault)
+      return Error{"is not whole: it is damaged or cut short"};
+    if (piece == XmlScanner::Piece::kText && !open.empty())
+      open.back()->texts.push_back(xml.text());
     if (piece == XmlScanner::Piece::kClose) {
       if (open.empty() || open.back()->name != xml.name()) {
         return Error{"closes an element that is not open: it is damaged"};

@@ -34,8 +34,9 @@ GltfPrimitive GltfMeshReader::Read(const JsonNode& primitive, const std::vector<
     return read;
   }
   if (IsPacked(primitive)) {
-    fault_ = "its triangles cannot be had: they are packed (KHR_draco_mesh_compression); export it "
-             "without compression";
+    fault_ =
+        "its triangles cannot be had: they are packed (KHR_draco_mesh_compression); export it "
+        "without compression";
     return read;
   }
   if (!primitive["attributes"].Has("POSITION")) {

@@ -149,8 +149,9 @@ std::optional<std::string> GltfNumbers::Load(const JsonNode& buffer, std::uint64
   std::string bytes;
   if (!buffer.Has("uri")) {
     if (index != 0 || chunk_.empty()) {
-      return Fault(which + " has no bytes: its numbers are packed, or the file is damaged; export "
-                           "it without compression");
+      return Fault(which +
+                   " has no bytes: its numbers are packed, or the file is damaged; export "
+                   "it without compression");
     }
     bytes = chunk_;
   } else {

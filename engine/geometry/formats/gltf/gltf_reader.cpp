@@ -24,10 +24,17 @@ const char* const kUnreadNeeds = "what it needs cannot be read: the file is dama
 
 /// Tells whether an extension is read, or affects only what surfaces look like.
 bool IsReadOrOfLooks(std::string_view extension) {
-  constexpr std::array<std::string_view, 11> kBegins{
-      "KHR_materials_", "KHR_texture_",  "EXT_texture_",  "MSFT_texture_",
-      "KHR_lights_",    "EXT_lights_",   "KHR_xmp",       "EXT_mesh_features",
-      "KHR_draco_mesh", "EXT_meshopt_",  "EXT_structural_metadata"};
+  constexpr std::array<std::string_view, 11> kBegins{"KHR_materials_",
+                                                     "KHR_texture_",
+                                                     "EXT_texture_",
+                                                     "MSFT_texture_",
+                                                     "KHR_lights_",
+                                                     "EXT_lights_",
+                                                     "KHR_xmp",
+                                                     "EXT_mesh_features",
+                                                     "KHR_draco_mesh",
+                                                     "EXT_meshopt_",
+                                                     "EXT_structural_metadata"};
   return extension == "EXT_mesh_gpu_instancing" || extension == "KHR_mesh_quantization" ||
          extension == "KHR_animation_pointer" ||
          std::ranges::any_of(kBegins, [&](std::string_view begin) {
@@ -320,7 +327,8 @@ class GltfReader {
     for (const Vec3& p : points) whole.points.push_back({p.x(), p.y(), p.z()});
     for (const TriangleMesh::Triangle& t : primitive.triangles) {
       const bool turned = mirrored(t[0]);
-      whole.triangles.push_back({first + t[0], first + t[turned ? 2 : 1], first + t[turned ? 1 : 2]});
+      whole.triangles.push_back(
+          {first + t[0], first + t[turned ? 2 : 1], first + t[turned ? 1 : 2]});
     }
   }
 

@@ -39,7 +39,8 @@ TEST(ObjReader, FortransExponentIsAnExponent) {
 }
 
 TEST(ObjReader, WordsBehindANumberAreRefused) {
-  for (const std::string word : {"1mm", "1,000", "1,0", "1.0-1", "1e", "1.0f", "0x1", "one", "1.0.0"}) {
+  for (const std::string word :
+       {"1mm", "1,000", "1,0", "1.0-1", "1e", "1.0f", "0x1", "one", "1.0.0"}) {
     ExpectNot("'" + word + "' is not a number",
               ReadObj(With(kObjCube, "v 1 0 1", "v " + word + " 0 1")));
   }
@@ -70,7 +71,8 @@ TEST(ObjReader, CornersCountFromTheEndAndHaveTexturesAndNormals) {
 TEST(ObjReader, WhatHasNoSurfaceIsTold) {
   ExpectReadWith(1, "2 line and point elements without a surface left out",
                  ReadObj(kObjCube + "l 1 2\np 3\n"));
-  ExpectReadWith(1, "1 free-form curve or surface left out", ReadObj(kObjCube + "cstype bspline\ndeg 3 3\nsurf 0 1 0 1 1 2 3 4\nend\n"));
+  ExpectReadWith(1, "1 free-form curve or surface left out",
+                 ReadObj(kObjCube + "cstype bspline\ndeg 3 3\nsurf 0 1 0 1 1 2 3 4\nend\n"));
   ExpectReadWith(1, "1 call of another file left out", ReadObj(kObjCube + "call other.obj\n"));
   ExpectReadWith(1, "1 face with fewer than three corners left out", ReadObj(kObjCube + "f 1 2\n"));
   ExpectReadWith(1, "1 line that is no statement of the format left out, the first with 'vertex'",
@@ -80,7 +82,8 @@ TEST(ObjReader, WhatHasNoSurfaceIsTold) {
 }
 
 TEST(ObjReader, LooksAreNotTold) {
-  ExpectRead(1, ReadObj("mtllib a.mtl\no cube\ns off\n" + With(kObjCube, "f 1 3", "vt 0 0\nvn 0 0 1\nusemtl m\nf 1 3")));
+  ExpectRead(1, ReadObj("mtllib a.mtl\no cube\ns off\n" +
+                        With(kObjCube, "f 1 3", "vt 0 0\nvn 0 0 1\nusemtl m\nf 1 3")));
   ExpectRead(1, ReadObj(With(kObjCube, "v 1 0 1", "v 1 0 1 0.5 0.5 0.5")));
   ExpectRead(1, ReadObj(With(kObjCube, "v 1 0 1", "v 1 0 1 1")));
 }
@@ -92,7 +95,8 @@ TEST(ObjReader, NumbersOnALineOfTheirOwnAreRefused) {
 }
 
 TEST(ObjReader, PartsAreObjectsAndGroups) {
-  const std::string two = "o low\n" + kObjCube + "g high\nv 0 0 5\nv 1 0 5\nv 0 1 5\nv 0 0 6\n"
+  const std::string two = "o low\n" + kObjCube +
+                          "g high\nv 0 0 5\nv 1 0 5\nv 0 1 5\nv 0 0 6\n"
                           "f -4 -2 -3\nf -4 -3 -1\nf -3 -2 -1\nf -4 -1 -2\n";
   ExpectRead(1.0 + 1.0 / 6, ReadObj(two));
   ExpectRead(1.0 / 6, ReadObj(two, "high"));

@@ -20,7 +20,8 @@ using testing::With;
 TEST(PlyReader, StripsAreReadWithTheirTurns) {
   // a tetrahedron of volume 1/6 as one strip of 1, 2, 3, 0 and two triangles
   const std::string strip =
-      "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
+      "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float "
+      "z\n"
       "element tristrips 1\nproperty list int int vertex_indices\nend_header\n"
       "0 0 0\n1 0 0\n0 1 0\n0 0 1\n";
   ExpectRead(1.0 / 6, ReadPly(strip + "12 0 1 3 2 -1 0 2 1 -1 0 3 2\n"));
@@ -35,7 +36,8 @@ TEST(PlyReader, RemarksBehindNumbersAreSkipped) {
 
 TEST(PlyReader, WordsBehindANumberAreRefused) {
   for (const std::string word : {"1mm", "1,0", "1.0-1", "one"}) {
-    ExpectNot("('" + word + "' is no number)", ReadPly(With(kPlyCube, "\n0 0 1\n", "\n0 0 " + word + "\n")));
+    ExpectNot("('" + word + "' is no number)",
+              ReadPly(With(kPlyCube, "\n0 0 1\n", "\n0 0 " + word + "\n")));
   }
   ExpectRead(1, ReadPly(With(kPlyCube, "\n0 0 1\n", "\n0 0 0.1D+1\n")));
 }
@@ -57,13 +59,15 @@ TEST(PlyReader, HeadThatIsNotUnderstoodIsRefused) {
 }
 
 TEST(PlyReader, UnknownElementsAreTold) {
-  ExpectReadWith(1, "its 1 of sphere are left out",
-                 ReadPly(With(kPlyCube, "end_header", "element sphere 1\nproperty float r\nend_header") +
-                         "0.5\n"));
+  ExpectReadWith(
+      1, "its 1 of sphere are left out",
+      ReadPly(With(kPlyCube, "end_header", "element sphere 1\nproperty float r\nend_header") +
+              "0.5\n"));
 }
 
 TEST(PlyReader, UnitOfARemarkIsFound) {
-  const ReadAnswer answer = ReadPly(With(kPlyCube, "element vertex", "comment units mm\nelement vertex"));
+  const ReadAnswer answer =
+      ReadPly(With(kPlyCube, "element vertex", "comment units mm\nelement vertex"));
   ExpectRead(1, answer);
   EXPECT_EQ(answer.remarked_unit, 1e-3);
 }

@@ -9,6 +9,8 @@
 
 namespace tandem::testing {
 
+inline constexpr double kTetra = 1.0 / 6;  // volume of a tetrahedron on the axes
+
 /// Returns the volume of an answer's triangles by the divergence theorem, in the file's units.
 inline double VolumeOf(const ReadAnswer& answer) {
   double six = 0;

@@ -19,21 +19,21 @@ using testing::ExpectRead;
 using testing::ExpectReadWith;
 using testing::With;
 
-std::string Facet(const std::string& a, const std::string& b, const std::string& c) {
+std::string StlFacet(const std::string& a, const std::string& b, const std::string& c) {
   return " facet normal 0 0 1\n  outer loop\n   vertex " + a + "\n   vertex " + b + "\n   vertex " +
          c + "\n  endloop\n endfacet\n";
 }
 
-const std::string kTetrahedron = "solid part\n" + Facet("0 0 0", "0 1 0", "1 0 0") +
-                                 Facet("0 0 0", "1 0 0", "0 0 1") + Facet("1 0 0", "0 1 0", "0 0 1") +
-                                 Facet("0 0 0", "0 0 1", "0 1 0") + "endsolid part\n";
+const std::string kStlTetrahedron =
+    "solid part\n" + StlFacet("0 0 0", "0 1 0", "1 0 0") + StlFacet("0 0 0", "1 0 0", "0 0 1") +
+    StlFacet("1 0 0", "0 1 0", "0 0 1") + StlFacet("0 0 0", "0 0 1", "0 1 0") + "endsolid part\n";
 
-std::string All(std::string text, int (*change)(int)) {
+std::string Changed(std::string text, int (*change)(int)) {
   for (char& c : text) c = static_cast<char>(change(static_cast<unsigned char>(c)));
   return text;
 }
 
-std::string Replaced(std::string text, const std::string& old, const std::string& words) {
+std::string WithAll(std::string text, const std::string& old, const std::string& words) {
   for (std::size_t at = text.find(old); at != std::string::npos;
        at = text.find(old, at + words.size())) {
     text.replace(at, old.size(), words);
@@ -42,52 +42,53 @@ std::string Replaced(std::string text, const std::string& old, const std::string
 }
 
 TEST(StlReader, TextIsReadInAnyCaseAndLayout) {
-  ExpectRead(1.0 / 6, ReadStl(kTetrahedron));
-  ExpectRead(1.0 / 6, ReadStl(All(kTetrahedron, std::toupper)));
-  ExpectRead(1.0 / 6, ReadStl("\n\n \t\n" + kTetrahedron));
-  ExpectRead(1.0 / 6, ReadStl(Replaced(kTetrahedron, "\n", "\r\n")));
-  ExpectRead(1.0 / 6, ReadStl(Replaced(kTetrahedron, "\n", "\r")));
-  ExpectRead(1.0 / 6, ReadStl(Replaced(kTetrahedron, "\n", "\n\n")));
-  ExpectRead(1.0 / 6, ReadStl("solid part " + Replaced(kTetrahedron.substr(11), "\n", " ")));
-  ExpectRead(1.0 / 6, ReadStl(Replaced(kTetrahedron, "vertex ", "vertex\n")));
-  ExpectRead(1.0 / 6, ReadStl(Replaced(kTetrahedron, "endloop", "end loop")));
-  ExpectRead(1.0 / 6, ReadStl(Replaced(kTetrahedron, "outer loop", "outerloop")));
-  ExpectRead(1.0 / 6, ReadStl(kTetrahedron + "\x1a"));
+  ExpectRead(1.0 / 6, ReadStl(kStlTetrahedron));
+  ExpectRead(1.0 / 6, ReadStl(Changed(kStlTetrahedron, std::toupper)));
+  ExpectRead(1.0 / 6, ReadStl("\n\n \t\n" + kStlTetrahedron));
+  ExpectRead(1.0 / 6, ReadStl(WithAll(kStlTetrahedron, "\n", "\r\n")));
+  ExpectRead(1.0 / 6, ReadStl(WithAll(kStlTetrahedron, "\n", "\r")));
+  ExpectRead(1.0 / 6, ReadStl(WithAll(kStlTetrahedron, "\n", "\n\n")));
+  ExpectRead(1.0 / 6, ReadStl("solid part " + WithAll(kStlTetrahedron.substr(11), "\n", " ")));
+  ExpectRead(1.0 / 6, ReadStl(WithAll(kStlTetrahedron, "vertex ", "vertex\n")));
+  ExpectRead(1.0 / 6, ReadStl(WithAll(kStlTetrahedron, "endloop", "end loop")));
+  ExpectRead(1.0 / 6, ReadStl(WithAll(kStlTetrahedron, "outer loop", "outerloop")));
+  ExpectRead(1.0 / 6, ReadStl(kStlTetrahedron + "\x1a"));
 }
 
 TEST(StlReader, RemarksAndNamesOfAnyWordsAreSkipped) {
-  ExpectRead(1.0 / 6, ReadStl(Replaced(kTetrahedron, "0 0 1\n", "0 0 1 # up\n")));
-  ExpectRead(1.0 / 6, ReadStl("# made by hand\n" + kTetrahedron));
-  ExpectRead(1.0 / 6, ReadStl(Replaced(kTetrahedron, "solid part", "solid facet of vertex 5.stl")));
-  ExpectRead(1.0 / 6, ReadStl(Replaced(kTetrahedron, "solid part", "solid")));
+  ExpectRead(1.0 / 6, ReadStl(WithAll(kStlTetrahedron, "0 0 1\n", "0 0 1 # up\n")));
+  ExpectRead(1.0 / 6, ReadStl("# made by hand\n" + kStlTetrahedron));
+  ExpectRead(1.0 / 6,
+             ReadStl(WithAll(kStlTetrahedron, "solid part", "solid facet of vertex 5.stl")));
+  ExpectRead(1.0 / 6, ReadStl(WithAll(kStlTetrahedron, "solid part", "solid")));
 }
 
 TEST(StlReader, NormalsDoNotCount) {
   for (const char* normal : {"0 0 0", "nan nan nan", "-nan(ind) 1.#QNAN 0", "0,5 0 1", ""}) {
     ExpectRead(1.0 / 6,
-               ReadStl(Replaced(kTetrahedron, "normal 0 0 1", std::string("normal ") + normal)));
+               ReadStl(WithAll(kStlTetrahedron, "normal 0 0 1", std::string("normal ") + normal)));
   }
 }
 
 TEST(StlReader, WordsThatAreNoNumbersAreRefused) {
   for (const std::string word : {"1mm", "1,0", "1.0-1", "one"}) {
     ExpectNot("'" + word + "' is not a number",
-              ReadStl(Replaced(kTetrahedron, "vertex 1", "vertex " + word)));
+              ReadStl(WithAll(kStlTetrahedron, "vertex 1", "vertex " + word)));
   }
-  ExpectRead(1.0 / 6, ReadStl(Replaced(kTetrahedron, "vertex 1", "vertex 1.0D+00")));
+  ExpectRead(1.0 / 6, ReadStl(WithAll(kStlTetrahedron, "vertex 1", "vertex 1.0D+00")));
 }
 
 TEST(StlReader, TextThatEndsEarlyIsToldOrRefused) {
   ExpectReadWith(1.0 / 6, "it has no endsolid behind facet 4",
-                 ReadStl(With(kTetrahedron, "endsolid part\n", "")));
+                 ReadStl(With(kStlTetrahedron, "endsolid part\n", "")));
   ExpectNot("it ends within facet 4: it is cut short",
-            ReadStl(kTetrahedron.substr(0, kTetrahedron.rfind("endloop"))));
+            ReadStl(kStlTetrahedron.substr(0, kStlTetrahedron.rfind("endloop"))));
   ExpectNot("a facet has 2 vertices in place of three",
-            ReadStl(With(kTetrahedron, "   vertex 0 1 0\n", "")));
+            ReadStl(With(kStlTetrahedron, "   vertex 0 1 0\n", "")));
 }
 
 TEST(StlReader, SolidsAreParts) {
-  const std::string two = kTetrahedron + Replaced(kTetrahedron, "part", "lid of a box");
+  const std::string two = kStlTetrahedron + WithAll(kStlTetrahedron, "part", "lid of a box");
   ExpectRead(2.0 / 6, ReadStl(two));
   ExpectRead(1.0 / 6, ReadStl(two, "lid of a box"));
   ExpectNot("it has no part 'cup', but part, lid of a box", ReadStl(two, "cup"));
@@ -95,38 +96,40 @@ TEST(StlReader, SolidsAreParts) {
 
 // ---- binary ----
 
-std::string Cube(std::uint32_t count) {
+std::string StlOfCount(std::uint32_t count) {
   std::string cube = testing::BinaryStlCube();
   return cube.replace(80, 4, Bytes(count, 4));
 }
 
 TEST(StlReader, CountThatTheProgramDidNotKnowIsTakenFromTheLength) {
-  ExpectRead(1, ReadStl(Cube(12)));
-  ExpectReadWith(1, "its head says that it has 0 triangles, and its length is that of 12", ReadStl(Cube(0)));
-  ExpectReadWith(1, "its length is that of 12: 12 are read", ReadStl(Cube(0xffffffff)));
+  ExpectRead(1, ReadStl(StlOfCount(12)));
+  ExpectReadWith(1, "its head says that it has 0 triangles, and its length is that of 12",
+                 ReadStl(StlOfCount(0)));
+  ExpectReadWith(1, "its length is that of 12: 12 are read", ReadStl(StlOfCount(0xffffffff)));
   ExpectReadWith(1, "its head says that it has 4 triangles, and its length is that of 12: 12 are",
-                 ReadStl(Cube(4)));
+                 ReadStl(StlOfCount(4)));
 }
 
 TEST(StlReader, CountBeyondTheLengthIsRefused) {
   ExpectNot("its head says that it has 13 triangles, and its length is that of 12: it is cut short",
-            ReadStl(Cube(13)));
-  ExpectNot("it is cut short", ReadStl(Cube(12).substr(0, 84 + 50 * 11 + 20)));
-  ExpectNot("nor as long as the head of a binary file", ReadStl(Cube(12).substr(0, 70)));
+            ReadStl(StlOfCount(13)));
+  ExpectNot("it is cut short", ReadStl(StlOfCount(12).substr(0, 84 + 50 * 11 + 20)));
+  ExpectNot("nor as long as the head of a binary file", ReadStl(StlOfCount(12).substr(0, 70)));
 }
 
 TEST(StlReader, WhatStandsBehindTheTrianglesIsTold) {
-  ExpectRead(1, ReadStl(Cube(12) + std::string(50, '\0')));
-  ExpectReadWith(1, "9 bytes behind its triangles are not read", ReadStl(Cube(12) + "9 letters"));
+  ExpectRead(1, ReadStl(StlOfCount(12) + std::string(50, '\0')));
+  ExpectReadWith(1, "9 bytes behind its triangles are not read",
+                 ReadStl(StlOfCount(12) + "9 letters"));
 }
 
 TEST(StlReader, FilesOneBehindTheOtherAreAllRead) {
-  ExpectRead(2, ReadStl(Cube(12) + Cube(12)));
-  ExpectRead(3, ReadStl(Cube(12) + Cube(12) + Cube(12) + "\n"));
+  ExpectRead(2, ReadStl(StlOfCount(12) + StlOfCount(12)));
+  ExpectRead(3, ReadStl(StlOfCount(12) + StlOfCount(12) + StlOfCount(12) + "\n"));
 }
 
 TEST(StlReader, NumbersInTheOtherByteOrderAreRead) {
-  std::string cube = Cube(12);
+  std::string cube = StlOfCount(12);
   std::string turned = cube.substr(0, 80);
   const auto add = [&](std::size_t at) {
     for (std::size_t i = 4; i > 0; --i) turned += cube[at + i - 1];

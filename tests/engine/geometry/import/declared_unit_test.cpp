@@ -42,7 +42,7 @@ TEST_F(MeshFile, ReadsAPartOfA3mfFileInTheUnitThatItDeclares) {
   const Result<TriangleMesh> none = ImportMesh(Write("two.3mf", ThreeMf("")), {.part = "Object_9"});
   ASSERT_FALSE(none);
   EXPECT_THAT(none.error().what,
-              HasSubstr("it has no part 'Object_9', but Object_1, Object_2, Object_4"));
+              HasSubstr("it has no part 'Object_9', but lid, cup, Object_4"));
 }
 
 TEST_F(MeshFile, Truncated3mfFileDeclaresNoUnitAndIsHarmless) {
