@@ -4,7 +4,7 @@
 #include <string>
 
 #include "engine/geometry/formats/gltf_buffers.h"
-#include "engine/geometry/formats/model_3mf.h"
+#include "engine/geometry/formats/package/model_3mf.h"
 #include "engine/geometry/formats/native_readers.h"
 #include "engine/geometry/formats/raw_mesh.h"
 #include "engine/geometry/formats/text_lines.h"

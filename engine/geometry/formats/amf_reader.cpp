@@ -12,8 +12,8 @@
 #include "engine/base/spatial.h"
 #include "engine/geometry/formats/native_readers.h"
 #include "engine/geometry/formats/number_word.h"
+#include "engine/geometry/formats/package/slicer_parts.h"
 #include "engine/geometry/formats/remark_list.h"
-#include "engine/geometry/formats/slicer_parts.h"
 #include "engine/geometry/formats/text_lines.h"
 #include "engine/geometry/formats/xml_scanner.h"
 
@@ -83,7 +83,7 @@ class AmfReader {
     }
     if (fault_.empty() && !is_amf_) fault_ = "it holds no amf element: it is of another format";
     if (fault_.empty()) Place();
-    if (fault_.empty() && !part_.empty() && !found_) fault_ = NoPart();
+    if (fault_.empty() && !part_.empty() && !found_) fault_ = NoPartWords(part_, NamesOfObjects());
     if (!fault_.empty()) return {ReadAnswer::Kind::kRefused, "AMF: " + fault_, {}, 0};
     answer_.remarks = remarks_.Lines();
     return std::move(answer_);
@@ -260,14 +260,13 @@ class AmfReader {
     }
   }
 
-  std::string NoPart() const {
-    constexpr std::size_t kMostNames = 12;
-    std::string words = "it has no part '" + std::string(part_) + "', but ";
-    for (std::size_t i = 0; i < std::min(order_.size(), kMostNames); ++i) {
-      const std::string& name = objects_.at(order_[i]).name;
-      words += (i == 0 ? "" : ", ") + (name.empty() ? "Object_" + order_[i] : name);
+  std::vector<std::string> NamesOfObjects() const {
+    std::vector<std::string> names;
+    for (const std::string& id : order_) {
+      const std::string& name = objects_.at(id).name;
+      names.push_back(name.empty() ? "Object_" + id : name);
     }
-    return words;
+    return names;
   }
 
   void Fault(std::string why) {

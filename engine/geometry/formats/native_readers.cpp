@@ -6,9 +6,9 @@
 #include <utility>
 
 #include "engine/base/files/regular_file.h"
-#include "engine/geometry/formats/model_3mf.h"
+#include "engine/geometry/formats/package/model_3mf.h"
+#include "engine/geometry/formats/package/zip_archive.h"
 #include "engine/geometry/formats/text_lines.h"
-#include "engine/geometry/formats/zip_archive.h"
 
 namespace tandem {
 

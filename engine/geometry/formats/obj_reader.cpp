@@ -105,7 +105,8 @@ class ObjReader {
     std::string_view line;
     while (fault_.empty() && lines_.Next(line)) TakeStatement(line);
     if (fault_.empty()) MakeFaces();
-    if (fault_.empty() && !part_.empty() && !found_) fault_ = NoPart();
+    if (fault_.empty() && !part_.empty() && !found_)
+      fault_ = NoPartWords(part_, {names_.begin() + 1, names_.end()});
     if (!fault_.empty()) return {ReadAnswer::Kind::kRefused, "OBJ: " + fault_, {}, 0};
     answer_.remarks = remarks_.Lines();
     return std::move(answer_);
@@ -276,17 +277,6 @@ class ObjReader {
       }
       SplitPolygon(mesh.points, corners, mesh.triangles);
     }
-  }
-
-  std::string NoPart() const {
-    constexpr std::size_t kMostNames = 12;
-    std::string words = "it has no part '" + std::string(part_) + "', but ";
-    if (names_.size() < 2) return words + "parts without names only";
-    for (std::size_t i = 1; i < std::min(names_.size(), kMostNames + 1); ++i) {
-      words += (i == 1 ? "" : ", ") + names_[i];
-    }
-    const std::size_t more = names_.size() - std::min(names_.size(), kMostNames + 1);
-    return more > 0 ? words + " and " + std::to_string(more) + " more" : words;
   }
 
   TextLines lines_;

@@ -14,6 +14,7 @@
 
 #include "engine/geometry/formats/native_readers.h"
 #include "engine/geometry/formats/number_word.h"
+#include "engine/geometry/formats/ply_head.h"
 #include "engine/geometry/formats/polygon_split.h"
 #include "engine/geometry/formats/remark_list.h"
 #include "engine/geometry/formats/text_lines.h"
@@ -30,172 +31,43 @@ ReadAnswer RefusedPly(std::string words) {
   return {ReadAnswer::Kind::kRefused, "PLY: " + std::move(words), {}, 0};
 }
 
-enum class NumberKind : std::uint8_t {
-  kInt8,
-  kUint8,
-  kInt16,
-  kUint16,
-  kInt32,
-  kUint32,
-  kFloat,
-  kDouble
-};
-
-std::optional<NumberKind> KindNamed(std::string_view name) {
-  constexpr std::array<std::pair<std::string_view, NumberKind>, 16> kNames{
-      {{"char", NumberKind::kInt8},
-       {"int8", NumberKind::kInt8},
-       {"uchar", NumberKind::kUint8},
-       {"uint8", NumberKind::kUint8},
-       {"short", NumberKind::kInt16},
-       {"int16", NumberKind::kInt16},
-       {"ushort", NumberKind::kUint16},
-       {"uint16", NumberKind::kUint16},
-       {"int", NumberKind::kInt32},
-       {"int32", NumberKind::kInt32},
-       {"uint", NumberKind::kUint32},
-       {"uint32", NumberKind::kUint32},
-       {"float", NumberKind::kFloat},
-       {"float32", NumberKind::kFloat},
-       {"double", NumberKind::kDouble},
-       {"float64", NumberKind::kDouble}}};
-  for (const auto& [known, kind] : kNames) {
-    if (name == known) return kind;
-  }
-  return std::nullopt;
-}
-
-struct Property {
-  std::string name;
-  NumberKind kind = NumberKind::kFloat;
-  std::optional<NumberKind> count;  // type of a list's count
-};
-
-struct Element {
-  std::string name;
-  std::uint64_t count = 0;
-  std::vector<Property> properties;
-};
-
-struct Head {
-  bool has_format = false;
-  bool text = false;
-  double remarked_unit = 0;  // m
-  bool swapped = false;      // byte order differs from this machine's
-  std::vector<Element> elements;
-  std::string_view body;
-};
-
-/// Returns the word by which the lines of a head end: that behind its first word.
-std::string_view LineEndOf(std::string_view bytes) {
-  const std::size_t end = bytes.find_first_of("\r\n");
-  if (end == std::string_view::npos) return {};
-  return bytes.substr(end, bytes.compare(end, 2, "\r\n") == 0 ? 2 : 1);
-}
-
-/// Reads a line of a head that declares something; empty: it is sound.
-std::string TakeDeclaration(const std::string& line, Head& head) {
-  std::istringstream words{line};
-  std::string word;
-  const std::string wrong =
-      "its head has a line that is not understood: '" + line.substr(0, 60) + "'";
-  words >> word;
-  if (word.empty()) return {};
-  if (word == "comment" || word == "obj_info") {
-    if (const double unit = UnitOfRemark(line); unit > 0) head.remarked_unit = unit;
-    return {};
-  }
-  if (word == "format") {
-    words >> word;
-    head.has_format = true;
-    head.text = word == "ascii";
-    head.swapped = word == "binary_big_endian";
-    return head.text || head.swapped || word == "binary_little_endian" ? "" : wrong;
-  }
-  if (word == "element") {
-    Element element;
-    if (!(words >> element.name >> element.count)) return wrong;
-    head.elements.push_back(std::move(element));
-    return {};
-  }
-  if (word != "property" || head.elements.empty() || !(words >> word)) return wrong;
-  Property property;
-  if (word == "list") {
-    if (!(words >> word)) return wrong;
-    property.count = KindNamed(word);
-    if (!property.count || !(words >> word)) return wrong;
-  }
-  const std::optional<NumberKind> kind = KindNamed(word);
-  if (!kind || !(words >> property.name)) return wrong;
-  property.kind = *kind;
-  head.elements.back().properties.push_back(std::move(property));
-  return {};
-}
-
-/// Reads a head; returns what is wrong with it, or nothing.
-std::string ReadHead(std::string_view bytes, Head& head) {
-  // data may begin with bytes that look like a line's end: all lines end as the first one does
-  const std::string_view line_end = LineEndOf(bytes);
-  if (line_end.empty() || !bytes.starts_with("ply")) return "it does not begin with 'ply'";
-  std::string_view rest = bytes;
-  bool first = true;
-  while (true) {
-    const std::size_t end = rest.find(line_end);
-    const std::size_t skip = line_end.size();
-    if (end == std::string_view::npos) {
-      return "its head has no end: it is damaged or cut short";
-    }
-    std::string line(rest.substr(0, end));
-    if (line.ends_with('\r')) line.pop_back();
-    rest.remove_prefix(end + skip);
-    if (first) {
-      first = false;
-      continue;
-    }
-    if (line == "end_header" || line.starts_with("end_header ")) break;
-    if (std::string wrong = TakeDeclaration(line, head); !wrong.empty()) return wrong;
-  }
-  head.body = rest;
-  return head.has_format ? "" : "its head does not say whether it is text";
-}
-
 /// Takes numbers one by one, in any notation.
 class PlyNumbers {
  public:
-  explicit PlyNumbers(const Head& head)
+  explicit PlyNumbers(const PlyHead& head)
       : rest_(head.body), text_(head.text), swapped_(head.swapped) {}
 
-  double Take(NumberKind kind) {
+  double Take(PlyNumberKind kind) {
     if (text_) return TakeWord();
     switch (kind) {
-      case NumberKind::kInt8:
+      case PlyNumberKind::kInt8:
         return TakeAs<std::int8_t>();
-      case NumberKind::kUint8:
+      case PlyNumberKind::kUint8:
         return TakeAs<std::uint8_t>();
-      case NumberKind::kInt16:
+      case PlyNumberKind::kInt16:
         return TakeAs<std::int16_t>();
-      case NumberKind::kUint16:
+      case PlyNumberKind::kUint16:
         return TakeAs<std::uint16_t>();
-      case NumberKind::kInt32:
+      case PlyNumberKind::kInt32:
         return TakeAs<std::int32_t>();
-      case NumberKind::kUint32:
+      case PlyNumberKind::kUint32:
         return TakeAs<std::uint32_t>();
-      case NumberKind::kFloat:
+      case PlyNumberKind::kFloat:
         return static_cast<double>(TakeAs<float>());
-      case NumberKind::kDouble:
+      case PlyNumberKind::kDouble:
         return TakeAs<double>();
     }
     return 0;
   }
   /// Takes a count or the number of a vertex; any other value makes the file unsound.
-  std::uint32_t TakeWhole(NumberKind kind) {
+  std::uint32_t TakeWhole(PlyNumberKind kind) {
     const double number = Take(kind);
     const bool whole = number == std::floor(number);
     if (whole && number >= 0 && number < 4294967295.0) return static_cast<std::uint32_t>(number);
     sound_ = false;
     return 0;
   }
-  std::int64_t TakeSigned(NumberKind kind) {
+  std::int64_t TakeSigned(PlyNumberKind kind) {
     const double number = Take(kind);
     if (number == std::floor(number) && std::abs(number) < 4294967295.0) {
       return static_cast<std::int64_t>(number);
@@ -276,12 +148,12 @@ bool IsCorners(const std::string& name) {
   return name == "vertex_indices" || name == "vertex_index" || name == "vertex_inds";
 }
 
-void TakeElement(const Element& element, PlyNumbers& numbers, std::vector<FilePoint>& points,
+void TakeElement(const PlyElement& element, PlyNumbers& numbers, std::vector<FilePoint>& points,
                  Faces& faces) {
   const bool vertex = element.name == "vertex";
   const bool face = element.name == "face";
   if (vertex) points.emplace_back();
-  for (const Property& property : element.properties) {
+  for (const PlyProperty& property : element.properties) {
     if (property.count) {
       const std::uint32_t count = numbers.TakeWhole(*property.count);
       const bool corners = face && IsCorners(property.name);
@@ -309,14 +181,14 @@ void TakeElement(const Element& element, PlyNumbers& numbers, std::vector<FilePo
 }
 
 /// Returns what is missing for a surface, and notes what is left out.
-std::string ElementsFault(const Head& head, RemarkList& remarks) {
+std::string ElementsFault(const PlyHead& head, RemarkList& remarks) {
   std::size_t axes = 0;
-  for (const Element& element : head.elements) {
-    if (std::ranges::count(head.elements, element.name, &Element::name) > 1) {
+  for (const PlyElement& element : head.elements) {
+    if (std::ranges::count(head.elements, element.name, &PlyElement::name) > 1) {
       return "its head declares " + element.name + " twice";
     }
     bool corners = false;
-    for (const Property& property : element.properties) {
+    for (const PlyProperty& property : element.properties) {
       corners = corners || (property.count && IsCorners(property.name));
       const bool axis = property.name == "x" || property.name == "y" || property.name == "z";
       if (element.name == "vertex" && axis && !property.count) ++axes;
@@ -370,12 +242,12 @@ std::string MakeTriangles(const Faces& faces, RawMesh& mesh) {
 }  // namespace
 
 ReadAnswer ReadPly(std::string_view bytes) {
-  Head head;
-  if (std::string fault = ReadHead(bytes, head); !fault.empty()) return RefusedPly(fault);
+  PlyHead head;
+  if (std::string fault = ReadPlyHead(bytes, head); !fault.empty()) return RefusedPly(fault);
   ReadAnswer answer{ReadAnswer::Kind::kMesh, {}, {}, 0};
   answer.remarked_unit = head.remarked_unit;
   const auto has = [&](std::string_view name) {
-    return std::ranges::count(head.elements, name, &Element::name) > 0;
+    return std::ranges::count(head.elements, name, &PlyElement::name) > 0;
   };
   if (!has("vertex") || (!has("face") && !has("tristrips"))) return answer;
   RemarkList remarks;
@@ -383,7 +255,7 @@ ReadAnswer ReadPly(std::string_view bytes) {
   PlyNumbers numbers(head);
   numbers.SkipRemarks();
   Faces faces;
-  for (const Element& element : head.elements) {
+  for (const PlyElement& element : head.elements) {
     if (element.properties.empty()) continue;
     if (element.count > numbers.left()) {
       return RefusedPly("it is shorter than the " + std::to_string(element.count) + " of its " +

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <string>
 #include <string_view>
@@ -7,6 +8,18 @@
 #include <vector>
 
 namespace tandem {
+
+/// Returns why a part is not there, with the names of those that are.
+inline std::string NoPartWords(std::string_view part, const std::vector<std::string>& names) {
+  constexpr std::size_t kMostNames = 12;
+  std::string words = "it has no part '" + std::string(part) + "', but ";
+  if (names.empty()) return words + "parts without names only";
+  for (std::size_t i = 0; i < names.size() && i < kMostNames; ++i) {
+    words += (i == 0 ? "" : ", ") + names[i];
+  }
+  const std::size_t more = names.size() - std::min(names.size(), kMostNames);
+  return more > 0 ? words + " and " + std::to_string(more) + " more" : words;
+}
 
 /// Counts what a reader leaves out, and returns a line for each kind.
 class RemarkList {

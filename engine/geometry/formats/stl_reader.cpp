@@ -141,7 +141,7 @@ class StlText {
     if (fault_.empty() && state_ >= State::kInFacet) {
       fault_ = "it ends within facet " + std::to_string(facets_ + 1) + ": it is cut short";
     }
-    if (fault_.empty() && !part_.empty() && !found_) fault_ = NoPart();
+    if (fault_.empty() && !part_.empty() && !found_) fault_ = NoPartWords(part_, names_);
     if (!fault_.empty()) return RefusedStl(std::move(fault_));
     if (state_ == State::kInSolid) {
       remarks_.Say("it has no endsolid behind facet " + std::to_string(facets_) +
@@ -262,16 +262,6 @@ class StlText {
     if (wanted_) SplitPolygon(answer_.mesh.points, corners_, answer_.mesh.triangles);
     ++facets_;
     state_ = State::kInSolid;
-  }
-
-  std::string NoPart() const {
-    constexpr std::size_t kMostNames = 12;
-    std::string words = "it has no part '" + std::string(part_) + "', but ";
-    if (names_.empty()) return words + "parts without names only";
-    for (std::size_t i = 0; i < std::min(names_.size(), kMostNames); ++i) {
-      words += (i == 0 ? "" : ", ") + names_[i];
-    }
-    return words;
   }
 
   TextLines lines_;

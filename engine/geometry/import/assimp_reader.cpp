@@ -13,26 +13,19 @@
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
 
+#include "engine/geometry/formats/affine34.h"
 #include "engine/geometry/formats/native_readers.h"
 #include "engine/geometry/formats/remark_list.h"
 
 namespace tandem {
 namespace {
 
-using Affine = Eigen::Matrix<double, 3, 4>;
-
-Affine AffineOf(const aiMatrix4x4& m) {
-  Affine affine;
+Affine34 AffineOf(const aiMatrix4x4& m) {
+  Affine34 affine;
   affine << double{m.a1}, double{m.a2}, double{m.a3}, double{m.a4},  //
       double{m.b1}, double{m.b2}, double{m.b3}, double{m.b4},        //
       double{m.c1}, double{m.c2}, double{m.c3}, double{m.c4};
   return affine;
-}
-
-Affine Times(const Affine& a, const Affine& b) {
-  Affine product;
-  product << a.leftCols<3>() * b.leftCols<3>(), a.leftCols<3>() * b.col(3) + a.col(3);
-  return product;
 }
 
 /// Returns what makes a mesh unfit for assimp's own steps, which trust it; empty if nothing does.
@@ -54,7 +47,7 @@ std::string FaultOf(const aiMesh& mesh) {
 }
 
 /// Appends the triangles of a mesh as the node places them. Points and lines have no surface.
-void AppendMesh(const aiMesh& mesh, const Affine& X_MN, RawMesh& whole) {
+void AppendMesh(const aiMesh& mesh, const Affine34& X_MN, RawMesh& whole) {
   constexpr std::size_t kMost = std::numeric_limits<std::uint32_t>::max() - 1;
   if (whole.points.size() + mesh.mNumVertices > kMost) throw std::bad_alloc();
   const auto first = static_cast<std::uint32_t>(whole.points.size());
@@ -74,8 +67,8 @@ void AppendMesh(const aiMesh& mesh, const Affine& X_MN, RawMesh& whole) {
   }
 }
 
-void AppendNode(const aiScene& scene, const aiNode& node, const Affine& X_MP, RawMesh& whole) {
-  const Affine X_MN = Times(X_MP, AffineOf(node.mTransformation));
+void AppendNode(const aiScene& scene, const aiNode& node, const Affine34& X_MP, RawMesh& whole) {
+  const Affine34 X_MN = ProductOf(X_MP, AffineOf(node.mTransformation));
   for (unsigned m = 0; m < node.mNumMeshes; ++m) {
     if (node.mMeshes[m] < scene.mNumMeshes) {
       AppendMesh(*scene.mMeshes[node.mMeshes[m]], X_MN, whole);
@@ -89,12 +82,12 @@ void AppendNode(const aiScene& scene, const aiNode& node, const Affine& X_MP, Ra
 /// Appends the nodes of that name, and meshes of that name elsewhere; returns whether there was
 /// any.
 bool AppendPart(const aiScene& scene, const aiNode& node, const std::string& part,
-                const Affine& X_MP, RawMesh& whole) {
+                const Affine34& X_MP, RawMesh& whole) {
   if (node.mName.C_Str() == part) {
     AppendNode(scene, node, X_MP, whole);
     return true;
   }
-  const Affine X_MN = Times(X_MP, AffineOf(node.mTransformation));
+  const Affine34 X_MN = ProductOf(X_MP, AffineOf(node.mTransformation));
   bool found = false;
   for (unsigned m = 0; m < node.mNumMeshes; ++m) {
     if (node.mMeshes[m] >= scene.mNumMeshes) continue;
@@ -220,7 +213,7 @@ ReadAnswer ReadWithAssimp(const std::string& file, const std::string& part) {
   answer.remarks = RemarksOn(*scene);
   answer.metres_per_unit = UnitOf(*scene, file);
   if (scene->mRootNode == nullptr) return answer;
-  const Affine X_MM = AffineOf(aiMatrix4x4());
+  const Affine34 X_MM = AffineOf(aiMatrix4x4());
   if (part.empty()) {
     AppendNode(*scene, *scene->mRootNode, X_MM, answer.mesh);
   } else if (!AppendPart(*scene, *scene->mRootNode, part, X_MM, answer.mesh)) {

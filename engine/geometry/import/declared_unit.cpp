@@ -7,8 +7,8 @@
 #include <utility>
 
 #include "engine/geometry/formats/native_readers.h"
+#include "engine/geometry/formats/package/zip_archive.h"
 #include "engine/geometry/formats/text_lines.h"
-#include "engine/geometry/formats/zip_archive.h"
 
 namespace tandem {
 

@@ -1,4 +1,5 @@
 #include <csignal>
+#include <fstream>
 #include <thread>
 
 #include <gmock/gmock.h>
@@ -81,6 +82,19 @@ TEST_F(VoxelizeCommand, WritesTheSurfaceOfRefinedContact) {
                                           (folder_.path() / "no" / "folder").string());
   EXPECT_EQ(refused.exit_code, kExitFile);
   EXPECT_THAT(refused.err, HasSubstr("cannot be written"));
+}
+
+TEST_F(VoxelizeCommand, SaysWhatItLeavesOutOfAFile) {
+  const std::filesystem::path file = folder_.path() / "remarks.obj";
+  std::ofstream(file) << "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n"
+                         "l 1 2\n# from C:\\parts\\\n";
+  const ProgramOutput output = RunTandem("voxelize " + file.string() + " --voxel 0.1 --json");
+  ASSERT_EQ(output.exit_code, kExitOk) << output.err;
+  EXPECT_THAT(output.err,
+              HasSubstr("remarks.obj: 1 line or point element without a surface left out"));
+  const auto reported = nlohmann::json::parse(output.out);
+  EXPECT_EQ(reported["remarks"].size(), 1U);
+  EXPECT_NEAR(reported["volume_m3"].get<double>(), 1.0 / 6, 1e-6);
 }
 
 TEST_F(VoxelizeCommand, RefusesARangeThatItsMarksCannotHold) {

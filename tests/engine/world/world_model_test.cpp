@@ -67,6 +67,37 @@ TEST_F(LoadedWorld, MergedPartsFormOneBodyWithAllMeshes) {
   EXPECT_GE(TestedPoints(*merged, body), TestedPoints(*slab, same));
 }
 
+// Bars of 60 mm that overlap by 20 make one of 100 mm. Its mass by density is that of the whole, in
+// one mesh as in merged parts, and so are its centre and inertia.
+TEST_F(LoadedWorld, OverlappingSolidsWeighWhatTheirUnionDoes) {
+  TriangleMesh two = Box(Vec3(0.06, 0.02, 0.02));
+  Append(two, testing::At(Box(Vec3(0.06, 0.02, 0.02)), Vec3(0.04, 0, 0)));
+  folder_.Write("two.obj", ObjText(two));
+  folder_.Write("long.obj", ObjText(testing::At(Box(Vec3(0.1, 0.02, 0.02)), Vec3(0.02, 0, 0))));
+  const std::string weighs = R"("density_kg_m3": 1000)";
+  const auto single = LinearizedForce(R"({"name": "long", "mesh": "long.obj", )" + weighs + "}");
+  const auto in_one = LinearizedForce(R"({"name": "two", "mesh": "two.obj", )" + weighs + "}");
+  const auto merged = LinearizedForce(
+      R"({"name": "a", "mesh": "slab.obj", )" + weighs +
+      R"(}, {"name": "b", "mesh": "slab.obj", "merge_with": "a", "pose": {"p_W": [0.04, 0, 0]}})");
+  for (const auto& world : {in_one, merged}) {
+    EXPECT_NEAR(world->bodies[0].inertia.mass, 0.04, 1e-7);
+    EXPECT_LT((world->bodies[0].X_WB0.p - single->bodies[0].X_WB0.p).norm(), 1e-7);
+    EXPECT_LT((world->bodies[0].inertia.I_B - single->bodies[0].inertia.I_B).norm(),
+              1e-5 * single->bodies[0].inertia.I_B.norm());
+  }
+}
+
+// What a mesh file says and its reader leaves out is a remark of the world, by body.
+TEST_F(LoadedWorld, RemarksOfMeshFilesNameTheirBody) {
+  folder_.Write("lines.obj", ObjText(Box(Vec3(0.02, 0.02, 0.02))) + "l 1 2\n");
+  const auto world = LinearizedForce(R"({"name": "c", "mesh": "lines.obj", "mass_kg": 1})");
+  ASSERT_EQ(world->remarks.size(), 1U);
+  EXPECT_THAT(world->remarks[0], ::testing::StartsWith("body 'c' ("));
+  EXPECT_THAT(world->remarks[0],
+              ::testing::HasSubstr("): 1 line or point element without a surface left out"));
+}
+
 // Neither points nor voxels are kept where contact reads none of them; benches make both.
 TEST_F(LoadedWorld, BuildsOnlyWhatItsContactModelReads) {
   const std::string bodies =

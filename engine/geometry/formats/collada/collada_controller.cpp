@@ -23,12 +23,6 @@ std::optional<Affine34> AffineOf(const double* numbers) {
   return affine ? std::optional(X) : std::nullopt;
 }
 
-Affine34 ProductOfAffine(const Affine34& a, const Affine34& b) {
-  Affine34 product;
-  product << a.leftCols<3>() * b.leftCols<3>(), a.leftCols<3>() * b.col(3) + a.col(3);
-  return product;
-}
-
 ControlledMesh ColladaControllers::Read(const XmlElement& element, const FindJoint& joints,
                                         int depth) {
   if (depth > kDeepestControllers) {
@@ -132,7 +126,7 @@ std::optional<std::vector<Affine34>> ColladaControllers::JointsOf(const XmlEleme
       meshes_.Fault("a skin has a joint '" + ids[j].substr(0, 40) + "' that stands nowhere");
       return std::nullopt;
     }
-    placed.push_back(ProductOfAffine(*X, *bind));
+    placed.push_back(ProductOf(*X, *bind));
   }
   return placed;
 }
@@ -206,7 +200,7 @@ ControlledMesh ColladaControllers::ReadSkin(const XmlElement& skin, const FindJo
       meshes_.Fault("a vertex of a skin hangs on no joint");
       return {};
     }
-    X = ProductOfAffine(X / sum, bind_shape);
+    X = ProductOf(X / sum, bind_shape);
     FilePoint& point = shaped.mesh.points[i];
     const Vec3 p = X.leftCols<3>() * Vec3(point[0], point[1], point[2]) + X.col(3);
     point = {p.x(), p.y(), p.z()};

@@ -6,16 +6,14 @@
 #include <vector>
 
 #include "engine/base/spatial.h"
+#include "engine/geometry/formats/affine34.h"
 #include "engine/geometry/formats/collada/collada_mesh.h"
 #include "engine/geometry/formats/collada/xml_tree.h"
 
 namespace tandem {
 
-using Affine34 = Eigen::Matrix<double, 3, 4>;
-
 /// Returns the affine map of sixteen numbers, row by row; nothing: its last row is not 0 0 0 1.
 std::optional<Affine34> AffineOf(const double* numbers);
-Affine34 ProductOfAffine(const Affine34& a, const Affine34& b);
 
 /// A mesh that a controller shapes, at rest.
 struct ControlledMesh {

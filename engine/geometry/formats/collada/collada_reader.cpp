@@ -43,7 +43,7 @@ class ColladaReader {
       AppendAllGeometries();
     }
     std::string fault = meshes_.fault();
-    if (fault.empty() && !part_.empty() && !found_) fault = NoPart();
+    if (fault.empty() && !part_.empty() && !found_) fault = NoPartWords(part_, names_);
     if (!fault.empty()) return {ReadAnswer::Kind::kRefused, "COLLADA: " + fault, {}, 0};
     for (const XmlElement* library : tree_.root().Children("library_animations")) {
       if (!library->children.empty()) {
@@ -126,7 +126,7 @@ class ColladaReader {
                       " numbers in place of " + std::to_string(count->second));
         return X;
       }
-      X = ProductOfAffine(X, StepOf(child->name, n));
+      X = ProductOf(X, StepOf(child->name, n));
     }
     return X;
   }
@@ -165,7 +165,7 @@ class ColladaReader {
   /// Notes where all nodes of the scene stand, by id, sid and name, for joints.
   void PlaceJoints(const XmlElement& node, const Affine34& X_MP, int depth) {
     if (depth > kDeepestPlacing || !meshes_.fault().empty()) return;
-    const Affine34 X_MN = ProductOfAffine(X_MP, LocalOf(node));
+    const Affine34 X_MN = ProductOf(X_MP, LocalOf(node));
     for (const char* key : {"sid", "id", "name"}) {
       const std::string name = node.Attribute(key);
       if (!name.empty()) joints_.emplace(name, X_MN);
@@ -176,7 +176,7 @@ class ColladaReader {
   void Append(const XmlElement& node, const Affine34& X_MP, bool wanted, int depth) {
     if (!meshes_.fault().empty()) return;
     if (depth > kDeepestPlacing) return meshes_.Fault("its nodes are within one another");
-    const Affine34 X_MN = ProductOfAffine(X_MP, LocalOf(node));
+    const Affine34 X_MN = ProductOf(X_MP, LocalOf(node));
     if (IsPart(node)) wanted = found_ = true;
     for (const auto& child : node.children) {
       if (child->name == "node") Append(*child, X_MN, wanted, depth + 1);
@@ -214,17 +214,6 @@ class ColladaReader {
       whole.triangles.push_back(
           {first + t[0], first + t[mirrored ? 2 : 1], first + t[mirrored ? 1 : 2]});
     }
-  }
-
-  std::string NoPart() const {
-    constexpr std::size_t kMostNames = 12;
-    std::string words = "it has no part '" + std::string(part_) + "', but ";
-    if (names_.empty()) return words + "parts without names only";
-    for (std::size_t i = 0; i < std::min(names_.size(), kMostNames); ++i) {
-      words += (i == 0 ? "" : ", ") + names_[i];
-    }
-    const std::size_t more = names_.size() - std::min(names_.size(), kMostNames);
-    return more > 0 ? words + " and " + std::to_string(more) + " more" : words;
   }
 
   const XmlTree& tree_;

@@ -12,12 +12,6 @@ enum Mode : int { kTriangles = 4, kTriangleStrip = 5, kTriangleFan = 6 };
 
 }  // namespace
 
-Affine34 ProductOf(const Affine34& a, const Affine34& b) {
-  Affine34 product;
-  product << a.leftCols<3>() * b.leftCols<3>(), a.leftCols<3>() * b.col(3) + a.col(3);
-  return product;
-}
-
 bool GltfMeshReader::IsPacked(const JsonNode& primitive) const {
   if (!primitive.Has("extensions")) return false;
   if (!primitive["extensions"].Has("KHR_draco_mesh_compression")) return false;

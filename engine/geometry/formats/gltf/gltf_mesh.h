@@ -13,11 +13,6 @@
 
 namespace tandem {
 
-/// An affine map: the columns of its linear part, then the place of the origin.
-using Affine34 = Eigen::Matrix<double, 3, 4>;
-
-Affine34 ProductOf(const Affine34& a, const Affine34& b);
-
 /// A primitive of a glTF mesh in its rest pose, in the mesh's own frame.
 struct GltfPrimitive {
   std::vector<Vec3> points;

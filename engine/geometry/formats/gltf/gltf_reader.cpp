@@ -12,6 +12,7 @@
 #include "engine/base/text/json_reader.h"
 #include "engine/geometry/formats/gltf/gltf_mesh.h"
 #include "engine/geometry/formats/gltf/gltf_numbers.h"
+#include "engine/geometry/formats/gltf/gltf_placing.h"
 #include "engine/geometry/formats/native_readers.h"
 #include "engine/geometry/formats/remark_list.h"
 
@@ -42,13 +43,6 @@ bool IsReadOrOfLooks(std::string_view extension) {
          });
 }
 
-/// Returns the linear part of a turn by a quaternion, which may have any length but 0.
-Mat3 TurnBy(double x, double y, double z, double w) {
-  const Eigen::Quaterniond q(w, x, y, z);
-  if (!(q.norm() > 0)) return Mat3::Identity();
-  return q.normalized().toRotationMatrix();
-}
-
 class GltfReader {
  public:
   GltfReader(const JsonNode& root, const std::filesystem::path& file, std::string_view chunk,
@@ -70,7 +64,7 @@ class GltfReader {
       fault_ = std::to_string(skipped_) + " of its " + std::to_string(stated_) +
                " triangles cannot be had: they use vertices that there are not";
     }
-    if (fault_.empty() && !part_.empty() && !found_) fault_ = NoPart();
+    if (fault_.empty() && !part_.empty() && !found_) fault_ = NoPartWords(part_, names_);
     if (!fault_.empty()) return {ReadAnswer::Kind::kRefused, "glTF: " + fault_, {}, 0};
     if (root_.Has("animations") && !root_["animations"].Items().empty()) {
       remarks_.Say("its animations are not played: its rest pose is read");
@@ -150,40 +144,10 @@ class GltfReader {
   void PlaceNode(std::uint64_t n, const Affine34& X_MP, int depth, std::size_t& seen) {
     if (depth > kDeepestNodes) return Fault("its nodes are nested too deep");
     ++seen;
-    placed_[n] = ProductOf(X_MP, LocalOf(nodes_[n]));
+    const Result<Affine34> X_PN = LocalPlacing(nodes_[n]);
+    if (!X_PN) return Fault(X_PN.error().what);
+    placed_[n] = ProductOf(X_MP, *X_PN);
     for (const std::uint64_t child : children_[n]) PlaceNode(child, placed_[n], depth + 1, seen);
-  }
-
-  Affine34 LocalOf(const JsonNode& node) {
-    Affine34 X = Affine34::Identity();
-    const auto array = [&](const char* key, std::size_t count) {
-      std::vector<double> numbers;
-      for (const JsonNode& number : ItemsOf(node, key)) numbers.push_back(number.Number());
-      if (!numbers.empty() && numbers.size() != count) {
-        Fault("a node's " + std::string(key) + " has " + std::to_string(numbers.size()) +
-              " numbers in place of " + std::to_string(count));
-        numbers.clear();
-      }
-      return numbers;
-    };
-    if (const std::vector<double> m = array("matrix", 16); !m.empty()) {
-      for (int column = 0; column < 4; ++column) {
-        for (int row = 0; row < 3; ++row) {
-          X(row, column) = m[static_cast<std::size_t>(4 * column + row)];
-        }
-      }
-      if (m[3] != 0 || m[7] != 0 || m[11] != 0 || m[15] != 1) {
-        Fault("a node's matrix has another last row than 0 0 0 1, which no placing has");
-      }
-      return X;
-    }
-    const std::vector<double> r = array("rotation", 4);
-    const std::vector<double> s = array("scale", 3);
-    const std::vector<double> t = array("translation", 3);
-    if (!r.empty()) X.leftCols<3>() = TurnBy(r[0], r[1], r[2], r[3]);
-    if (!s.empty()) X.leftCols<3>() = X.leftCols<3>() * Vec3(s[0], s[1], s[2]).asDiagonal();
-    if (!t.empty()) X.col(3) = Vec3(t[0], t[1], t[2]);
-    return X;
   }
 
   void Append(std::uint64_t n, bool wanted) {
@@ -330,16 +294,6 @@ class GltfReader {
       whole.triangles.push_back(
           {first + t[0], first + t[turned ? 2 : 1], first + t[turned ? 1 : 2]});
     }
-  }
-
-  std::string NoPart() const {
-    constexpr std::size_t kMostNames = 12;
-    std::string words = "it has no part '" + std::string(part_) + "', but ";
-    for (std::size_t i = 0; i < std::min(names_.size(), kMostNames); ++i) {
-      words += (i == 0 ? "" : ", ") + names_[i];
-    }
-    const std::size_t more = names_.size() - std::min(names_.size(), kMostNames);
-    return more > 0 ? words + " and " + std::to_string(more) + " more" : words;
   }
 
   void Fault(std::string why) {

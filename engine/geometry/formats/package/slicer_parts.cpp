@@ -1,4 +1,4 @@
-#include "engine/geometry/formats/slicer_parts.h"
+#include "engine/geometry/formats/package/slicer_parts.h"
 
 #include <algorithm>
 #include <array>

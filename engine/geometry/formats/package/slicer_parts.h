@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "engine/geometry/formats/zip_archive.h"
+#include "engine/geometry/formats/package/zip_archive.h"
 
 namespace tandem {
 

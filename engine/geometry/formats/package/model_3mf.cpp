@@ -1,4 +1,4 @@
-#include "engine/geometry/formats/model_3mf.h"
+#include "engine/geometry/formats/package/model_3mf.h"
 
 #include <algorithm>
 #include <array>
@@ -11,12 +11,13 @@
 #include <vector>
 
 #include "engine/base/spatial.h"
+#include "engine/geometry/formats/affine34.h"
 #include "engine/geometry/formats/number_word.h"
+#include "engine/geometry/formats/package/slicer_parts.h"
+#include "engine/geometry/formats/package/zip_archive.h"
 #include "engine/geometry/formats/remark_list.h"
-#include "engine/geometry/formats/slicer_parts.h"
 #include "engine/geometry/formats/text_lines.h"
 #include "engine/geometry/formats/xml_scanner.h"
-#include "engine/geometry/formats/zip_archive.h"
 
 namespace tandem {
 
@@ -25,13 +26,11 @@ namespace {
 constexpr std::size_t kLargestModel = std::size_t{1} << 30U;  // bytes, unpacked
 constexpr int kDeepest = 32;                                  // depth of nested components
 
-using Placing = Eigen::Matrix<double, 3, 4>;
-
 /// A placed object: its model, and its placing.
 struct Instance {
   std::string path;
   std::string id;
-  Placing X = Placing::Identity();
+  Affine34 X = Affine34::Identity();
 };
 
 struct Object {
@@ -55,8 +54,8 @@ bool IsNumber(const std::optional<std::string>& word, T& number) {
 }
 
 /// Reads twelve numbers: three rows that the axes become, and the place of the origin.
-bool TakePlacing(const std::optional<std::string>& text, Placing& X) {
-  X = Placing::Identity();
+bool TakePlacing(const std::optional<std::string>& text, Affine34& X) {
+  X = Affine34::Identity();
   if (!text) return true;
   std::istringstream words(*text);
   for (int column = 0; column < 4; ++column) {
@@ -234,12 +233,6 @@ class ModelReader {
   bool is_model_ = false;
 };
 
-Placing Product(const Placing& a, const Placing& b) {
-  Placing product;
-  product << a.leftCols<3>() * b.leftCols<3>(), a.leftCols<3>() * b.col(3) + a.col(3);
-  return product;
-}
-
 /// Assembles all models that the first one leads to.
 class Assembly {
  public:
@@ -256,7 +249,7 @@ class Assembly {
       }
       answer_.metres_per_unit = MetresOf(unit_);
     }
-    if (fault_.empty() && !part_.empty() && !found_) fault_ = NoPart();
+    if (fault_.empty() && !part_.empty() && !found_) fault_ = NoPartWords(part_, NamesOfObjects());
     if (!fault_.empty()) return {ReadAnswer::Kind::kRefused, "3MF: " + fault_, {}, 0};
     answer_.remarks = remarks_.Lines();
     return std::move(answer_);
@@ -305,7 +298,7 @@ class Assembly {
       if (use == PartUse::kShape) Append(WithoutSettings(object.mesh, instance.id), instance.X);
     }
     for (Instance component : object.components) {
-      component.X = Product(instance.X, component.X);
+      component.X = ProductOf(instance.X, component.X);
       const PartUse said = slicer_.UseOf(instance.id, component.id);
       Add(component, wanted, depth + 1, use == PartUse::kShape ? said : use);
     }
@@ -340,7 +333,7 @@ class Assembly {
     return kept;
   }
 
-  void Append(const RawMesh& mesh, const Placing& X) {
+  void Append(const RawMesh& mesh, const Affine34& X) {
     RawMesh& whole = answer_.mesh;
     if (whole.points.size() + mesh.points.size() > std::numeric_limits<std::uint32_t>::max() - 1) {
       throw std::bad_alloc();
@@ -357,19 +350,14 @@ class Assembly {
     }
   }
 
-  std::string NoPart() const {
-    constexpr std::size_t kMostNames = 12;
-    std::string words = "it has no part '" + part_ + "', but ";
-    std::size_t count = 0;
+  std::vector<std::string> NamesOfObjects() const {
+    std::vector<std::string> names;
     for (const auto& [path, model] : models_) {
       for (const auto& [id, object] : model.objects) {
-        if (object.mesh.triangles.empty()) continue;
-        if (count < kMostNames) words += (count == 0 ? "" : ", ") + object.name;
-        ++count;
+        if (!object.mesh.triangles.empty()) names.push_back(object.name);
       }
     }
-    return count > kMostNames ? words + " and " + std::to_string(count - kMostNames) + " more"
-                              : words;
+    return names;
   }
 
   void Fault(std::string words) {

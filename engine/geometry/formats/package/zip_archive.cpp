@@ -1,4 +1,4 @@
-#include "engine/geometry/formats/zip_archive.h"
+#include "engine/geometry/formats/package/zip_archive.h"
 
 #include <algorithm>
 #include <utility>
