@@ -79,7 +79,7 @@ Result<std::size_t> WriteSurface(const VoxelizeArguments& arguments, const Trian
 struct Voxelized {
   TriangleMesh mesh;
   MeshDiagnosis diagnosis;
-  MassProperties mass;  // of the union of its solids
+  MassProperties mass;  // mass of the union of its solids
   std::vector<std::string> remarks;
   std::size_t threads = 0;
   double seconds = 0;

@@ -20,7 +20,7 @@ namespace {
 // the next line. Remarks do not go on, and neither do names whose next line is a statement: a
 // folder of Windows may end in a backslash, too.
 
-/// What a reader does with a statement.
+/// The treatment of a statement.
 enum class Statement { kVertex, kFace, kName, kIgnored, kLine, kCurve, kCall, kUnknown };
 
 Statement StatementOf(std::string_view word) {
@@ -185,7 +185,7 @@ class ObjReader {
         break;
     }
     double number = 0;
-    // what continues no statement, but looks as if it did, belongs to a face or a vertex
+    // a number that continues no statement belongs to a face or a vertex
     if (ParseNumber(word, number)) return "begins with a number, and continues no other line";
     remarks_.Count("line that is no statement of the format",
                    "lines that are no statements of the format",

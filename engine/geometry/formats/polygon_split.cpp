@@ -176,11 +176,24 @@ void CutEars(const std::vector<FlatPoint>& flat, std::span<const std::uint32_t> 
   add(left[0], left[1], left[2]);
 }
 
+/// Returns one round of corners that go round several times.
+std::span<const std::uint32_t> OneRound(std::span<const std::uint32_t> corners) {
+  for (std::size_t round = 3; 2 * round <= corners.size(); ++round) {
+    if (corners[round] != corners[0] || corners.size() % round != 0) continue;
+    if (std::equal(corners.begin() + static_cast<std::ptrdiff_t>(round), corners.end(),
+                   corners.begin())) {
+      return corners.first(round);
+    }
+  }
+  return corners;
+}
+
 }  // namespace
 
 void SplitPolygon(std::span<const FilePoint> points, std::span<const std::uint32_t> corners,
                   std::vector<TriangleMesh::Triangle>& triangles) {
   if (corners.size() < 3) return;
+  corners = OneRound(corners);
   const std::vector<FlatPoint> flat = Projection(points, corners).Flattened(corners);
   // a polygon that winds round twice is convex at each corner too, and is cut in some way in either
   // case

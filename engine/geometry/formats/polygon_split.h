@@ -11,7 +11,8 @@ namespace tandem {
 
 /// Appends the triangles of a polygon. Its corners are numbers of points that all exist. It may be
 /// concave, and need not be quite flat. A polygon that crosses itself is cut in some way, and
-/// nothing of it is left out. Fewer than three corners are no surface.
+/// nothing of it is left out; one that goes round several times counts once. Fewer than three
+/// corners are no surface.
 void SplitPolygon(std::span<const FilePoint> points, std::span<const std::uint32_t> corners,
                   std::vector<TriangleMesh::Triangle>& triangles);
 

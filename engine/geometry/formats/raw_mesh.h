@@ -29,7 +29,7 @@ struct ReadAnswer {
   double metres_per_unit = 0;     // as the file declares; 0: it does not
   double remarked_unit = 0;       // metres per unit as a remark in the file says; 0: none does
   bool single_precision = false;  // the file holds positions as 32-bit numbers
-  /// What the file says and the reader does not honour, one line each, for the user.
+  /// Statements of the file that the reader does not honour, one line each, for the user.
   std::vector<std::string> remarks = {};
 };
 

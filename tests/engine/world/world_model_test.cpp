@@ -88,7 +88,7 @@ TEST_F(LoadedWorld, OverlappingSolidsWeighWhatTheirUnionDoes) {
   }
 }
 
-// What a mesh file says and its reader leaves out is a remark of the world, by body.
+// Statements of a mesh file that its reader leaves out are remarks of the world, by body.
 TEST_F(LoadedWorld, RemarksOfMeshFilesNameTheirBody) {
   folder_.Write("lines.obj", ObjText(Box(Vec3(0.02, 0.02, 0.02))) + "l 1 2\n");
   const auto world = LinearizedForce(R"({"name": "c", "mesh": "lines.obj", "mass_kg": 1})");

@@ -33,7 +33,7 @@ struct DrawnScene {
   std::vector<DrawnBody> bodies;
   Scene source;      // scene as read, without meshes
   SceneHash hashes;  // hashes of `source`, by body
-  /// What mesh files say and their readers do not honour, a line each.
+  /// Statements of mesh files that their readers do not honour, a line each.
   std::vector<std::string> remarks;
 
   Bounds BoundsOfAll() const;

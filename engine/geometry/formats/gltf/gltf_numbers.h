@@ -22,7 +22,7 @@ class GltfNumbers {
   /// The numbers of an accessor.
   struct Numbers {
     std::size_t count = 0;
-    std::size_t components = 0;  // of each element
+    std::size_t components = 0;  // number of each element's components
     std::uint64_t type = 0;      // component type as in the file
     bool normalized = false;
     std::vector<double> values;

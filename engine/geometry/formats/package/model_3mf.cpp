@@ -245,7 +245,7 @@ class Assembly {
       // the map keeps its places while other models are read
       for (const Instance& item : model->build) Add(item, part_.empty(), 0, PartUse::kShape);
       if (fault_.empty() && model->build.empty()) {
-        remarks_.Say("it has no build, which would place its objects");
+        Fault("its build places none of its objects: put them on the plate, and export it again");
       }
       answer_.metres_per_unit = MetresOf(unit_);
     }

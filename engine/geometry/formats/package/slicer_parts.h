@@ -10,7 +10,7 @@
 
 namespace tandem {
 
-/// What a slicer makes of a part.
+/// The use of a part by a slicer.
 enum class PartUse : std::uint8_t {
   kShape,     // the part is material
   kLeftOut,   // it changes settings or supports, and is no material

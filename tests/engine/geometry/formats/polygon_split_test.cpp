@@ -43,6 +43,29 @@ TEST(PolygonSplit, PreservesTheAreaOfAConcavePolygon) {
   EXPECT_NEAR(AreaOf(points, triangles), kTeeth * 5 + 2 * kTeeth, 1e-9);
 }
 
+TEST(PolygonSplit, CornersThatGoRoundSeveralTimesCountOnce) {
+  const std::vector<FilePoint> points{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}};
+  std::vector<std::uint32_t> corners;
+  for (std::uint32_t i = 0; i < 4 * 30; ++i) corners.push_back(i % 4);
+  std::vector<TriangleMesh::Triangle> triangles;
+  SplitPolygon(points, corners, triangles);
+  EXPECT_EQ(triangles.size(), 2U);
+  EXPECT_NEAR(AreaOf(points, triangles), 1, 1e-12);
+}
+
+// A square with a square hole that does not touch it, and one whose cut is a corner of both.
+TEST(PolygonSplit, HolesStayOpen) {
+  const std::vector<FilePoint> points{{0, 0, 0}, {4, 0, 0},   {4, 4, 0},  {0, 4, 0},
+                                      {1, 1, 0}, {2, 1, 0},   {2, 2, 0},  {1, 2, 0},
+                                      {3, 3, 0}, {3, 2.5, 0}, {2.5, 3, 0}};
+  std::vector<TriangleMesh::Triangle> triangles;
+  ASSERT_TRUE(SplitPolygonWithHoles(points, {0, 1, 2, 3}, {{4, 5, 6, 7}, {8, 9, 10}}, triangles));
+  EXPECT_NEAR(AreaOf(points, triangles), 16 - 1 - 0.125, 1e-12);
+  triangles.clear();
+  EXPECT_FALSE(SplitPolygonWithHoles(points, {4, 5, 6, 7}, {{8, 9, 10}}, triangles));
+  EXPECT_TRUE(triangles.empty());
+}
+
 TEST(PolygonSplit, PreservesASelfIntersectingPolygon) {
   const std::vector<FilePoint> points{{0, 0, 0}, {1, 1, 0}, {1, 0, 0}, {0, 1, 0}};
   const std::vector<std::uint32_t> corners{0, 1, 2, 3};

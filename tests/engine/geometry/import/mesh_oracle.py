@@ -178,6 +178,8 @@ def gltf(data, path):
 
     def walk(index, m):
         node = root['nodes'][index]
+        if 'skin' in node:
+            raise ValueError('skins')
         x = times(m, local(node))
         triangles = []
         for primitive in root['meshes'][node['mesh']]['primitives'] if 'mesh' in node else []:

@@ -28,7 +28,7 @@ using testing::TempFolder;
 using testing::VolumeOf;
 using testing::With;
 
-/// What a reader makes of a file.
+/// The surface that a reader makes of a file.
 struct Measured {
   std::size_t triangles = 0;
   double volume = 0;
@@ -62,6 +62,9 @@ std::map<std::string, std::optional<Measured>> AskOracle(const std::vector<fs::p
     std::string name;
     if (words >> measured.triangles >> measured.volume >> measured.area >> name) {
       answers[name] = measured;
+    } else {
+      const std::string refused = line.data();
+      answers[refused.substr(refused.find('/'), refused.size() - 1 - refused.find('/'))];
     }
   }
   pclose(out);
@@ -200,7 +203,7 @@ std::vector<fs::path> GoodModels(const fs::path& folder) {
   return files;
 }
 
-/// Tells whether both have the same surface. Polygons that are not flat differ by their split.
+/// Tells whether both have the same surface.
 bool AreAlike(const Measured& a, const Measured& b) {
   constexpr double kSame = 1e-5;
   return a.triangles == b.triangles && std::abs(a.area - b.area) <= kSame * a.area &&
@@ -210,7 +213,12 @@ bool AreAlike(const Measured& a, const Measured& b) {
 TEST(ReaderComparison, ModelsMatchTheOracleAndAssimpExceptWhereExplained) {
   const char* name = std::getenv("TANDEM_MODELS");  // NOLINT(concurrency-mt-unsafe): nobody sets it
   if (name == nullptr) GTEST_SKIP() << "TANDEM_MODELS does not name the folder of the models";
-  const std::map<std::string, std::string> explained{};
+  const std::map<std::string, std::string> oracle_differs{
+      {"fully_featured.glb", "it has skins, which the oracle refuses"},
+      {"factory_round_hole_16mm_subdiv_3x.obj", "a fan covers places of concave polygons twice"},
+      {"factory_round_hole_8mm_subdiv_3x.obj", "a fan covers places of concave polygons twice"}};
+  const std::map<std::string, std::string> assimp_differs{
+      {"fully_featured.glb", "it has skins, which assimp does not pose"}};
   const std::vector<fs::path> files = GoodModels(name);
   EXPECT_GE(files.size(), 70U);
   const auto oracle = AskOracle(files);
@@ -220,14 +228,18 @@ TEST(ReaderComparison, ModelsMatchTheOracleAndAssimpExceptWhereExplained) {
     const std::optional<ReadAnswer> answer = ReadNatively(file, "");
     ASSERT_TRUE(answer && answer->kind == ReadAnswer::Kind::kMesh) << file;
     const Measured own = MeasureOf(*answer);
-    const Measured asked = *oracle.at(file.string());
-    EXPECT_TRUE(AreAlike(own, asked))
-        << file << ": " << own.triangles << " " << own.volume << " " << own.area << ", the oracle "
-        << asked.triangles << " " << asked.volume << " " << asked.area;
+    const auto describe = [](const Measured& m) {
+      return std::to_string(m.triangles) + " triangles, volume " + std::to_string(m.volume) +
+             ", area " + std::to_string(m.area);
+    };
+    const std::string model = file.filename().string();
+    const std::optional<Measured>& asked = oracle.at(file.string());
+    EXPECT_EQ(asked && AreAlike(own, *asked), !oracle_differs.contains(model))
+        << file << ": " << describe(own) << ", the oracle "
+        << (asked ? describe(*asked) : "refuses it");
     const Measured assimp = MeasureOf(ReadWithAssimp(file.string(), ""));
-    EXPECT_EQ(AreAlike(own, assimp), !explained.contains(file.filename().string()))
-        << file << ": " << own.triangles << " " << own.volume << " " << own.area << ", assimp "
-        << assimp.triangles << " " << assimp.volume << " " << assimp.area;
+    EXPECT_EQ(AreAlike(own, assimp), !assimp_differs.contains(model))
+        << file << ": " << describe(own) << ", assimp " << describe(assimp);
   }
 }
 

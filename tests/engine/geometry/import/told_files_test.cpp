@@ -1,10 +1,15 @@
 // Tests what a user is told of a mesh file: units, coordinates far from the origin, formats that
 // are read by the mesh library.
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include <gmock/gmock.h>
 
+#include "engine/base/files/regular_file.h"
 #include "engine/geometry/import/kept_mesh.h"
 #include "engine/geometry/import/mesh_file.h"
 #include "tests/engine/geometry/formats/misread_files.h"

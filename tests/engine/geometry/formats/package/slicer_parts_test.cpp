@@ -167,6 +167,11 @@ TEST_F(SlicerFiles, ExtensionsThatAreUsedAndNotRequiredAreTold) {
              Zip({{"3D/3dmodel.model", With(TwoBoxes(), "</mesh>", beams)}}));
 }
 
+TEST_F(SlicerFiles, ObjectsThatNothingPlacesAreRefused) {
+  ExpectRefused("its build places none of its objects", "part.3mf",
+                Zip({{"3D/3dmodel.model", With(TwoBoxes(), "<item objectid=\"1\"/>", "")}}));
+}
+
 TEST_F(SlicerFiles, WordsBehindANumberAreRefused) {
   for (const std::string word : {"1mm", "1,0", "1.0-1"}) {
     ExpectRefused("has a vertex without its three numbers", "part.3mf",
