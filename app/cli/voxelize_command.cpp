@@ -232,7 +232,10 @@ void AddVoxelizeCommand(CLI::App& app, int& exit_code) {
   auto arguments = std::make_shared<VoxelizeArguments>();
   CLI::App* command =
       app.add_subcommand("voxelize", "Voxelize a mesh file and describe the result");
-  command->add_option("file", arguments->file, "mesh file, in any format that assimp reads")
+  command
+      ->add_option(
+          "file", arguments->file,
+          "mesh file: STL, OBJ, PLY, OFF, 3MF, AMF, glTF, COLLADA, or another that assimp reads")
       ->required();
   command
       ->add_option("--voxel", arguments->voxel,

@@ -8,7 +8,6 @@
 #include "engine/geometry/formats/native_readers.h"
 #include "engine/geometry/formats/raw_mesh.h"
 #include "engine/geometry/formats/text_lines.h"
-#include "engine/geometry/import/declared_unit.h"
 #include "tests/engine/geometry/import/mesh_file_samples.h"
 #include "tests/fuzz/fed_file.h"
 #include "tests/support/scratch_folder.h"
@@ -42,7 +41,6 @@ void FeedArchive(std::string_view bytes) {
   const std::filesystem::path file = Named("fed.3mf", bytes);
   ExpectSound(Read3mf(file, ""));
   ExpectSound(Read3mf(file, "lid"));
-  static_cast<void>(DeclaredUnit(file));
 }
 
 }  // namespace

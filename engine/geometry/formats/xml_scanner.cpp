@@ -130,6 +130,10 @@ bool XmlScanner::ReadAttributes(std::string_view tag) {
     if (open == std::string_view::npos || (tag[open] != '"' && tag[open] != '\'')) return false;
     const std::size_t close = tag.find(tag[open], open + 1);
     if (close == std::string_view::npos) return false;
+    if (std::ranges::count(attributes_, name,
+                           &std::pair<std::string_view, std::string_view>::first) > 0) {
+      return false;
+    }
     attributes_.emplace_back(name, tag.substr(open + 1, close - open - 1));
     tag.remove_prefix(close + 1);
   }
@@ -144,6 +148,7 @@ std::vector<std::pair<std::string, std::string>> XmlScanner::Attributes() const 
 }
 
 std::optional<std::string> XmlScanner::Attribute(std::string_view name) const {
+  if (std::optional<std::string> plain = AttributeAsWritten(name)) return plain;
   const auto found = std::ranges::find(attributes_, name, [](const auto& one) {
     return LocalName(one.first);
   });

@@ -25,7 +25,8 @@ class XmlScanner {
   std::string_view name() const noexcept { return name_; }
   /// Returns the prefix of that name, as written; empty: it has none.
   std::string_view prefix() const noexcept { return prefix_; }
-  /// Returns the attribute of that name, without a prefix, of an element that was opened.
+  /// Returns the attribute of that name of an element that was opened: the one without a prefix, or
+  /// else the first with any.
   std::optional<std::string> Attribute(std::string_view name) const;
   /// Returns the attribute of that name as written, with its prefix.
   std::optional<std::string> AttributeAsWritten(std::string_view name) const;

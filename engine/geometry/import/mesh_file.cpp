@@ -314,9 +314,6 @@ void RunImportHelperIfAsked(int argc, char** argv) {
   try {
     std::optional<ReadAnswer> answer = ReadNatively(job->file, job->part);
     if (!answer) answer = ReadWithAssimp(job->file.native(), job->part);
-    if (answer->kind == ReadAnswer::Kind::kMesh && !(answer->metres_per_unit > 0)) {
-      answer->metres_per_unit = DeclaredUnit(job->file).value_or(0);
-    }
     delivered = WriteAnswer(job->answer_fd, *answer);
   } catch (const std::bad_alloc&) {
     delivered = WriteAnswer(job->answer_fd, {ReadAnswer::Kind::kOutOfMemory, {}, {}, 0});

@@ -1,18 +1,18 @@
 #include "engine/geometry/import/declared_unit.h"
 
 #include <optional>
-#include <random>
 #include <string>
+#include <string_view>
 
 #include <gmock/gmock.h>
 
+#include "engine/geometry/formats/package/model_3mf.h"
 #include "tests/engine/geometry/import/mesh_file_fixture.h"
 
 namespace tandem {
 namespace {
 
 using ::testing::HasSubstr;
-using testing::kObjCube;
 using testing::MeshFile;
 using testing::ThreeMf;
 using testing::WhyNot;
@@ -41,50 +41,55 @@ TEST_F(MeshFile, ReadsAPartOfA3mfFileInTheUnitThatItDeclares) {
 
   const Result<TriangleMesh> none = ImportMesh(Write("two.3mf", ThreeMf("")), {.part = "Object_9"});
   ASSERT_FALSE(none);
-  EXPECT_THAT(none.error().what,
-              HasSubstr("it has no part 'Object_9', but lid, cup, Object_4"));
+  EXPECT_THAT(none.error().what, HasSubstr("it has no part 'Object_9', but lid, cup, Object_4"));
 }
 
-TEST_F(MeshFile, Truncated3mfFileDeclaresNoUnitAndIsHarmless) {
+TEST_F(MeshFile, Truncated3mfFileIsRefused) {
   const std::string whole = ThreeMf("unit=\"inch\"");
   for (std::size_t size = 0; size < whole.size(); size += 37) {
-    EXPECT_EQ(DeclaredUnit(Write("cut.3mf", whole.substr(0, size))), std::nullopt) << size;
+    EXPECT_EQ(Read3mf(Write("cut.3mf", whole.substr(0, size)), "").kind, ReadAnswer::Kind::kRefused)
+        << size;
   }
-  EXPECT_EQ(DeclaredUnit(Write("whole.3mf", whole)), 0.0254);
-  EXPECT_EQ(DeclaredUnit(Write("cube.obj", kObjCube)), std::nullopt);
-  std::mt19937_64 random(7);
-  for (int i = 0; i < 300; ++i) {
-    std::string damaged = whole;
-    for (int k = 0; k < 5; ++k) damaged[random() % damaged.size()] = static_cast<char>(random());
-    const std::optional<double> unit = DeclaredUnit(Write("damaged.3mf", damaged));
-    EXPECT_TRUE(!unit || (*unit > 0 && *unit <= 1));
-  }
+  EXPECT_EQ(Read3mf(Write("whole.3mf", whole), "").metres_per_unit, 0.0254);
 }
 
 // The unit stands in XML's first element, however XML may be written. The format's default is a
 // millimetre.
 TEST_F(MeshFile, A3mfFilesUnitIsReadHoweverItsXmlIsWritten) {
-  const auto unit_of = [this](const std::string& model) {
-    return DeclaredUnit(Write("model.3mf", testing::Zip({{"3D/3dmodel.model", model}})));
+  const auto read = [this](const std::string& head, const std::string& prefix) {
+    std::string model = head;
+    for (const char* piece :
+         {"<resources>", "<object id=\"1\">", "<mesh>", "<vertices>",
+          "<vertex x=\"0\" y=\"0\" z=\"0\"/>", "</vertices>", "</mesh>", "</object>",
+          "</resources>", "<build>", "<item objectid=\"1\"/>", "</build>", "</model>"}) {
+      const std::string_view words = piece;
+      const std::size_t begin = words.starts_with("</") ? 2 : 1;
+      model += std::string(words.substr(0, begin)) + prefix + std::string(words.substr(begin));
+    }
+    return Read3mf(Write("model.3mf", testing::Zip({{"3D/3dmodel.model", model}})), "");
   };
+  EXPECT_EQ(read("<m:model unit=\"inch\">", "m:").metres_per_unit, 0.0254);
   for (const char* inch :
        {"<model unit=\"inch\">", "<model\tunit=\"inch\">", "<model\nunit=\"inch\"\n>",
-        "<model xml:lang=\"en\" unit = 'inch' >", "<m:model unit=\"inch\">",
+        "<model xml:lang=\"en\" unit = 'inch' >",
         "\xEF\xBB\xBF<?xml version=\"1.0\"?>\n<!-- <model unit=\"meter\"> -->\n<model "
         "unit=\"inch\">",
         "<model note=\" unit='foot' > \" unit=\"inch\">"}) {
-    EXPECT_EQ(unit_of(inch), 0.0254) << inch;
+    EXPECT_EQ(read(inch, "").metres_per_unit, 0.0254) << inch;
   }
   for (const char* millimetre : {"<model>", "<model xml:lang=\"en\" my_unit=\"inch\">",
                                  "<model units=\"inch\">", "<model\n>"}) {
-    EXPECT_EQ(unit_of(millimetre), 1e-3) << millimetre;
+    EXPECT_EQ(read(millimetre, "").metres_per_unit, 1e-3) << millimetre;
   }
-  for (const char* doubtful :
-       {"<model unit=\"inches\">", "<model unit=\"inch", "<model unit=", "<model unit", "<model",
-        "<model unit=inch>", "<model unit=\"inch\" unit=\"foot\">", "<model unit=\"\">",
-        "<models unit=\"inch\">", "<!-- <model unit=\"inch\">", "<other/><model unit=\"inch\">",
-        "<model a=\"1\"unit=\"inch\">", "<!DOCTYPE model><model unit=\"inch\">", ""}) {
-    EXPECT_EQ(unit_of(doubtful), std::nullopt) << doubtful;
+  for (const char* doubtful : {"<model unit=\"inches\">", "<model unit=\"\">"}) {
+    EXPECT_EQ(read(doubtful, "").metres_per_unit, 0) << doubtful;
+  }
+  for (const char* wrong :
+       {"<model unit=\"inch", "<model unit=", "<model unit", "<model", "<model unit=inch>",
+        "<model unit=\"inch\" unit=\"foot\">", "<models unit=\"inch\">",
+        "<!-- <model unit=\"inch\">", "<other/><model unit=\"inch\">",
+        "<!DOCTYPE model [<!ENTITY a \"b\">]><model unit=\"inch\">", ""}) {
+    EXPECT_EQ(read(wrong, "").kind, ReadAnswer::Kind::kRefused) << wrong;
   }
 }
 
@@ -95,6 +100,11 @@ TEST_F(MeshFile, A3mfFileOfAnUnknownUnitNeedsAScale) {
   const Result<TriangleMesh> mesh = ImportMesh(file, {.scale = 0.01});
   ASSERT_TRUE(mesh) << WhyNot(mesh);
   EXPECT_NEAR(BoundsOf(*mesh).size().x(), 0.11, 1e-9);
+}
+
+TEST(DeclaredUnit, IsThatOfFourKindsOfFiles) {
+  for (const char* kind : {"a.3mf", "a.AMF", "a.dae", "a.fbx"}) EXPECT_TRUE(KindDeclaresUnit(kind));
+  for (const char* kind : {"a.stl", "a.obj", "3mf", "a.glb"}) EXPECT_FALSE(KindDeclaresUnit(kind));
 }
 
 }  // namespace
