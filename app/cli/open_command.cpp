@@ -13,6 +13,7 @@
 
 #include "app/cli/commands.h"
 #include "app/common/console.h"
+#include "app/common/describe_signal.h"
 #include "app/common/exit_codes.h"
 #include "app/common/option_checks.h"
 #include "app/common/program_folders.h"
@@ -23,7 +24,6 @@
 #include "app/invite/given_line.h"
 #include "app/invite/invitation.h"
 #include "app/join/join_line.h"
-#include "app/process/describe_signal.h"
 #include "app/process/headless.h"
 #include "collab/dds/control/control_folder.h"
 #include "collab/dds/transport/domain.h"

@@ -11,9 +11,9 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "app/common/describe_signal.h"
 #include "app/common/program_folders.h"
 #include "app/common/stop_signal.h"
-#include "app/process/describe_signal.h"
 #include "app/view/model/hand/controller_log.h"
 #include "engine/realtime/private_process.h"
 

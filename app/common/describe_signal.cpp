@@ -1,4 +1,4 @@
-#include "app/process/describe_signal.h"
+#include "app/common/describe_signal.h"
 
 #include <csignal>
 
