@@ -14,11 +14,11 @@ namespace tandem {
 
 /// A scene whose file is sought on this machine.
 struct WantedScene {
-  std::optional<Sha256> digest;    // of its content; nullopt: an older recording has the hash alone
-  std::uint64_t content_hash = 0;  // counts where there is no digest
-  std::filesystem::path file;      // path on the machine that announced the scene
-  std::size_t bodies = 0;          // number of bodies; 0: unknown
-  bool open_told = true;           // true: that path may be opened; false: its name alone counts
+  std::optional<Sha256> digest;       // digest of the content; nullopt: of an older recording
+  std::uint64_t content_hash = 0;     // counts where there is no digest
+  std::filesystem::path file;         // path on the machine that announced the scene
+  std::size_t bodies = 0;             // number of bodies; 0: unknown
+  bool open_told = true;              // true: that path may be opened; false: its name alone counts
   std::optional<SceneStore> fetched;  // fetched scenes that may serve; nullopt: none
 };
 

@@ -15,6 +15,7 @@
 #include "app/view/controller_process.h"
 #include "app/view/options.h"
 #include "app/view/paint_pictures.h"
+#include "app/view/program_lines.h"
 #include "app/view/qt_start.h"
 #include "app/view/render/gl_check.h"
 #include "app/view/time_pictures.h"
@@ -30,18 +31,13 @@ namespace {
 
 using namespace tandem;
 
-int Fail(int exit_code, const std::string& line) {
-  StandardError().WriteLine("tandem-view: " + line);
-  return exit_code;
-}
-
 /// Loads a scene to draw, and says on stderr what its mesh files say and their readers do not
 /// honour.
 Result<DrawnScene> LoadAndSay(const std::filesystem::path& file, const LoadProgress& progress) {
   Result<DrawnScene> drawn = LoadDrawnScene(file, progress);
   if (!drawn) return drawn;
   for (const std::string& remark : drawn->remarks) {
-    StandardError().WriteLine("tandem-view: " + remark);
+    SayFromView(remark);
   }
   return drawn;
 }
@@ -159,17 +155,17 @@ int main(int argc, char** argv) {
   if (!options->paint.empty()) return PaintPictures(options->paint, options->paint_into);
   for (const std::string& file : {options->report, options->screenshot, options->time_pictures}) {
     const std::string fault = file.empty() ? "" : WhyNotWritable(file);
-    if (!fault.empty()) return Fail(kExitFile, fault);
+    if (!fault.empty()) return FailFromView(kExitFile, fault);
   }
   for (const std::string& file : {options->scene, options->open}) {
     if (file.empty()) continue;
     const Result<Scene> scene = LoadScene(file);
-    if (!scene) return Fail(kExitFile, scene.error().what);
+    if (!scene) return FailFromView(kExitFile, scene.error().what);
     RememberSceneFolder(file);
   }
   if (!options->open.empty()) RememberScene(options->open);
   if (const std::string trouble = DisplayTrouble(); !trouble.empty()) {
-    return Fail(kExitDisplay, trouble);
+    return FailFromView(kExitDisplay, trouble);
   }
   // Without a GPU Mesa would draw with all cores. They belong to a peer's 1 kHz thread if there is
   // one.
@@ -189,7 +185,7 @@ int main(int argc, char** argv) {
   SceneModel scene(LoadAndSay, FindBy(fetcher));
   scene.SetFetch(FetchBy(fetcher));
   const Result<GlInfo> gl = CheckGl();
-  if (!gl) Fail(kExitDisplay, gl.error().what);
+  if (!gl) FailFromView(kExitDisplay, gl.error().what);
   HandModel hand(AttachController, LaunchController);
   QObject::connect(&hand, &HandModel::SessionEnded, &SayVerdicts);
   MainWindow window(session, scene, gl, &hand);

@@ -13,16 +13,12 @@
 #include "app/common/console.h"
 #include "app/common/exit_codes.h"
 #include "app/common/option_checks.h"
+#include "app/view/program_lines.h"
 #include "collab/dds/control/control_folder.h"
 
 namespace tandem {
 
 namespace {
-
-std::string Environment(const char* name) {
-  const char* value = std::getenv(name);
-  return value != nullptr ? value : "";
-}
 
 /// Returns whether a server listens at the socket of local X display `number`.
 bool LocalDisplayAnswers(const std::string& number) {
@@ -151,7 +147,7 @@ int IdentifyViewer(ViewOptions& options) {
 
 std::optional<ViewOptions> ReadOptions(int argc, char** argv, int& exit_code) {
   ViewOptions options;
-  options.join.name = Environment("USER").empty() ? "viewer" : Environment("USER");
+  options.join.name = EnvironmentVariable("USER").empty() ? "viewer" : EnvironmentVariable("USER");
   CLI::App app{
       "Look on at a session, or take part in it through a controller. The window itself simulates "
       "nothing."};
@@ -179,9 +175,9 @@ std::optional<ViewOptions> ReadOptions(int argc, char** argv, int& exit_code) {
 }
 
 std::string DisplayTrouble() {
-  const std::string platform = Environment("QT_QPA_PLATFORM");
-  const std::string display = Environment("DISPLAY");
-  const bool wayland = !Environment("WAYLAND_DISPLAY").empty();
+  const std::string platform = EnvironmentVariable("QT_QPA_PLATFORM");
+  const std::string display = EnvironmentVariable("DISPLAY");
+  const bool wayland = !EnvironmentVariable("WAYLAND_DISPLAY").empty();
   if (!platform.empty() && platform.rfind("xcb", 0) != 0) return {};
   if (platform.empty() && wayland) return {};
   if (display.empty()) {

@@ -8,7 +8,7 @@
 
 #include "app/common/exit_codes.h"
 #include "app/picture/picture_file.h"
-#include "engine/realtime/line_writer.h"
+#include "app/view/program_lines.h"
 
 namespace tandem {
 
@@ -113,19 +113,14 @@ bool Paint(const Picture& picture, const std::filesystem::path& file) {
   return image.save(QString::fromStdString(file.string()), "PNG");
 }
 
-int Fail(const std::string& line) {
-  StandardError().WriteLine("tandem-view: " + line);
-  return kExitFile;
-}
-
 }  // namespace
 
 int PaintPictures(const std::filesystem::path& pictures, const std::filesystem::path& folder) {
   const Result<std::vector<Picture>> all = ReadPictures(pictures);
-  if (!all) return Fail(all.error().what);
+  if (!all) return FailFromView(kExitFile, all.error().what);
   std::error_code failed;
   std::filesystem::create_directories(folder, failed);
-  if (failed) return Fail(folder.string() + ": " + failed.message());
+  if (failed) return FailFromView(kExitFile, folder.string() + ": " + failed.message());
   qputenv("QT_QPA_PLATFORM", "offscreen");
   char name[] = "tandem-view";
   char* argv[] = {name, nullptr};
@@ -133,7 +128,8 @@ int PaintPictures(const std::filesystem::path& pictures, const std::filesystem::
   const QGuiApplication fonts(argc, argv);
   for (const Picture& picture : *all) {
     const std::filesystem::path file = folder / (picture.name + ".png");
-    if (!Paint(picture, file)) return Fail(file.string() + ": cannot be written");
+    if (!Paint(picture, file))
+      return FailFromView(kExitFile, file.string() + ": cannot be written");
   }
   return kExitOk;
 }

@@ -10,6 +10,7 @@
 #include <unistd.h>
 
 #include "app/common/exit_codes.h"
+#include "app/view/program_lines.h"
 
 namespace tandem {
 
@@ -23,11 +24,6 @@ struct State {
   QtMessageHandler before = nullptr;
 };
 State g_state;
-
-std::string Environment(const char* name) {
-  const char* value = std::getenv(name);  // NOLINT(concurrency-mt-unsafe)
-  return value != nullptr ? value : "";
-}
 
 std::string HeldBack() {
   std::string text;
@@ -55,7 +51,7 @@ void OnMessage(QtMsgType type, const QMessageLogContext& context, const QString&
     return;
   }
   const std::string line =
-      WhyQtCannotStart(Environment("QT_QPA_PLATFORM"), Environment("DISPLAY"),
+      WhyQtCannotStart(EnvironmentVariable("QT_QPA_PLATFORM"), EnvironmentVariable("DISPLAY"),
                        g_state.words + message.toStdString() + "\n" + HeldBack());
   WriteAll(g_state.error, "tandem-view: " + line + "\n");
   _exit(kExitDisplay);

@@ -12,11 +12,11 @@
 
 #include "app/common/exit_codes.h"
 #include "app/view/model/scene/drawn_scene.h"
+#include "app/view/program_lines.h"
 #include "app/view/render/gl_check.h"
 #include "app/view/render/renderer.h"
 #include "engine/base/files/whole_file.h"
 #include "engine/base/text/json_text.h"
-#include "engine/realtime/line_writer.h"
 
 namespace tandem {
 
@@ -29,11 +29,6 @@ constexpr std::size_t kPartTriangles = 300'000;
 constexpr int kFixedEyeFrames = 20;   // frames of a round
 constexpr int kMovingEyeFrames = 10;  // frames of a round
 constexpr double kStepOfBody = 1e-3;  // m a frame
-
-int Fail(int exit_code, const std::string& line) {
-  StandardError().WriteLine("tandem-view: " + line);
-  return exit_code;
-}
 
 std::size_t StaticTriangles(const DrawnScene& scene) {
   std::size_t count = 0;
@@ -216,25 +211,25 @@ Result<ordered_json> Time(const DrawnScene& scene, int rounds) {
 int TimePictures(const std::filesystem::path& scene, int rounds,
                  const std::filesystem::path& file) {
   const Result<GlInfo> gl = CheckGl();
-  if (!gl) return Fail(kExitDisplay, gl.error().what);
+  if (!gl) return FailFromView(kExitDisplay, gl.error().what);
   const Result<DrawnScene> drawn =
       LoadDrawnScene(scene, [](std::size_t, std::size_t, const std::string&) {
         return true;
       });
-  if (!drawn) return Fail(kExitFile, drawn.error().what);
+  if (!drawn) return FailFromView(kExitFile, drawn.error().what);
   QOpenGLContext context;
   context.setFormat(RendererFormat());
   QOffscreenSurface surface;
   surface.setFormat(RendererFormat());
   surface.create();
   if (!context.create() || !context.makeCurrent(&surface)) {
-    return Fail(kExitDisplay, "no OpenGL context could be made");
+    return FailFromView(kExitDisplay, "no OpenGL context could be made");
   }
   Result<ordered_json> times = Time(*drawn, rounds);
-  if (!times) return Fail(kExitDisplay, times.error().what);
+  if (!times) return FailFromView(kExitDisplay, times.error().what);
   (*times)["renderer"] = gl->renderer;
   if (const auto fault = WriteWholeFile(file, JsonText(*times, 2) + "\n")) {
-    return Fail(kExitFile, fault->what);
+    return FailFromView(kExitFile, fault->what);
   }
   return kExitOk;
 }

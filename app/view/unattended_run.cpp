@@ -8,10 +8,10 @@
 
 #include "app/common/exit_codes.h"
 #include "app/common/stop_signal.h"
+#include "app/view/program_lines.h"
 #include "collab/session/viewer_report.h"
 #include "engine/base/files/whole_file.h"
 #include "engine/realtime/clock.h"
-#include "engine/realtime/line_writer.h"
 
 namespace tandem {
 
@@ -28,10 +28,6 @@ int Milliseconds(double seconds) {
 
 std::string OneLine(const QString& text) {
   return text.simplified().toStdString();
-}
-
-void Say(const std::string& line) {
-  StandardError().WriteLine("tandem-view: " + line);
 }
 
 }  // namespace
@@ -80,7 +76,7 @@ void UnattendedRun::OnSessionChanged() {
   if (joined_ns_ != 0) seconds_joined_ = static_cast<double>(MonotonicNowNs() - joined_ns_) * 1e-9;
   joined_ns_ = 0;
   if (session_.state() != SessionModel::State::kFailed) return;
-  Say("could not join: " + session_.error().toStdString());
+  SayFromView("could not join: " + session_.error().toStdString());
   // a person can read it in the window and try again; an unattended run ends
   const bool unattended = options_.seconds > 0 || !options_.screenshot.empty();
   if (unattended) End(kExitNetwork);
@@ -109,11 +105,11 @@ void UnattendedRun::TakePicture() {
   look_.stop();
   if (!PictureIsComplete()) {
     const MessagePage* page = window_.page();
-    Say("the picture is incomplete: " +
-        (page != nullptr ? OneLine(page->text()) : "no poses arrived"));
+    SayFromView("the picture is incomplete: " +
+                (page != nullptr ? OneLine(page->text()) : "no poses arrived"));
   }
   if (window_.view() != nullptr && !window_.view()->warning().isEmpty()) {
-    Say(OneLine(window_.view()->warning()));
+    SayFromView(OneLine(window_.view()->warning()));
   }
   // only for a scene that the command line names: a session's scene is not the caller's fault
   if (!options_.scene.empty()) {
@@ -122,10 +118,11 @@ void UnattendedRun::TakePicture() {
   }
   if (options_.fit && window_.view() != nullptr) window_.view()->FitScene();
   if (!window_.Screenshot().save(QString::fromStdString(options_.screenshot), "PNG")) {
-    Say(options_.screenshot + ": cannot be written");
+    SayFromView(options_.screenshot + ": cannot be written");
     exit_code_ = kExitFile;
   } else if (window_.view() == nullptr) {
-    Say("the picture shows no scene: " + window_.page()->text().split('\n').last().toStdString());
+    SayFromView("the picture shows no scene: " +
+                window_.page()->text().split('\n').last().toStdString());
     exit_code_ = kExitDisplay;
   }
   if (options_.seconds <= 0) End(exit_code_);
@@ -152,13 +149,13 @@ int UnattendedRun::Finish() {
   if (options_.attach || options_.take_part || !options_.open.empty()) {
     const Result<bool> reported = WriteHandReport();
     if (reported) return exit_code_;
-    Say(reported.error().what);
+    SayFromView(reported.error().what);
     return exit_code_ != kExitOk ? exit_code_ : kExitFile;
   }
   const Result<bool> written =
       WriteReport(ReportOf(session_.viewer(), getpid(), seconds_joined_), options_.report);
   if (!written) {
-    Say(written.error().what);
+    SayFromView(written.error().what);
     return exit_code_ != kExitOk ? exit_code_ : kExitFile;
   }
   return exit_code_;

@@ -66,6 +66,7 @@ void NoticeBar::Hide(const QString& name) {
   const auto known = std::ranges::find(rows_, name, &Row::name);
   if (known == rows_.end()) return;
   known->widget->hide();
+  known->widget->setParent(nullptr);  // until it is deleted, the window has no button of that name
   known->widget->deleteLater();
   rows_.erase(known);
   Place();

@@ -275,7 +275,7 @@ TEST(Options, ProgramsReportErrorsInOneLine) {
            {"simulate --seconds 3", "tandem: --seconds is for --scene or --hands"},
            {"peer --seconds", "tandem: --seconds: a value is missing (tandem peer --help)"},
            {"peer --seconds=", "tandem: --seconds: a value is missing (tandem peer --help)"},
-           {"peer --session ''", "tandem: --session: the value is empty"},
+           {"peer --session ''", "tandem: --session: a session needs a name"},
            {"watch --session s --peers 'a b'", "tandem: --peers: 'a b' is not HOST or HOST:PORT"},
            {"keys viewer . ../eve", "tandem: NAME: '../eve' is not a member's name"},
            {"nonsense", "tandem: unknown command 'nonsense', expected one of: demo, open, "},

@@ -222,7 +222,7 @@ TEST(Invitation, NamesWithControlCharactersAreRefused) {
     ASSERT_FALSE(session);
     EXPECT_NE(session.error().what.find("control characters"), std::string::npos);
     line = PlainOne();
-    line.scene = {.digest = 1, .bodies = 2, .file = name};
+    line.scene = {.digest = Sha256{1}, .bodies = 2, .file = name};
     EXPECT_FALSE(ReadInvitation(LineOf(line)));
   }
 }

@@ -38,10 +38,10 @@ TEST_F(Program, WritesAPictureWithSolidAndGhostAndAReport) {
     return c.green() > 110 && c.red() < 60 && c.blue() < 90;
   });
   EXPECT_GT(solid, 1000);  // a part of 4 cm in a picture of about 25 cm
-  // the second peer's colour is purple, drawn at 45 % over light or grey: more red and blue than
-  // green
+  // Ben's colour is vermilion, drawn at 45 % over light or grey: more red than green, more green
+  // than blue
   const int ghost = Count(image, [](const QColor& c) {
-    return c.red() > c.green() + 25 && c.blue() > c.green() + 15 && c.green() > 70;
+    return c.red() > c.green() + 25 && c.green() > c.blue() + 5 && c.blue() > 40;
   });
   EXPECT_GT(ghost, 1000);
   const nlohmann::json report = Report();

@@ -101,7 +101,7 @@ TEST(NetworkTraceFile, AbsurdFilesAreRefusedInOneLine) {
   expect_refused(
       header(R"(, "rate_hz": 500, "x": )" + std::string(2000, '[') + std::string(2000, ']')),
       "bad.csv:1");
-  expect_refused("# {" + std::string(10'000, ' ') + "\n", "bad.csv:1: is no trace");
+  expect_refused("# {" + std::string(10'000, ' ') + "\n", "bad.csv:1");
 }
 
 TEST(TraceStore, RereadsAFileOnlyAfterAChange) {

@@ -48,10 +48,10 @@ TEST_F(HostileRights, OutsidersCannotTakeBodiesOrBlockJoining) {
   EXPECT_EQ(dave->QuitAndWait(), 0) << dave->output();
   EXPECT_THAT(dave->output(), Not(HasSubstr("this peer adopts them")));
 
-  // more of them take all places, and none of those who have one
+  // more of them take all places, and none of those who have one: ben has the fifteenth beside anna
   ChildPeer second = Attacker("crowd_slowly", "-", 2000);
   ChildPeer third = Attacker("crowd_slowly", "-", 3000);
-  ASSERT_TRUE(programs_.at("anna")->Says("mallory (15)")) << programs_.at("anna")->output();
+  ASSERT_TRUE(programs_.at("anna")->Says("mallory (14)")) << programs_.at("anna")->output();
   const std::unique_ptr<PeerWithOrders> carl = Peer("carl", {});
   EXPECT_EQ(carl->Wait(40), kExitNetwork) << carl->output();
   EXPECT_THAT(carl->output(), HasSubstr("active peers, the maximum: look on with"));

@@ -15,7 +15,7 @@ namespace {
 using testing::At;
 using testing::Box;
 
-constexpr double kVoxel = 0.001;  // m
+constexpr double kSlabVoxel = 0.001;  // m
 const Vec3 kUp = Vec3::UnitZ();
 /// A slab whose upper face is z = 0 and whose edge to +x is at x = 0.05.
 const TriangleMesh kSlab = At(Box(Vec3(0.1, 0.1, 0.01)), Vec3(0, 0, -0.005));
@@ -23,7 +23,7 @@ const TriangleMesh kCube = Box(Vec3::Constant(0.01));
 
 /// Returns the pose of a cube over the slab whose lower face is that high above it.
 Pose CubeAt(double voxels) {
-  return {Quat::Identity(), Vec3(0.003, 0.002, 0.005 + voxels * kVoxel)};
+  return {Quat::Identity(), Vec3(0.003, 0.002, 0.005 + voxels * kSlabVoxel)};
 }
 
 Vec3 Rotated(double degrees, const Vec3& way) {
@@ -31,7 +31,7 @@ Vec3 Rotated(double degrees, const Vec3& way) {
 }
 
 TEST(PushJudge, MeasuresFaceDistanceOnEitherBody) {
-  const PushJudge judge(kSlab, kCube, kVoxel);
+  const PushJudge judge(kSlab, kCube, kSlabVoxel);
   for (const double voxels : {0.01, 0.3, 0.9}) {
     const Pose X_WB = CubeAt(voxels);
     for (const Vec3& p_W : {X_WB * Vec3(0.001, 0.002, -0.005), Vec3(0.004, 0.004, 0)}) {
@@ -47,11 +47,11 @@ TEST(PushJudge, MeasuresFaceDistanceOnEitherBody) {
 // The slab's upper face is two triangles. Beside their common edge, a diagonal, the triangle that
 // is a little farther gives no direction of its own.
 TEST(PushJudge, RejectsEdgeDirectionsWhenAFaceIsNearer) {
-  const PushJudge judge(kSlab, kCube, kVoxel);
+  const PushJudge judge(kSlab, kCube, kSlabVoxel);
   for (const double diagonal : {-1.0, 1.0}) {
     for (const double beside : {-0.05, 0.05}) {
       const Vec3 p_W =
-          Vec3(0.003, diagonal * 0.003, 0.3 * kVoxel) + beside * kVoxel * Vec3::UnitX();
+          Vec3(0.003, diagonal * 0.003, 0.3 * kSlabVoxel) + beside * kSlabVoxel * Vec3::UnitX();
       const Pose X_WB{Quat::Identity(), p_W + Vec3::Constant(0.005)};
       for (const double turn : {-8.0, 8.0}) {
         const Vec3 along = Vec3(1, diagonal, 0).normalized();
@@ -64,7 +64,7 @@ TEST(PushJudge, RejectsEdgeDirectionsWhenAFaceIsNearer) {
 
 // The way leads out of the solid, however deep a place is in it.
 TEST(PushJudge, FindsTheWayOutOfASolid) {
-  const PushJudge judge(kSlab, kCube, kVoxel);
+  const PushJudge judge(kSlab, kCube, kSlabVoxel);
   const Pose X_WB = CubeAt(-0.4);
   const JudgedPush up = judge.Judge(X_WB * Vec3(0.001, 0.002, -0.005), kUp, X_WB);
   EXPECT_NEAR(up.distance_voxels, 0.4, 1e-9);
@@ -74,8 +74,8 @@ TEST(PushJudge, FindsTheWayOutOfASolid) {
 // The place is as far out beside an edge as up, so the way off is the diagonal and no face's
 // normal.
 TEST(PushJudge, AcceptsEdgeDirectionsWhenTheEdgeIsNearest) {
-  const PushJudge judge(kSlab, kCube, kVoxel);
-  const Vec3 p_W(0.05 + 0.2 * kVoxel, 0.003, 0.2 * kVoxel);
+  const PushJudge judge(kSlab, kCube, kSlabVoxel);
+  const Vec3 p_W(0.05 + 0.2 * kSlabVoxel, 0.003, 0.2 * kSlabVoxel);
   // the cube's lower corner stands there
   const Pose X_WB{Quat::Identity(), p_W + Vec3::Constant(0.005)};
   const Vec3 aslant = Vec3(1, 0, 1).normalized();
@@ -88,9 +88,9 @@ TEST(PushJudge, AcceptsEdgeDirectionsWhenTheEdgeIsNearest) {
 TEST(PushJudge, AcceptsDirectionsBetweenEquallyNearFaces) {
   TriangleMesh notch = kSlab;
   Append(notch, At(Box(Vec3(0.01, 0.1, 0.02)), Vec3(-0.005, 0, 0.0099)));  // its face: x = 0
-  const PushJudge judge(notch, kCube, kVoxel);
+  const PushJudge judge(notch, kCube, kSlabVoxel);
   const auto askew = [&](double from_wall, double height, const Vec3& way) {
-    const Vec3 p_W(from_wall * kVoxel, 0.003, height * kVoxel);
+    const Vec3 p_W(from_wall * kSlabVoxel, 0.003, height * kSlabVoxel);
     return judge.Judge(p_W, way, {Quat::Identity(), p_W + Vec3::Constant(0.005)}).askew_deg;
   };
   for (const Vec3& way : {Vec3(1, 0, 0), Vec3(0, 0, 1), Vec3(1, 0, 2), Vec3(3, 0, 1)}) {

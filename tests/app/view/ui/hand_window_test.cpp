@@ -297,7 +297,7 @@ TEST_F(HandWindow, RequestForThePartInHandHasTwoButtons) {
     controller_.now.news = "ben asks for ball, which you hold";
     ++controller_.now.news_count;
     return ProcessEventsUntil([&] {
-      return window_.findChild<QPushButton*>("notice_asked_1") != nullptr;
+      return !window_.findChild<NoticeBar*>()->Text("asked").isEmpty();
     });
   };
   ASSERT_TRUE(ask());

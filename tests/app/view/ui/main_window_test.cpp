@@ -8,6 +8,7 @@
 
 #include <gtest/gtest.h>
 
+#include "collab/session/person_colour.h"
 #include "tests/app/view/ui/window_fixture.h"
 #include "tests/support/scratch_folder.h"
 
@@ -313,7 +314,9 @@ TEST_F(Window, ShowsReceivedTextLiterally) {
   }));
   const QModelIndex name = peers->model()->index(0, 0);
   EXPECT_EQ(name.data().toString(), "<b>Anna</b>");
-  EXPECT_EQ(name.data(Qt::ToolTipRole).toString(), "<qt>&lt;b&gt;Anna&lt;/b&gt;</qt>");
+  EXPECT_EQ(name.data(Qt::ToolTipRole).toString(),
+            QStringLiteral("<qt>&lt;b&gt;Anna&lt;/b&gt;: %1</qt>")
+                .arg(NameOfColour(ColourOfName("<b>Anna</b>"))));
 }
 
 TEST_F(Window, AsksBeforeLoadingTheSessionsFile) {

@@ -114,7 +114,7 @@ TEST_F(MemberFolder, WarnsTwoSecondsBeforeExpiry) {
   EXPECT_EQ(EndOfKeys(MemberKeys{}, keys->not_after), "") << "a plain session has no keys";
 }
 
-// What protocol 6 adds needs no other permission.
+// protocol 6 adds nothing that needs another permission
 TEST_F(MemberFolder, OfProtocolFiveStaysValid) {
   std::ofstream(anna() / "member.txt") << "anna 0123456789abcdef peer 5\n";
   const Result<MemberKeys> keys = LoadMemberKeys(anna());
