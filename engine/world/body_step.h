@@ -1,6 +1,7 @@
 #pragma once
 
 #include "engine/dynamics/constraint.h"
+#include "engine/dynamics/free_motion.h"
 #include "engine/dynamics/rigid_body.h"
 #include "engine/world/step_inputs.h"
 #include "engine/world/world_model.h"
@@ -19,15 +20,24 @@ inline void FollowMirror(const BodyModel& model, RigidState& state, const Pose& 
 }
 
 /// Returns the equations of a body's twist, for a system of several bodies.
+/// `rolls`: no hand turns it, and StepFreely() will move it.
 inline StepEquations EquationsOf(const BodyModel& model, const RigidState& state,
-                                 const LinearizedForce& load) {
+                                 const LinearizedForce& load, bool rolls) {
+  if (!model.constraint && rolls) {
+    return EquationsWithoutSpin(model.inertia, state, load, kFrame);
+  }
   if (!model.constraint) return ImplicitEquations(model.inertia, state, load, kFrame);
   return ConstrainedEquations(*model.constraint, model.inertia, state, load, kFrame);
 }
 
 /// Returns the twist to which its load brings a body that pushes no other simulated body.
 inline Twist TwistAlone(const BodyModel& model, const RigidState& state,
-                        const LinearizedForce& load) {
+                        const LinearizedForce& load, bool rolls) {
+  if (!model.constraint && rolls) {
+    const StepEquations step = EquationsWithoutSpin(model.inertia, state, load, kFrame);
+    const Vec6 V = step.A.ldlt().solve(step.b);
+    return {V.head<3>(), V.tail<3>()};
+  }
   if (!model.constraint) return ImplicitTwist(model.inertia, state, load, kFrame);
   return ConstrainedTwist(*model.constraint, model.inertia, state, load, kFrame);
 }
@@ -44,6 +54,17 @@ inline bool StepBody(const BodyModel& model, RigidState& state, const Twist& des
   const bool turns = desired.w.norm() > 0;
   const double kept = turns ? state.V_WB.w.norm() : state.V_WB.v.norm();
   return kept < (1.0 - 1e-9) * (turns ? desired.w.norm() : desired.v.norm());
+}
+
+/// Moves a body that no hand turns for a frame: one that contact pushes at the twist that it brings
+/// about, and any other by gravity alone. Returns whether the travel limit held the body back.
+inline bool StepFreely(const BodyModel& model, RigidState& state, const Twist& desired,
+                       const Vec3* gravity_W, double radius, double max_travel) {
+  if (gravity_W != nullptr) {
+    return Fly(model.inertia, model.constraint, state, *gravity_W, kFrame, radius, max_travel);
+  }
+  if (model.constraint) return StepBody(model, state, desired, radius, max_travel);
+  return AdvanceFreely(model.inertia, std::nullopt, state, desired, kFrame, radius, max_travel);
 }
 
 }  // namespace tandem
