@@ -65,8 +65,8 @@ set(CPACK_DEBIAN_DEVELOPMENT_DESCRIPTION "collaborative haptics: libraries and h
 Static libraries of Tandem's engine (voxels, contact, dynamics) and of its
 peers, with headers and CMake files: find_package(Tandem), tandem::world.")
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS
-  "libeigen3-dev (>= 3.4), libassimp-dev, zlib1g-dev, libtbb-dev, libhwy-dev, libzstd-dev")  # what TandemConfig.cmake finds
-set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SUGGESTS "cyclonedds-dev (>= 0.10.2), libssl-dev (>= 3.0)")  # its component dds
+  "libeigen3-dev (>= 3.4), libassimp-dev, zlib1g-dev, libtbb-dev, libhwy-dev, libssl-dev (>= 3.0), libzstd-dev")  # what TandemConfig.cmake finds
+set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SUGGESTS "cyclonedds-dev (>= 0.10.2)")  # its component dds
 
 # CPack's own target would build the tests first: this one builds what it packs. CPack makes its own only where its
 # configuration lies at the top of the build tree.

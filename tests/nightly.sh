@@ -7,9 +7,11 @@
 #   fuzz      each reader of files a minute under libFuzzer and sanitizers
 #   ends      500 programs told to end at moments drawn at random
 #   floods    floods of full size
+#   networks  two machines in 96 arrangements of networks
 #   soak      the endurance run, an hour
+#   fidelity  contact beside exact surfaces, by the bars of docs/results
 #   coverage  lines of code that the tests run through
-#   mutation  small faults put into the rules of a session: how many of them the tests find
+#   mutation  small faults put into guards, checks of receivers and the wire: how many of them the tests find
 #
 # Each step prints one line or a few; the whole of it is in build/nightly/STEP.log. Exit code: 0 if no step failed. The last figures are in
 # docs/results. JOBS=N compilers run at once (2).
@@ -57,9 +59,16 @@ ends() { configure_and_build release ends_test && TANDEM_ENDS=${TANDEM_ENDS:-500
 
 floods() { configure_and_build release hostile_floods_test && TANDEM_FLOODS=1 build/release/bin/hostile_floods_test; }
 
+networks() { configure_and_build release networks_test && TANDEM_ALL_NETWORKS=1 build/release/bin/networks_test; }
+
 soak() {
   configure_and_build release soak_test &&
     TANDEM_SOAK_SECONDS=${TANDEM_SOAK_SECONDS:-3600} TANDEM_SOAK_RESULT=$logs/soak.json build/release/bin/soak_test --gtest_filter='Soak.*'
+}
+
+fidelity() {
+  configure_and_build release program && build/release/bin/tandem bench fidelity --json >"$logs/fidelity.json" &&
+    python3 tests/fidelity_bars.py "$logs/fidelity.json"
 }
 
 coverage() {
@@ -69,9 +78,9 @@ coverage() {
   python3 tests/coverage.py build/coverage engine collab app
 }
 
-mutation() { python3 tests/mutation/mutate.py --work build/mutation --jobs "$jobs" --json "$logs/mutation.json"; }
+mutation() { python3 tests/mutation/mutate.py --count 100 --work build/mutation --jobs "$jobs" --json "$logs/mutation.json"; }
 
-[ $# -gt 0 ] || set -- asan tsan golden fuzz ends floods soak coverage mutation
+[ $# -gt 0 ] || set -- asan tsan golden fuzz ends floods networks soak fidelity coverage mutation
 failed=0
 for step in "$@"; do
   begun=$SECONDS
@@ -79,6 +88,6 @@ for step in "$@"; do
   status=$?
   [ $status -eq 0 ] && word=passed || { word=FAILED; failed=1; }
   echo "$step: $word, $((SECONDS - begun)) s, $(git rev-parse --short HEAD)"
-  grep -E '(PASSED|FAILED)  \]|^[a-z0-9]+: .*stat::|tests passed|^reports of|were run$|were found' "$logs/$step.log"
+  grep -E '(PASSED|FAILED)  \]|^[a-z0-9]+: .*stat::|tests passed|^reports of|were run$|were found|MISSED' "$logs/$step.log"
 done
 exit $failed

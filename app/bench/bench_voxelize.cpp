@@ -9,11 +9,11 @@
 #include "app/bench/measure/bench_scene.h"
 #include "app/common/console.h"
 #include "app/common/exit_codes.h"
-#include "app/common/mesh_unit.h"
 #include "app/common/option_checks.h"
 #include "engine/base/text/json_text.h"
 #include "engine/contact/kept/surface_file.h"
 #include "engine/geometry/import/mesh_file.h"
+#include "engine/geometry/import/unit_hint.h"
 #include "engine/voxel/build/voxelize.h"
 
 namespace tandem {

@@ -42,7 +42,7 @@ std::string NameOf(const FetchedScene& scene) {
 /// Shows the scenes that were fetched from sessions. Returns them as JSON.
 nlohmann::ordered_json ListScenes(bool as_json) {
   nlohmann::ordered_json scenes = nlohmann::ordered_json::array();
-  const std::optional<SceneStore> store = FetchedScenes();
+  const std::optional<SceneStore> store = FetchedScenes({});
   if (!store) return scenes;
   for (const FetchedScene& scene : store->Scenes()) {
     const std::string name = NameOf(scene);
@@ -52,10 +52,10 @@ nlohmann::ordered_json ListScenes(bool as_json) {
                       {"unused_s", SecondsSince(scene.used)},
                       {"whole", scene.whole}});
     if (as_json) continue;
-    std::printf("%10s  last used %.0f h ago  %s in %s\n", Megabytes(scene.bytes).c_str(),
-                SecondsSince(scene.used) / 3600,
-                (scene.whole ? "scene " + name : std::string("a part of a scene")).c_str(),
-                scene.folder.c_str());
+    PrintLine("%10s  last used %.0f h ago  %s in %s", Megabytes(scene.bytes).c_str(),
+              SecondsSince(scene.used) / 3600,
+              (scene.whole ? "scene " + name : std::string("a part of a scene")).c_str(),
+              scene.folder.c_str());
   }
   return scenes;
 }
@@ -69,8 +69,8 @@ int ListCache(const VoxelCache& cache, bool as_json) {
                      {"bytes", file.bytes},
                      {"unused_s", SecondsSince(file.used)}});
     if (as_json) continue;
-    std::printf("%10s  last used %.0f h ago  %s\n", Megabytes(file.bytes).c_str(),
-                SecondsSince(file.used) / 3600, file.file.filename().c_str());
+    PrintLine("%10s  last used %.0f h ago  %s", Megabytes(file.bytes).c_str(),
+              SecondsSince(file.used) / 3600, file.file.filename().c_str());
   }
   if (as_json) {
     const nlohmann::ordered_json out{{"folder", cache.folder().string()},
@@ -78,12 +78,12 @@ int ListCache(const VoxelCache& cache, bool as_json) {
                                      {"most_bytes", cache.most_bytes()},
                                      {"files", files},
                                      {"fetched_scenes", ListScenes(true)}};
-    std::printf("%s\n", JsonText(out, 2).c_str());
+    PrintText(JsonText(out, 2));
   } else {
     ListScenes(false);
-    std::printf("%s in %s, at most %s, in %s\n", Megabytes(sum).c_str(),
-                WithPlural(files.size(), "file").c_str(), Megabytes(cache.most_bytes()).c_str(),
-                cache.folder().c_str());
+    PrintLine("%s in %s, at most %s, in %s", Megabytes(sum).c_str(),
+              WithPlural(files.size(), "file").c_str(), Megabytes(cache.most_bytes()).c_str(),
+              cache.folder().c_str());
   }
   return kExitOk;
 }
@@ -100,28 +100,28 @@ int VerifyCache(const VoxelCache& cache, bool as_json) {
   if (as_json) {
     const nlohmann::ordered_json out{
         {"folder", cache.folder().string()}, {"files", files.size()}, {"faults", faults}};
-    std::printf("%s\n", JsonText(out, 2).c_str());
+    PrintText(JsonText(out, 2));
   } else {
-    std::printf("%s, %zu of them damaged or of another version%s\n",
-                WithPlural(files.size(), "file").c_str(), faults.size(),
-                faults.empty() ? "" : "; programs make them again when they need them");
+    PrintLine("%s, %zu of them damaged or of another version%s",
+              WithPlural(files.size(), "file").c_str(), faults.size(),
+              faults.empty() ? "" : "; programs make them again when they need them");
   }
   return faults.empty() ? kExitOk : kExitFailed;
 }
 
 int ClearCache(const VoxelCache& cache, bool as_json) {
   const std::size_t count = cache.Clear();
-  const std::optional<SceneStore> store = FetchedScenes();
+  const std::optional<SceneStore> store = FetchedScenes({});
   const std::size_t scenes = store ? store->Clear() : 0;
   if (as_json) {
     const nlohmann::ordered_json out{{"folder", cache.folder().string()},
                                      {"removed", count},
                                      {"fetched_scenes_removed", scenes}};
-    std::printf("%s\n", JsonText(out, 2).c_str());
+    PrintText(JsonText(out, 2));
   } else {
-    std::printf("%s%s removed from %s\n", WithPlural(count, "file").c_str(),
-                scenes > 0 ? (" and " + WithPlural(scenes, "fetched scene")).c_str() : "",
-                cache.folder().c_str());
+    PrintLine("%s%s removed from %s", WithPlural(count, "file").c_str(),
+              scenes > 0 ? (" and " + WithPlural(scenes, "fetched scene")).c_str() : "",
+              cache.folder().c_str());
   }
   return kExitOk;
 }

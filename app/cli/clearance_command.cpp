@@ -119,10 +119,10 @@ int RunClearance(const ClearanceArguments& arguments) {
   const std::string body = (*model)->bodies[room->nearest.body].name;
   const std::string other = NameOfOther(**model, room->nearest);
   if (arguments.json) {
-    std::printf("%s\n", JsonText(AsJson(*room, body, other), 2).c_str());
+    PrintText(JsonText(AsJson(*room, body, other), 2));
   } else {
-    std::printf("%s\n%s\n", DescribePath(*room, body, other).c_str(),
-                DescribeClearance(*room).c_str());
+    PrintLine("%s", DescribePath(*room, body, other).c_str());
+    PrintLine("%s", DescribeClearance(*room).c_str());
   }
   return kExitOk;
 }

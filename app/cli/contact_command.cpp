@@ -4,16 +4,17 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 
 #include "app/cli/commands.h"
 #include "app/common/console.h"
 #include "app/common/exit_codes.h"
-#include "app/common/mesh_unit.h"
 #include "app/common/option_checks.h"
 #include "app/common/poses_file.h"
 #include "engine/contact/pair/contact_pair.h"
 #include "engine/geometry/exact/exact_surface.h"
 #include "engine/geometry/import/mesh_file.h"
+#include "engine/geometry/import/unit_hint.h"
 #include "engine/geometry/mesh/mass_properties.h"
 #include "engine/voxel/build/voxelize.h"
 #include "engine/world/world.h"
@@ -22,10 +23,13 @@ namespace tandem {
 
 namespace {
 
+constexpr std::size_t kLongestNames = 300;  // bytes of names that a message lists
+
 struct ContactArguments {
   std::string fixed;
   std::string moving;
   std::string poses;
+  std::string body;  // name of the moving part in the poses file; empty: its mesh file's
   double voxel = 0;
   double spacing = 0;  // m; 0: the voxel's size
   std::optional<double> scale;
@@ -80,30 +84,59 @@ bool StaysBeyond(const TriangleMesh& fixed, const TriangleMesh& moving,
   });
 }
 
-void PrintHeader() {
-  std::printf("index,contact_points,touching_points,fx,fy,fz,tx,ty,tz,nearest_voxels\n");
+void PrintHeader(bool timed) {
+  PrintLine("index,contact_points,touching_points,fx,fy,fz,tx,ty,tz,nearest_voxels%s",
+            timed ? ",t_s" : "");
 }
 
-void PrintRow(std::size_t row, const PoseReading& reading) {
+void PrintRow(const FilePose& pose, const PoseReading& reading) {
   const Wrench wrench = AsWrench(reading.on_shell.force);
-  std::printf("%zu,%d,%d,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,", row, reading.contact_points,
-              reading.touching_points, wrench.f.x(), wrench.f.y(), wrench.f.z(), wrench.tau.x(),
-              wrench.tau.y(), wrench.tau.z());
-  if (reading.nearest_voxels == std::numeric_limits<int>::max()) {
-    std::printf("\n");
-  } else {
-    std::printf("%d\n", reading.nearest_voxels);
-  }
+  const bool far = reading.nearest_voxels == std::numeric_limits<int>::max();
+  PrintLine("%zu,%d,%d,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%s%s", pose.row, reading.contact_points,
+            reading.touching_points, wrench.f.x(), wrench.f.y(), wrench.f.z(), wrench.tau.x(),
+            wrench.tau.y(), wrench.tau.z(),
+            far ? "" : std::to_string(reading.nearest_voxels).c_str(),
+            pose.t_s ? ("," + SecondsText(*pose.t_s)).c_str() : "");
 }
 
-/// Returns the rows of the file that are about these two parts, with translations in metres.
+/// Returns whether a row's body is the moving part: by the name of its mesh file, or of the file
+/// without its ending, or by --body.
+bool IsMoving(const std::string& name, const ContactArguments& arguments) {
+  if (!arguments.body.empty()) return name == arguments.body;
+  const std::filesystem::path mesh = arguments.moving;
+  return Basename(name) == mesh.filename() || name == mesh.stem();
+}
+
+/// Returns the rows of the file that are about these two parts, with translations in metres. Rows
+/// without a fixed part are of a scene, and in metres already.
 std::vector<FilePose> PosesOfPair(std::vector<FilePose> poses, const ContactArguments& arguments) {
   std::erase_if(poses, [&](const FilePose& pose) {
+    if (pose.fixed.empty()) return !IsMoving(pose.moving, arguments);
     return Basename(pose.fixed) != Basename(arguments.fixed) ||
            Basename(pose.moving) != Basename(arguments.moving);
   });
-  for (FilePose& pose : poses) pose.X_WM.p *= arguments.scale.value_or(1);
+  for (FilePose& pose : poses) {
+    if (!pose.fixed.empty()) pose.X_WM.p *= arguments.scale.value_or(1);
+  }
   return poses;
+}
+
+/// Returns why the file has no pose of these parts.
+std::string WhyNoPose(const std::vector<FilePose>& all, const ContactArguments& arguments) {
+  if (all.empty()) return arguments.poses + ": the file has no pose";
+  if (!all.front().fixed.empty()) {
+    return arguments.poses + ": the file has no pose of " + Basename(arguments.moving) + " in " +
+           Basename(arguments.fixed);
+  }
+  std::set<std::string> names;
+  for (const FilePose& pose : all) names.insert(pose.moving);
+  std::string known;
+  for (const std::string& name : names) {
+    if (known.size() < kLongestNames) known += (known.empty() ? "" : ", ") + name;
+  }
+  return arguments.poses + ": the file has no pose of " +
+         (arguments.body.empty() ? Basename(arguments.moving) : arguments.body) +
+         ": name the body with --body; it has " + known;
 }
 
 constexpr double kMass = 0.3;  // kg, for the gains of a part of this mass
@@ -171,11 +204,13 @@ int RunContact(const ContactArguments& arguments) {
   }
   Result<std::vector<FilePose>> all_poses = ReadPosesFile(arguments.poses);
   if (!all_poses) return Fail(kExitFile, all_poses.error().what);
-  const std::vector<FilePose> poses = PosesOfPair(std::move(*all_poses), arguments);
-  if (poses.empty()) {
-    return Fail(kExitFile, arguments.poses + ": the file has no pose of " +
-                               Basename(arguments.moving) + " in " + Basename(arguments.fixed));
+  const std::vector<FilePose> poses = PosesOfPair(*all_poses, arguments);
+  if (poses.empty()) return Fail(kExitFile, WhyNoPose(*all_poses, arguments));
+  if (poses.front().fixed.empty()) {
+    Say(arguments.poses + ": has no column fixed, so its poses are in the frame of " +
+        Basename(arguments.fixed) + ", in metres");
   }
+  const bool timed = poses.front().t_s.has_value();
   const ImportOptions import{.scale = arguments.scale};
   const Result<TriangleMesh> fixed = ImportMesh(arguments.fixed, import);
   if (!fixed) return Fail(kExitFile, fixed.error().what);
@@ -187,9 +222,9 @@ int RunContact(const ContactArguments& arguments) {
       std::max(EstimateVoxelizeBytes(*fixed, options), EstimateVoxelizeBytes(*moving, options));
   if (need > options.max_memory_bytes && StaysBeyond(*fixed, *moving, poses, arguments.voxel)) {
     // no pose would read a stored voxel
-    if (arguments.csv) PrintHeader();
+    if (arguments.csv) PrintHeader(timed);
     for (const FilePose& pose : poses) {
-      if (arguments.csv) PrintRow(pose.row, PoseReading{});
+      if (arguments.csv) PrintRow(pose, PoseReading{});
     }
     Say("0 of " + WithPlural(poses.size(), "pose") +
         " touch: the parts are out of range of one another");
@@ -200,11 +235,11 @@ int RunContact(const ContactArguments& arguments) {
   if (!parts) return Fail(kExitFile, parts.error().what);
   BodyPair& pair = *parts->pair;
   std::size_t touching = 0;
-  if (arguments.csv) PrintHeader();
+  if (arguments.csv) PrintHeader(timed);
   for (const FilePose& pose : poses) {
     const PoseReading reading = pair.Read({.X_WB = pose.X_WM * X_MB, .V_WB = {}}, BodyMotion{});
     touching += reading.touching_points > 0 ? 1 : 0;
-    if (arguments.csv) PrintRow(pose.row, reading);
+    if (arguments.csv) PrintRow(pose, reading);
   }
   Say(std::to_string(touching) + " of " + WithPlural(poses.size(), "pose") + " touch; " +
       WithPlural(parts->points, "point"));
@@ -229,6 +264,9 @@ void AddContactCommand(CLI::App& app, int& exit_code) {
       ->check(NumberFrom(kLeastVoxel, kLargestVoxel));
   command->add_option("--poses", arguments->poses, "CSV file with poses of the part of --dynamic")
       ->required();
+  command->add_option("--body", arguments->body,
+                      "name of the moving part in a poses file without column fixed; default: the "
+                      "name of its mesh file, without or with the ending");
   command->add_option("--scale", arguments->scale, kScaleHelp)
       ->check(NumberFrom(kLeastScale, kLargestScale));
   command
@@ -243,11 +281,13 @@ void AddContactCommand(CLI::App& app, int& exit_code) {
       ->capture_default_str();
   command->add_flag("--csv", arguments->csv, "print one line for each pose");
   command->footer(
-      "A poses file is CSV. Its header names at least fixed,moving,tx,ty,tz,ax,ay,az,angle_deg. "
-      "These are the\nnames of the two mesh files; the place of the moving file's frame in the "
-      "fixed one's, in units of\n--scale, else in metres; and the axis and angle of its rotation. "
-      "Rows of other files are ignored.\n'tandem proximity' reads the same files and needs no "
-      "column fixed.");
+      "A poses file is CSV. Its header names at least moving,tx,ty,tz,ax,ay,az,angle_deg, and "
+      "fixed where there\nare several fixed parts. These are the names of the two mesh files; the "
+      "place of the moving file's frame\nin the fixed one's, in units of --scale, else in metres; "
+      "and the axis and angle of its rotation. Rows of\nother files are ignored. A file without "
+      "the column fixed, such as 'tandem replay --export FILE.csv' writes,\nhas poses in a scene, "
+      "in metres: the fixed file's frame must be the scene's. With a column t_s, the\noutput has "
+      "it too. 'tandem proximity' reads the same files.");
   command->callback([arguments, &exit_code] {
     if (arguments->contact == "plain") arguments->model = ContactModel::kPlain;
     if (arguments->force_layer < 0) arguments->force_layer = DefaultForceLayer(arguments->model);

@@ -261,21 +261,21 @@ void Tell(const ordered_json& json) {
     return value.get<double>();
   };
   for (const ordered_json& peer : json.at("peers")) {
-    std::printf(
+    PrintLine(
         "%s: %.0f frames, %.0f missed, p99 %.0f us of a frame's 1000, contact in %.0f %% of "
-        "frames, up to %.1f N in the hand\n",
+        "frames, up to %.1f N in the hand",
         peer.at("name").get<std::string>().c_str(), number(peer.at("frames")),
         number(peer.at("missed")), number(peer.at("frame_cpu_us").at("p99")),
         100 * number(peer.at("contact_share")), number(peer.at("peak_force_N")));
   }
-  std::printf(
+  PrintLine(
       "delay %.0f ms injected, %.1f ms measured; distance between the two instances up to %.1f mm, "
-      "%.2f mm at the end\n",
+      "%.2f mm at the end",
       number(json.at("delay_ms").at("injected")), number(json.at("delay_ms").at("measured")),
       number(json.at("divergence_mm").at("peak")), number(json.at("divergence_mm").at("last")));
-  std::printf(
+  PrintLine(
       "the part moved %.0f mm and is %s; deepest penetration %.2f voxels (%.2f mm) in %.0f poses "
-      "judged\n",
+      "judged",
       number(json.at("travel_mm")), json.at("out").get<bool>() ? "out" : "NOT out",
       number(json.at("max_penetration_voxels")), number(json.at("max_penetration_mm")),
       number(json.at("poses_checked")));
@@ -333,7 +333,7 @@ int RunDemo(DemoArguments& arguments) {
   if (!judged) return Fail(kExitFailed, judged.error().what);
   judged->json["start_gaps"] = AsJson(gaps);
   if (arguments.json) {
-    std::printf("%s\n", JsonText(judged->json, 2).c_str());
+    PrintText(JsonText(judged->json, 2));
   } else {
     Tell(judged->json);
   }
@@ -365,10 +365,12 @@ void AddDemoCommand(CLI::App& app, int& exit_code) {
   command->add_option("--seed", arguments->seed, "random seed of jitter and loss")
       ->check(WholeNumberFrom(0, kLargestSeed));
   command->add_option("--law", arguments->law, "coupling law: how stiffness follows delay")
-      ->check(OneOf({"p+dd", "p+d", "linear", "pdopt"}))
+      ->check(OneOf(LawNames(false)))
       ->capture_default_str();
-  command->add_option("--screenshot", arguments->screenshot,
-                      "picture file of the viewer's window (PNG)");
+  command
+      ->add_option("--screenshot", arguments->screenshot,
+                   "picture file of the viewer's window (PNG)")
+      ->check(FileEndingIn({".png"}));
   command->add_flag("--headless", arguments->headless, "open no window even if there is a display");
   command->add_flag("--json", arguments->json, "print one JSON object");
   command->add_flag("--no-contact", arguments->no_contact,

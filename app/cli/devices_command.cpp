@@ -17,7 +17,7 @@
 #include "app/common/console.h"
 #include "app/common/exit_codes.h"
 #include "app/common/option_checks.h"
-#include "app/process/child_processes.h"
+#include "app/process/program_answer.h"
 #include "engine/base/text/json_text.h"
 
 namespace tandem {
@@ -35,42 +35,12 @@ struct DevicesArguments {
   double seconds = 5;
 };
 
-/// Runs `tandem-device` with some words, and reads its answer once it has ended. A process of its
-/// own is needed because a driver may crash and its vendor's library may hang.
-class DeviceAnswer {
+/// Runs `tandem-device` with some words. A process of its own is needed because a driver may crash
+/// and its vendor's library may hang.
+class DeviceAnswer : public ProgramAnswer {
  public:
   explicit DeviceAnswer(const std::vector<std::string>& words)
-      : descriptor_(memfd_create("tandem-devices", MFD_CLOEXEC)) {
-    std::vector<std::string> command{ProgramFolder() / "tandem-device"};
-    command.insert(command.end(), words.begin(), words.end());
-    command.insert(command.end(), {"--to", std::to_string(descriptor_)});
-    Result<ChildProcess> started = ChildProcess::Start(command, descriptor_);
-    if (started) process_.emplace(*std::move(started));
-  }
-  ~DeviceAnswer() { close(descriptor_); }
-  DeviceAnswer(const DeviceAnswer&) = delete;
-  DeviceAnswer& operator=(const DeviceAnswer&) = delete;
-
-  /// Returns the exit code; nothing: the process did not start, or took longer and was ended.
-  std::optional<int> Wait(milliseconds timeout) {
-    if (!process_) return std::nullopt;
-    const std::optional<int> code = process_->Wait(timeout);
-    if (!code) process_->Signal(SIGKILL);
-    return code;
-  }
-  std::string text() const {
-    std::string text;
-    char block[4096];
-    lseek(descriptor_, 0, SEEK_SET);
-    for (ssize_t size = 0; (size = read(descriptor_, block, sizeof block)) > 0;) {
-      text.append(block, static_cast<std::size_t>(size));
-    }
-    return text;
-  }
-
- private:
-  int descriptor_;
-  std::optional<ChildProcess> process_;
+      : ProgramAnswer("tandem-device", words, "--to") {}
 };
 
 /// One line of the list.
@@ -137,18 +107,17 @@ int ListDevices(const DevicesArguments& arguments) {
                      {"missing", one.missing},
                      {"mend", one.mend}});
       if (arguments.json) continue;
-      std::printf("%-24s %-8s %s\n", one.name.c_str(), one.present ? "there" : "-",
-                  one.kind.c_str());
-      if (!one.missing.empty()) std::printf("%-24s missing: %s\n", "", one.missing.c_str());
-      if (!one.mend.empty()) std::printf("%-24s mend:    %s\n", "", one.mend.c_str());
+      PrintLine("%-24s %-8s %s", one.name.c_str(), one.present ? "there" : "-", one.kind.c_str());
+      if (!one.missing.empty()) PrintLine("%-24s missing: %s", "", one.missing.c_str());
+      if (!one.mend.empty()) PrintLine("%-24s mend:    %s", "", one.mend.c_str());
     }
   }
   if (arguments.json) {
-    std::printf("%s\n", JsonText(nlohmann::ordered_json{{"devices", out}}, 2).c_str());
+    PrintText(JsonText(nlohmann::ordered_json{{"devices", out}}, 2));
   } else {
-    std::printf(
+    PrintText(
         "\ntandem peer --device NAME[:OPTIONS] uses one of them; docs/devices.md explains the "
-        "options.\n");
+        "options.");
   }
   return kExitOk;
 }
@@ -167,25 +136,24 @@ int TryOne(const DevicesArguments& arguments) {
   }
   if (*code != kExitOk) return *code > 128 ? kExitDevice : *code;  // the process said why
   if (arguments.json) {
-    std::fputs(answer.text().c_str(), stdout);
+    PrintText(answer.text());
     return kExitOk;
   }
   const nlohmann::json seen = nlohmann::json::parse(answer.text(), nullptr, false);
   if (!seen.is_object()) return Fail(kExitDevice, "the answer of tandem-device cannot be read");
-  std::printf("%s: measures %d degrees of freedom, drives %d; peak force %g N\n",
-              arguments.tried.c_str(), seen.at("freedoms_in").get<int>(),
-              seen.at("freedoms_out").get<int>(), seen.at("peak_force_N").get<double>());
-  std::printf("  moved %.1f mm, turned %.1f degrees; buttons: clutch %s, stop %s\n",
-              seen.at("moved_mm").get<double>(), seen.at("turned_deg").get<double>(),
-              seen.at("clutch_button").get<bool>() ? "pressed" : "not pressed",
-              seen.at("stop_button").get<bool>() ? "pressed" : "not pressed");
-  std::printf(
-      "  %ld ticks; reading %.1f us at p99, writing %.1f us; %ld without news, %ld failed\n",
-      seen.at("ticks").get<long>(), seen.at("read_us").at("p99").get<double>(),
-      seen.at("write_us").at("p99").get<double>(), seen.at("repeated").get<long>(),
-      seen.at("failed").get<long>());
+  PrintLine("%s: measures %d degrees of freedom, drives %d; peak force %g N",
+            arguments.tried.c_str(), seen.at("freedoms_in").get<int>(),
+            seen.at("freedoms_out").get<int>(), seen.at("peak_force_N").get<double>());
+  PrintLine("  moved %.1f mm, turned %.1f degrees; buttons: clutch %s, stop %s",
+            seen.at("moved_mm").get<double>(), seen.at("turned_deg").get<double>(),
+            seen.at("clutch_button").get<bool>() ? "pressed" : "not pressed",
+            seen.at("stop_button").get<bool>() ? "pressed" : "not pressed");
+  PrintLine("  %ld ticks; reading %.1f us at p99, writing %.1f us; %ld without news, %ld failed",
+            seen.at("ticks").get<long>(), seen.at("read_us").at("p99").get<double>(),
+            seen.at("write_us").at("p99").get<double>(), seen.at("repeated").get<long>(),
+            seen.at("failed").get<long>());
   for (const nlohmann::json& trouble : seen.at("troubles")) {
-    std::printf("  %s\n", trouble.get<std::string>().c_str());
+    PrintLine("  %s", trouble.get<std::string>().c_str());
   }
   return kExitOk;
 }

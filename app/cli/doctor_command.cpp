@@ -14,9 +14,11 @@
 #include "app/common/stop_signal.h"
 #include "app/connection/connection_options.h"
 #include "app/doctor/doctor_connectivity.h"
+#include "app/doctor/doctor_display.h"
 #include "app/doctor/doctor_realtime.h"
 #include "app/doctor/doctor_trace.h"
 #include "app/doctor/findings.h"
+#include "app/invite/given_line.h"
 #include "app/join/discover_sessions.h"
 #include "app/join/reach_inviter.h"
 #include "collab/dds/cyclone/socket_drops.h"
@@ -79,8 +81,14 @@ void CheckInterfaces(const DoctorArguments& arguments, Findings& findings) {
   for (const InterfaceFacts& interface : UsableInterfaces()) {
     const std::string& wanted = arguments.connection.interface;
     if (!wanted.empty() && wanted != interface.name) continue;
-    beyond = beyond || !interface.loopback;
     const std::string what = "interface " + interface.name;
+    if (!interface.carrier) {
+      findings.Add(wanted.empty() ? Finding::kGood : Finding::kWarning, what,
+                   interface.address + ", no carrier: sessions pass it over",
+                   wanted.empty() ? "" : "connect it, or leave --interface out");
+      continue;
+    }
+    beyond = beyond || !interface.loopback;
     const std::string found =
         interface.address + ", packets of " + std::to_string(interface.mtu) + " bytes";
     if (interface.loopback || !needs_multicast) {
@@ -131,14 +139,16 @@ void CheckSocketBuffers(Findings& findings) {
                             std::to_string(kSocketBuffer));
 }
 
-void CheckPath(const std::string& text, Findings& findings) {
+void CheckPath(const std::string& text, const std::string& interface, Findings& findings) {
   const Result<PeerAddress> peer = ParsePeerAddress(text);
   if (!peer) {
     findings.Add(Finding::kBad, "peer " + text, peer.error().what);
     return;
   }
   const std::string what = "path to " + peer->host;
-  const PathFacts path = ProbePath(peer->host, kAnswerPort);
+  const PathFacts path = ProbePath(peer->host, kAnswerPort, interface);
+  const std::string by =
+      path.address + (path.interface.empty() ? "" : " by interface " + path.interface);
   const std::string mend =
       "run tandem doctor --answer on the other machine; if it still does not answer, let UDP "
       "through its firewall, " +
@@ -147,14 +157,14 @@ void CheckPath(const std::string& text, Findings& findings) {
     findings.Add(Finding::kBad, what, path.error, "check the name and the network");
   } else if (path.answered == 0) {
     findings.Add(Finding::kWarning, what,
-                 path.address + (path.refused ? " is there, but does not answer" : " is silent") +
+                 by + (path.refused ? " is there, but does not answer" : " is silent") +
                      "; route for packets of " + std::to_string(path.route_mtu) + " bytes",
                  mend);
   } else {
     std::array<char, 160> found{};
     std::snprintf(found.data(), found.size(),
                   "%s, round trip %.2f ms, %d of %d answered, up to %d bytes in one piece",
-                  path.address.c_str(), path.least_round_trip_ms, path.answered, path.sent,
+                  by.c_str(), path.least_round_trip_ms, path.answered, path.sent,
                   path.largest_answered);
     const bool enough = path.largest_answered >= kLeastPayload;
     findings.Add(enough ? Finding::kGood : Finding::kWarning, what, found.data(),
@@ -211,8 +221,8 @@ void CheckAnnounced(const DoctorArguments& arguments, Findings& findings) {
           : "not announced on this network; only 'tandem peer' can tell more, with a peer's keys");
 }
 
-int AnswerOthers() {
-  Result<ProbeResponder> responder = ProbeResponder::Open(kAnswerPort);
+int AnswerOthers(const std::string& interface) {
+  Result<ProbeResponder> responder = ProbeResponder::Open(kAnswerPort, interface);
   if (!responder) return Fail(kExitNetwork, responder.error().what);
   const std::atomic<bool>& stop_asked = StopOnSignals();
   Say("answering at UDP port " + std::to_string(kAnswerPort) +
@@ -223,9 +233,14 @@ int AnswerOthers() {
 
 /// Runs all checks. What can be said without a peer comes before the ways to peers.
 int RunDoctor(DoctorArguments arguments) {
-  if (arguments.answer) return AnswerOthers();
+  if (arguments.answer) return AnswerOthers(arguments.connection.interface);
   if (!arguments.line.file.empty()) {
     return RunDoctorTrace(arguments.line, arguments.connection.peers, kAnswerPort, arguments.json);
+  }
+  if (!arguments.invitation.empty()) {
+    Result<std::string> given = GivenLine(arguments.invitation);
+    if (!given) return Fail(kExitUsage, "--invitation: " + given.error().what);
+    arguments.invitation = *std::move(given);
   }
   Findings findings;
   Invitation invitation;
@@ -250,6 +265,7 @@ int RunDoctor(DoctorArguments arguments) {
                                        : DiscoveryPort(arguments.connection.domain, 0));
     CheckEnrolPort(arguments.enrol_port != 0 ? arguments.enrol_port : usual, findings);
     CheckRealtime(findings);
+    CheckDisplay(findings);
     CheckSocketBuffers(findings);
     if (invited && invitation.secured && arguments.connection.secure.empty()) {
       // without keys nobody is heard: the line gives them
@@ -258,12 +274,14 @@ int RunDoctor(DoctorArguments arguments) {
     } else {
       CheckAnnounced(arguments, findings);
     }
-    for (const std::string& peer : arguments.connection.peers) CheckPath(peer, findings);
+    for (const std::string& peer : arguments.connection.peers) {
+      CheckPath(peer, arguments.connection.interface, findings);
+    }
   }
   if (arguments.json) {
-    std::printf("%s\n", JsonText(findings.json(), 2).c_str());
+    PrintText(JsonText(findings.json(), 2));
   } else {
-    std::printf("%s", findings.text().c_str());
+    PrintText(findings.text());
   }
   return findings.bad() ? kExitNetwork : kExitOk;
 }
@@ -273,12 +291,14 @@ int RunDoctor(DoctorArguments arguments) {
 void AddDoctorCommand(CLI::App& app, int& exit_code) {
   auto arguments = std::make_shared<DoctorArguments>();
   CLI::App* command = app.add_subcommand(
-      "doctor", "Check what a session needs of this machine and network, and print remedies");
+      "doctor",
+      "Check what sessions and windows need of this machine and network, and print remedies");
   AddSessionOption(*command, arguments->session, "name of a session: list its participants");
   AddConnectionOptions(*command, arguments->connection);
   command->add_option(
       "--invitation", arguments->invitation,
-      "line of 'tandem invite': check that it is valid and that its inviter answers");
+      "line of 'tandem invite', whole or without its secret: check that it is valid and that its "
+      "inviter answers; -: read it from stdin, or ask for it; @FILE: read it from a file");
   command->add_option("--scene", arguments->scene,
                       "scene to look for on this machine, by name or file");
   command

@@ -19,12 +19,14 @@
 #include "app/invite/enrolment_listener.h"
 #include "app/invite/invitation.h"
 #include "collab/dds/diagnostics/reachability.h"
+#include "collab/dds/networks/usable_networks.h"
 #include "collab/dds/security/keys.h"
 #include "collab/dds/transport/announcements.h"
 #include "collab/dds/transport/domain.h"
 #include "collab/session/early_inbox.h"
 #include "collab/session/scene_agreement.h"
 #include "engine/base/text/clean_text.h"
+#include "engine/base/text/hex.h"
 #include "engine/base/text/json_text.h"
 #include "engine/realtime/clock.h"
 
@@ -57,6 +59,7 @@ std::vector<std::string> OwnHosts(const ConnectionOptions& connection) {
   for (const InterfaceFacts& interface : UsableInterfaces()) {
     const bool wanted =
         connection.interface.empty() ? !interface.loopback : interface.name == connection.interface;
+    if (!interface.carrier) continue;
     if (wanted && hosts.size() < Invitation::kMostHosts) hosts.push_back(interface.address + port);
   }
   return hosts;
@@ -66,6 +69,7 @@ std::vector<std::string> OwnHosts(const ConnectionOptions& connection) {
 struct DiscoveredSession {
   std::optional<SceneManifest> scene;
   bool as_secured = false;
+  bool has_peers = false;
 };
 
 /// Listens to a plain session, in which nobody sees the listener.
@@ -94,8 +98,10 @@ Result<DiscoveredSession> HearOf(const InviteArguments& arguments) {
   DiscoveredSession found;
   const std::int64_t until_ns = MonotonicNowNs() + kHearSceneNs;
   StopOnSignals();
-  while (!found.scene && MonotonicNowNs() < until_ns) {
+  const bool wants_scene = arguments.scene.empty();
+  while (!(found.has_peers && (found.scene || !wants_scene)) && MonotonicNowNs() < until_ns) {
     found.scene = inbox.SessionScene();
+    found.has_peers = inbox.HasPeers() || found.scene;
     for (const AnnouncedSession& session : nearby->Heard()) {
       found.as_secured = found.as_secured || (session.secured && session.name == arguments.session);
     }
@@ -108,7 +114,7 @@ Result<DiscoveredSession> HearOf(const InviteArguments& arguments) {
 void Tell(const SceneManifest& scene, Invitation& invitation) {
   std::string file = std::filesystem::path(scene.file).filename().string();
   if (file.size() > InvitedScene::kLongestFile) file.clear();
-  invitation.scene = {.digest = scene.content_hash,
+  invitation.scene = {.digest = scene.content_digest,
                       .bodies = static_cast<std::uint32_t>(scene.bodies.size()),
                       .file = file};
 }
@@ -137,7 +143,7 @@ int PrepareLine(const InviteArguments& arguments, Invitation& invitation) {
 void PrintInvitation(const InviteArguments& arguments, const Invitation& invitation) {
   const std::string line = LineOf(invitation);
   if (!arguments.json) {
-    std::printf("%s\n", line.c_str());
+    PrintLine("%s", line.c_str());
     std::fflush(stdout);
     return;
   }
@@ -157,30 +163,40 @@ void PrintInvitation(const InviteArguments& arguments, const Invitation& invitat
       {"domain", invitation.domain},
       {"hosts", invitation.hosts},
       {"others", invitation.others},
-      {"scene", or_null(invitation.scene.digest != 0, Hex(invitation.scene.digest))},
+      {"scene", or_null(invitation.scene.digest.has_value(),
+                        HexOfBytes(invitation.scene.digest.value_or(Sha256{})))},
       {"enrol_port", or_null(invitation.secured, invitation.enrolment.port)},
       {"until", or_null(invitation.secured, end)}};
-  std::printf("%s\n", JsonText(json).c_str());
+  PrintText(JsonText(json));
   std::fflush(stdout);
 }
 
 int InvitePlainly(const InviteArguments& arguments) {
   Invitation invitation;
   if (const int failed = PrepareLine(arguments, invitation); failed != kExitOk) return failed;
-  if (invitation.scene.digest == 0) {
-    const Result<DiscoveredSession> received = HearOf(arguments);
-    if (!received) return Fail(kExitNetwork, received.error().what);
-    if (received->as_secured) {
-      return Fail(kExitSecurity, "session " + CleanText(arguments.session) +
-                                     " is secured: give the folder of its keys with --keys, and "
-                                     "the invited person's name with --name");
-    }
-    if (received->scene) {
-      Tell(*received->scene, invitation);
-    } else {
-      Say("nobody is in session " + CleanText(arguments.session) +
-          " yet, so the line does not name its scene: join first, or name the scene with --scene");
-    }
+  const Result<DiscoveredSession> received = HearOf(arguments);
+  const bool has_scene = !arguments.scene.empty();
+  if (!received && !has_scene) return Fail(kExitNetwork, received.error().what);
+  if (!received) {  // the line may be for a network in which this machine is not yet
+    PrintInvitation(arguments, invitation);
+    Say("everybody who has this line can join with: tandem join LINE");
+    return kExitOk;
+  }
+  const std::string session = "session " + CleanText(arguments.session);
+  if (received->as_secured) {
+    return Fail(kExitSecurity, session +
+                                   " is secured: give the folder of its keys with --keys, and the "
+                                   "invited person's name with --name");
+  }
+  if (!has_scene && received->scene) Tell(*received->scene, invitation);
+  const bool no_scene = !invitation.scene.digest;
+  if (!received->has_peers) {
+    Say("nobody is in " + session + ": who joins now by this line is alone there" +
+        (no_scene ? ", and the line names no scene: join first, or name the scene with --scene"
+                  : ": join it yourself"));
+  } else if (no_scene) {
+    Say("nobody in " + session +
+        " offers a scene yet, so the line names none: name the scene with --scene");
   }
   PrintInvitation(arguments, invitation);
   Say("everybody who has this line can join with: tandem join LINE");
@@ -218,8 +234,10 @@ int InviteWithKeys(const InviteArguments& arguments) {
   const auto usual = static_cast<std::uint16_t>(
       arguments.connection.port != 0 ? arguments.connection.port
                                      : DiscoveryPort(arguments.connection.domain, 0));
-  Result<EnrolmentListener> listener =
-      EnrolmentListener::Open(fixed ? arguments.enrol_port : usual, !fixed);
+  Result<EnrolmentListener> listener = EnrolmentListener::Open(
+      fixed ? arguments.enrol_port : usual, !fixed, [&arguments](int socket, std::uint16_t port) {
+        return BindToInterface(socket, arguments.connection.interface, port);
+      });
   if (!listener) return Fail(kExitNetwork, listener.error().what);
   const Result<Secret128> secret = NewSecret();
   if (!secret) return Fail(kExitSecurity, secret.error().what);
@@ -232,7 +250,8 @@ int InviteWithKeys(const InviteArguments& arguments) {
   const std::atomic<bool>& stop = StopOnSignals();
   PrintInvitation(arguments, invitation);
   Say("give this line to " + arguments.name +
-      " and to nobody else: the first person who uses it becomes a member. It works once, until " +
+      " and to nobody else, who types 'tandem join -' and pastes it: the first person who uses it "
+      "becomes a member. It works once, until " +
       TimeForAPerson(invitation.enrolment.until, now) + ", while this program runs (TCP port " +
       std::to_string(listener->port()) + "); Ctrl-C withdraws it");
   const SignFunction sign = [&arguments, &invitation](const std::string& request) {
@@ -269,7 +288,7 @@ void AddInviteCommand(CLI::App& app, int& exit_code) {
       ->required()
       ->check(CLI::Validator(
           [](std::string& name) -> std::string {
-            return name.size() <= kMaxSessionName ? "" : "the session's name is too long";
+            return WhyNoSessionName(name);
           },
           ""));
   CLI::Option* keys =

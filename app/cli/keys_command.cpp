@@ -86,7 +86,7 @@ void TellRights() {
         "see bodies move                      yes      yes      no",
         "review notes, cameras (to come)      yes      yes      as each peer it shows",
         "files of scenes (to come)            yes      reads    as each peer it shows"}) {
-    std::puts(line);
+    PrintText(line);
   }
 }
 

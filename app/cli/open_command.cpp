@@ -13,6 +13,7 @@
 
 #include "app/cli/commands.h"
 #include "app/common/console.h"
+#include "app/common/describe_signal.h"
 #include "app/common/exit_codes.h"
 #include "app/common/option_checks.h"
 #include "app/common/program_folders.h"
@@ -20,9 +21,13 @@
 #include "app/common/stop_signal.h"
 #include "app/connection/connection_options.h"
 #include "app/connection/hand_request.h"
+#include "app/invite/given_line.h"
 #include "app/invite/invitation.h"
 #include "app/join/join_line.h"
 #include "app/process/headless.h"
+#include "collab/dds/control/control_folder.h"
+#include "collab/dds/transport/domain.h"
+#include "engine/realtime/private_process.h"
 
 namespace tandem {
 
@@ -52,7 +57,7 @@ void FillReach(TakePartArguments& arguments) {
   hand.secure = arguments.connection.secure;
   std::istringstream words(arguments.peer_options);
   for (std::string word; words >> word;) hand.further.push_back(word);
-  hand.control = "window-" + std::to_string(getpid());
+  hand.control = UnguessableName("window-" + std::to_string(getpid()));
 }
 
 std::vector<std::string> ReachWords(const HandRequest& hand) {
@@ -87,6 +92,7 @@ pid_t StartWindow(const std::vector<std::string>& words) {
   argv.push_back(nullptr);
   const pid_t pid = fork();
   if (pid != 0) return pid;
+  CloseOthersOnExec();
   execv(argv[0], argv.data());
   _exit(127);
 }
@@ -126,15 +132,14 @@ int RunWindow(const std::vector<std::string>& words, const HandRequest& hand, bo
     const int status = WatchWindow(window);
     if (WIFEXITED(status)) return WEXITSTATUS(status);
     if (StopOnSignals().load()) return kExitOk;  // a signal asked it to end
-    const std::string signal = std::to_string(WTERMSIG(status));
-    if (!has_controller || windows > kMostNewWindows) {
-      return Fail(kExitFailed, "the window was ended by signal " + signal +
-                                   (has_controller ? "; its controller " + hand.control +
-                                                         " goes on: tandem-view" + Joined(take_up)
-                                                   : ""));
+    const std::string end = "the window " + DescribeSignal(WTERMSIG(status));
+    const bool goes_on = has_controller && ControllerAnswers(hand);
+    if (!goes_on) return Fail(kExitFailed, end);
+    if (windows > kMostNewWindows) {
+      return Fail(kExitFailed, end + "; its controller " + hand.control + " goes on: tandem-view" +
+                                   Joined(take_up));
     }
-    Say("the window was ended by signal " + signal + "; its controller goes on, and a new window " +
-        "attaches to it");
+    Say(end + "; its controller goes on, and a new window attaches to it");
     now = take_up;
     now.insert(now.end(), {"--name", hand.name});
   }
@@ -174,6 +179,13 @@ int RunJoin(TakePartArguments& arguments) {
 /// command line.
 int JoinWhat(TakePartArguments& arguments, const CLI::App& given) {
   JoinLineArguments& line = arguments.line;
+  std::string& named = arguments.hand.session;
+  if (named == "-" || named.starts_with('@')) {
+    Result<std::string> read = GivenLine(named);
+    if (!read) return Fail(kExitUsage, read.error().what);
+    named = *std::move(read);
+    if (!IsInvitationLine(named)) return Fail(kExitUsage, ReadInvitation(named).error().what);
+  }
   if (!IsInvitationLine(arguments.hand.session)) {
     for (const char* option : {"--hold", "--keys-to", "--only-keys", "--accept-scene", "--json"}) {
       if (given.count(option) == 0) continue;
@@ -182,8 +194,8 @@ int JoinWhat(TakePartArguments& arguments, const CLI::App& given) {
           std::string(option) +
               ": applies to an invitation, which begins with tandem:// (tandem join --help)");
     }
-    if (arguments.hand.session.size() > kMaxSessionName) {
-      return Fail(kExitUsage, "session: the name is too long (tandem join --help)");
+    if (const std::string fault = WhyNoSessionName(arguments.hand.session); !fault.empty()) {
+      return Fail(kExitUsage, "session: " + fault + " (tandem join --help)");
     }
     arguments.hand.further.insert(arguments.hand.further.end(), line.further.begin(),
                                   line.further.end());
@@ -240,7 +252,9 @@ void AddOpenCommands(CLI::App& app, int& exit_code) {
       "join", "Join a session: in a window by its name, or here by an invitation");
   other
       ->add_option("session", join->hand.session,
-                   "name of a session, or the line that 'tandem invite' printed")
+                   "name of a session, or the line that 'tandem invite' printed; -: read the line "
+                   "from stdin, or ask for it; @FILE: read it from a file. A line of a secured "
+                   "session is a secret: other users of this machine can read a command line")
       ->required();
   other->add_option("options", line.further, "after --: further options of tandem peer");
   other->add_option(

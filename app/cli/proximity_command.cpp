@@ -12,6 +12,7 @@
 #include "app/common/poses_file.h"
 #include "app/common/scene_files.h"
 #include "app/judgement/proximity_bodies.h"
+#include "engine/base/text/csv_text.h"
 #include "engine/base/text/json_text.h"
 #include "engine/base/units.h"
 #include "engine/realtime/clock.h"
@@ -39,18 +40,20 @@ struct Question {
   std::size_t row = 0;  // row of the poses file; without a file, index of the question
   std::size_t body = 0;
   Pose X_W;
+  std::optional<double> t_s;  // time of the pose, where the file has the column
 };
 
 struct Answer {
   std::size_t row = 0;
   SceneNearness near;
+  std::optional<double> t_s;
 };
 
 std::vector<Question> QuestionsOfScene(const Scene& scene) {
   std::vector<Question> questions;
   for (std::size_t body = 0; body < scene.bodies.size(); ++body) {
     if (scene.bodies[body].fixed || scene.WholeOf(body) != body) continue;
-    questions.push_back({questions.size(), body, {}});
+    questions.push_back({questions.size(), body, {}, {}});
   }
   return questions;
 }
@@ -65,7 +68,7 @@ int BodyOf(const Scene& scene, const std::string& name) {
 
 Result<std::vector<Question>> QuestionsOfFile(const Scene& scene, const std::string& file,
                                               double scale) {
-  const Result<std::vector<FilePose>> poses = ReadPosesFile(file, PosesOf::kSceneBodies);
+  const Result<std::vector<FilePose>> poses = ReadPosesFile(file);
   if (!poses) return poses.error();
   std::vector<Question> questions;
   for (const FilePose& pose : *poses) {
@@ -80,7 +83,7 @@ Result<std::vector<Question>> QuestionsOfFile(const Scene& scene, const std::str
                    "'; name that"};
     }
     questions.push_back(
-        {pose.row, whole, Pose{pose.X_WM.q, scale * pose.X_WM.p} * of.X_WM.Inverse()});
+        {pose.row, whole, Pose{pose.X_WM.q, scale * pose.X_WM.p} * of.X_WM.Inverse(), pose.t_s});
   }
   if (questions.empty()) return Error{file + ": the file has no pose"};
   return questions;
@@ -94,19 +97,25 @@ std::string OtherOf(const SceneProximity& scene, const SceneNearness& near) {
   return near.other == SceneNearness::kNone ? "" : scene.parts()[near.other].name;
 }
 
+std::string CsvOf(const Vec3& v) {
+  char text[96];
+  std::snprintf(text, sizeof text, ",%.9g,%.9g,%.9g", v.x(), v.y(), v.z());
+  return text;
+}
+
 void PrintCsv(const SceneProximity& scene, const std::vector<Answer>& answers) {
-  std::printf(
-      "row,body,other,distance_m,error_bound_m,overlap,refined,"
-      "px,py,pz,qx,qy,qz,gx,gy,gz\n");
+  const bool timed = !answers.empty() && answers.front().t_s.has_value();
+  PrintLine("row,body,other,distance_m,error_bound_m,overlap,refined,px,py,pz,qx,qy,qz,gx,gy,gz%s",
+            timed ? ",t_s" : "");
   for (const Answer& answer : answers) {
     const SceneNearness& near = answer.near;
-    std::printf("%zu,%s,%s,%.9g,%.9g,%d,%d", answer.row, scene.parts()[near.part].name.c_str(),
-                OtherOf(scene, near).c_str(), near.distance, near.error_bound(),
-                near.overlap ? 1 : 0, near.refined ? 1 : 0);
-    for (const Vec3& v : {near.p_WPart, near.p_WOther, near.gradient_W}) {
-      std::printf(",%.9g,%.9g,%.9g", v.x(), v.y(), v.z());
-    }
-    std::printf("\n");
+    std::string rest;
+    for (const Vec3& v : {near.p_WPart, near.p_WOther, near.gradient_W}) rest += CsvOf(v);
+    if (answer.t_s) rest += "," + SecondsText(*answer.t_s);
+    PrintLine("%zu,%s,%s,%.9g,%.9g,%d,%d%s", answer.row,
+              CsvText(scene.parts()[near.part].name).c_str(), CsvText(OtherOf(scene, near)).c_str(),
+              near.distance, near.error_bound(), near.overlap ? 1 : 0, near.refined ? 1 : 0,
+              rest.c_str());
   }
 }
 
@@ -132,6 +141,7 @@ void PrintJson(const ProximityArguments& arguments, const SceneProximity& scene,
                     {"point_of_body", Numbers(near.p_WPart)},
                     {"point_of_other", Numbers(near.p_WOther)},
                     {"gradient", Numbers(near.gradient_W)}});
+    if (answer.t_s) rows.back()["t_s"] = *answer.t_s;
   }
   const nlohmann::ordered_json out{
       {"scene", arguments.scene},
@@ -140,7 +150,7 @@ void PrintJson(const ProximityArguments& arguments, const SceneProximity& scene,
       {"voxelize_s", costs.voxelize_s},
       {"pose_ms", {{"median", costs.median_ms}, {"max", costs.most_ms}}},
       {"rows", rows}};
-  std::printf("%s\n", JsonText(out, 2).c_str());
+  PrintText(JsonText(out, 2));
 }
 
 std::string Words(const Vec3& v) {
@@ -156,11 +166,13 @@ std::string Words(const Vec3& v) {
 void PrintWords(const SceneProximity& scene, const std::vector<Answer>& answers) {
   for (const Answer& answer : answers) {
     const SceneNearness& near = answer.near;
-    std::printf("%zu: %s to %s: %.4f mm%s, error at most %.4f mm, from %s to %s, gradient %s\n",
-                answer.row, scene.parts()[near.part].name.c_str(), OtherOf(scene, near).c_str(),
-                1e3 * near.distance, near.overlap ? " (they overlap)" : "",
-                1e-4 * std::ceil(1e7 * near.error_bound()), Words(near.p_WPart).c_str(),
-                Words(near.p_WOther).c_str(), Words(near.gradient_W).c_str());
+    const std::string at = answer.t_s ? " at " + SecondsText(*answer.t_s) + " s" : "";
+    PrintLine("%zu%s: %s to %s: %.4f mm%s, error at most %.4f mm, from %s to %s, gradient %s",
+              answer.row, at.c_str(), scene.parts()[near.part].name.c_str(),
+              OtherOf(scene, near).c_str(), 1e3 * near.distance,
+              near.overlap ? " (they overlap)" : "", 1e-4 * std::ceil(1e7 * near.error_bound()),
+              Words(near.p_WPart).c_str(), Words(near.p_WOther).c_str(),
+              Words(near.gradient_W).c_str());
   }
 }
 
@@ -177,9 +189,10 @@ std::vector<Answer> AnswerAll(SceneProximity& proximity, const Scene& scene,
   for (const Question& question : questions) {
     X_W[question.body] = question.X_W;
     const std::int64_t start_ns = MonotonicNowNs();
-    answers.push_back(
-        {question.row, proximity.NearestTo(part_of[question.body], X_W,
-                                           {.refine = refine, .most_pairs = kMostPairs})});
+    answers.push_back({question.row,
+                       proximity.NearestTo(part_of[question.body], X_W,
+                                           {.refine = refine, .most_pairs = kMostPairs}),
+                       question.t_s});
     ms.push_back(1e-6 * static_cast<double>(MonotonicNowNs() - start_ns));
     X_W[question.body] = Pose{};
   }

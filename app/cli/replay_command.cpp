@@ -75,11 +75,11 @@ class ExportTo final : public Export {
   std::string one_;
 };
 
-/// Makes the export by the file's ending: poses as CSV, all else as MCAP.
+/// Makes the export by the file's ending: poses as .csv, all as .mcap.
 Result<std::unique_ptr<Export>> ExportInto(const std::string& file, const RecordingHeader& header,
                                            const WorldModel& model,
                                            const std::map<PeerId, std::string>& names) {
-  if (std::filesystem::path(file).extension() == ".csv") {
+  if (EndingOf(file) == ".csv") {
     Result<std::unique_ptr<PosesExport>> poses = PosesExport::Create(file, model);
     if (!poses) return poses.error();
     return std::unique_ptr<Export>(new ExportTo<PosesExport>(*std::move(poses), "pose"));
@@ -253,7 +253,7 @@ int RunReplay(const ReplayArguments& arguments) {
     ordered_json json = ReplayJson(result, *reader, wall_s);
     json["verdicts"] = AsJson(verdicts);
     json["hash_each_second"] = player.golden();
-    std::printf("%s\n", JsonText(json, 2).c_str());
+    PrintText(JsonText(json, 2));
   }
   return TellWhetherSame(arguments.file, result, *reader, stop_asked.load());
 }
@@ -278,14 +278,18 @@ void AddReplayCommand(CLI::App& app, int& exit_code) {
   AddSessionOption(
       *command, arguments->session,
       "name of a session in which viewers can watch the replay, for example with --speed 1");
-  command->add_option(
-      "--export", arguments->exported,
-      "export file: FILE.csv gets the poses of all moving bodies every 10 ms, as 'tandem proximity "
-      "--poses' reads them; any other file gets poses, twists and forces as MCAP");
+  command
+      ->add_option("--export", arguments->exported,
+                   "export file: FILE.csv gets the poses of all moving bodies every 10 ms, as "
+                   "'tandem proximity --poses' and 'tandem contact --poses' read them; FILE.mcap "
+                   "gets poses, twists and forces")
+      ->check(FileEndingIn({".csv", ".mcap"}));
   CLI::Option* const network =
-      command->add_option("--as-network", arguments->network,
-                          "trace file: write how the network delivered messages "
-                          "(docs/network-plans.md), and replay nothing");
+      command
+          ->add_option("--as-network", arguments->network,
+                       "trace file (CSV): write how the network delivered messages "
+                       "(docs/network-plans.md), and replay nothing")
+          ->check(FileEndingIn({".csv"}));
   command
       ->add_option("--from", arguments->from,
                    "with --as-network: name of the peer whose messages count")

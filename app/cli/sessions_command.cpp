@@ -46,10 +46,10 @@ int ListSessions(const SessionsArguments& arguments) {
   }
   if (arguments.json) {
     const nlohmann::ordered_json found{{"domain", arguments.connection.domain}, {"sessions", rows}};
-    std::printf("%s\n", JsonText(found).c_str());
+    PrintText(JsonText(found));
     return kExitOk;
   }
-  std::fputs(lines.c_str(), stdout);
+  if (!lines.empty()) PrintText(lines);
   if (lines.empty()) {
     Say("no session is announced on this network in domain " +
         std::to_string(arguments.connection.domain) +
@@ -65,7 +65,7 @@ void AddSessionsCommand(CLI::App& app, int& exit_code) {
   CLI::App* command = app.add_subcommand("sessions", "List the open sessions on this network");
   AddConnectionOptions(*command, arguments->connection);
   // options on one's own place do not matter to a listener
-  for (const char* option : {"--external-address", "--port", "--secure", "--peers"}) {
+  for (const char* option : {"--external-address", "--port", "--secure"}) {
     command->remove_option(command->get_option(option));
   }
   command->add_option("--seconds", arguments->seconds, "duration of listening, s")

@@ -43,10 +43,10 @@ int RunScene(const SimulateArguments& arguments) {
   const Result<nlohmann::ordered_json> figures = SimulateScene(arguments.scene, seconds);
   if (!figures) return Fail(kExitFile, figures.error().what);
   if (arguments.json) {
-    std::printf("%s\n", figures->dump(2).c_str());
+    PrintText(figures->dump(2));
   } else {
-    std::printf("%.1f times as fast as the wall clock, %.1f times in contact\n",
-                figures->at("speed").get<double>(), figures->at("contact_speed").get<double>());
+    PrintLine("%.1f times as fast as the wall clock, %.1f times in contact",
+              figures->at("speed").get<double>(), figures->at("contact_speed").get<double>());
   }
   return kExitOk;
 }
@@ -83,11 +83,11 @@ SeedRange SeedsOf(const SimulateArguments& arguments) {
 SeedLog TellSeed(const SimulateArguments& arguments) {
   for (const std::string& line :
        arguments.hands ? std::vector<std::string>{} : Describe(DrawSchedule(arguments.seed))) {
-    std::printf("%s\n", line.c_str());
+    PrintLine("%s", line.c_str());
   }
   if (!arguments.verbose) return {};
   return [](const std::string& line) {
-    std::printf("%s\n", line.c_str());
+    PrintLine("%s", line.c_str());
   };
 }
 
@@ -141,20 +141,20 @@ nlohmann::ordered_json SeedsJson(const SeedTotals& totals, const SeedRange& rang
 void PrintSeeds(const SimulateArguments& arguments, const std::vector<SeedResult>& results,
                 const SeedTotals& totals, const SeedRange& range, double wall_s) {
   for (const auto& [what, times] : totals.tally) {
-    std::printf("%6llu %s\n", static_cast<unsigned long long>(times), what.c_str());
+    PrintLine("%6llu %s", static_cast<unsigned long long>(times), what.c_str());
   }
   for (const SeedResult& result : results) {
     for (const std::string& line : result.broken) {
-      std::printf("seed %llu %s\n", static_cast<unsigned long long>(result.seed), line.c_str());
+      PrintLine("seed %llu %s", static_cast<unsigned long long>(result.seed), line.c_str());
     }
     if (!result.broken.empty()) {
-      std::printf("seed %llu: repeat it with '%s'\n", static_cast<unsigned long long>(result.seed),
-                  HowToRepeat(arguments, result.seed).c_str());
+      PrintLine("seed %llu: repeat it with '%s'", static_cast<unsigned long long>(result.seed),
+                HowToRepeat(arguments, result.seed).c_str());
     }
   }
-  std::printf(
+  PrintLine(
       "%s, %llu with violations, %.1f s, %.0f s of sessions, %.0f peer-seconds simulated, digest "
-      "%s\n",
+      "%s",
       WithPlural(range.count, "seed").c_str(), static_cast<unsigned long long>(totals.broken),
       wall_s, totals.session_seconds, totals.peer_seconds, Hex(totals.digest).c_str());
 }
@@ -175,7 +175,7 @@ int RunSimulate(const SimulateArguments& arguments) {
   const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - began;
   const SeedTotals totals = TotalsOf(arguments, results);
   if (arguments.json) {
-    std::printf("%s\n", JsonText(SeedsJson(totals, range, wall.count()), 2).c_str());
+    PrintText(JsonText(SeedsJson(totals, range, wall.count()), 2));
   } else {
     PrintSeeds(arguments, results, totals, range, wall.count());
   }

@@ -10,7 +10,6 @@
 #include "app/cli/commands.h"
 #include "app/common/console.h"
 #include "app/common/exit_codes.h"
-#include "app/common/mesh_unit.h"
 #include "app/common/option_checks.h"
 #include "app/common/stop_signal.h"
 #include "engine/base/hash.h"
@@ -19,6 +18,7 @@
 #include "engine/base/units.h"
 #include "engine/contact/kept/surface_file.h"
 #include "engine/geometry/import/mesh_file.h"
+#include "engine/geometry/import/unit_hint.h"
 #include "engine/geometry/mesh/mass_properties.h"
 #include "engine/geometry/mesh/mesh_diagnosis.h"
 #include "engine/realtime/clock.h"
@@ -167,23 +167,23 @@ nlohmann::ordered_json VoxelizedJson(const VoxelizeArguments& arguments,
 void PrintVoxelized(const VoxelizeArguments& arguments, const VoxelizeOptions& options,
                     const Voxelized& made) {
   const Vec3 size = BoundsOf(made.mesh).size();
-  std::printf("%s: %s, %s, %.6g x %.6g x %.6g m, %.6g m^3%s\n", arguments.file.c_str(),
-              WithPlural(made.mesh.triangles.size(), "triangle").c_str(),
-              Describe(made.diagnosis).c_str(), size.x(), size.y(), size.z(), made.mass.volume,
-              made.mass.solid ? "" : " (its surface encloses no sound volume)");
-  std::printf("voxels of %.6g m: %zu surface, %zu free, %zu interior, in %zu planes, %.1f MB\n",
-              options.voxel_size, made.counts.surface, made.counts.free, made.counts.interior,
-              made.counts.planes, 1e-6 * static_cast<double>(made.counts.bytes));
+  PrintLine("%s: %s, %s, %.6g x %.6g x %.6g m, %.6g m^3%s", arguments.file.c_str(),
+            WithPlural(made.mesh.triangles.size(), "triangle").c_str(),
+            Describe(made.diagnosis).c_str(), size.x(), size.y(), size.z(), made.mass.volume,
+            made.mass.solid ? "" : " (its surface encloses no sound volume)");
+  PrintLine("voxels of %.6g m: %zu surface, %zu free, %zu interior, in %zu planes, %.1f MB",
+            options.voxel_size, made.counts.surface, made.counts.free, made.counts.interior,
+            made.counts.planes, 1e-6 * static_cast<double>(made.counts.bytes));
   if (!arguments.surface.empty()) {
-    std::printf("surface for refined contact: %.1f MB\n",
-                1e-6 * static_cast<double>(made.surface_bytes));
+    PrintLine("surface for refined contact: %.1f MB",
+              1e-6 * static_cast<double>(made.surface_bytes));
   }
-  std::printf("%s of %s: %zu edge and %zu vertex voxels instead of %zu and %zu\n",
-              WithPlural(made.polygons, "polygon").c_str(),
-              WithPlural(made.mesh.triangles.size(), "triangle").c_str(), made.counts.edge,
-              made.counts.vertex, made.unmerged.edge, made.unmerged.vertex);
-  std::printf("%s; %.3f s on %s; digest %s\n", WithPlural(made.points, "point").c_str(),
-              made.seconds, WithPlural(made.threads, "thread").c_str(), Hex(made.digest).c_str());
+  PrintLine("%s of %s: %zu edge and %zu vertex voxels instead of %zu and %zu",
+            WithPlural(made.polygons, "polygon").c_str(),
+            WithPlural(made.mesh.triangles.size(), "triangle").c_str(), made.counts.edge,
+            made.counts.vertex, made.unmerged.edge, made.unmerged.vertex);
+  PrintLine("%s; %.3f s on %s; digest %s", WithPlural(made.points, "point").c_str(), made.seconds,
+            WithPlural(made.threads, "thread").c_str(), Hex(made.digest).c_str());
 }
 
 int RunVoxelize(const VoxelizeArguments& arguments) {
@@ -216,7 +216,7 @@ int RunVoxelize(const VoxelizeArguments& arguments) {
   if (const int failed = MakeVoxels(arguments, options, made); failed != kExitOk) return failed;
   if (arguments.json) {
     const nlohmann::ordered_json out = VoxelizedJson(arguments, options, made);
-    std::printf("%s\n", JsonText(out, 2).c_str());
+    PrintText(JsonText(out, 2));
   } else {
     PrintVoxelized(arguments, options, made);
   }

@@ -6,11 +6,15 @@
 #include <cmath>
 #include <cstdio>
 #include <exception>
+#include <filesystem>
 #include <string_view>
 #include <utility>
 
 #include "app/common/command_reference.h"
+#include "app/common/console.h"
 #include "app/common/exit_codes.h"
+#include "engine/base/text/clean_text.h"
+#include "engine/base/text/nearest_word.h"
 
 namespace tandem {
 
@@ -18,6 +22,7 @@ namespace {
 
 constexpr std::size_t kLongestValue = 60;  // characters of a value that are shown
 constexpr std::size_t kLongestLine = 300;
+constexpr std::size_t kLongestTypo = 40;  // characters; what is longer is no typing error
 constexpr const char* kOneOf = "one of";  // name of OneOf's checks, by which WordsToChooseFrom()
                                           // finds them
 
@@ -60,6 +65,30 @@ const CLI::App& Meant(const CLI::App& app) {
   return *at;
 }
 
+/// Returns "; did you mean 'X'?" for a word that is nearly one of `known`; else empty.
+std::string DidYouMean(const std::string& word, const std::vector<std::string>& known) {
+  if (word.size() > kLongestTypo) return {};
+  const std::string_view nearest =
+      NearestWord(word, std::vector<std::string_view>(known.begin(), known.end()));
+  return nearest.empty() ? "" : "; did you mean '" + std::string(nearest) + "'?";
+}
+
+/// Returns "; did you mean '--X'?" for an option that is nearly one of the command's.
+std::string DidYouMeanOption(const CLI::App& command, const std::string& typed) {
+  std::vector<std::string> known;
+  for (const CLI::Option* option : command.get_options()) {
+    for (const std::string& name : option->get_lnames()) known.push_back(name);
+  }
+  // the dashes are in every option, and a value may stand behind a '='
+  std::string word = typed.substr(std::min(typed.find_first_not_of('-'), typed.size()));
+  word = word.substr(0, word.find('='));
+  std::string hint = DidYouMean(word, known);
+  if (const std::size_t quote = hint.find('\''); quote != std::string::npos) {
+    hint.insert(quote + 1, "--");
+  }
+  return hint;
+}
+
 /// Explains words that the command does not know.
 std::string ExplainUnknown(const CLI::App& command, const std::vector<std::string>& words) {
   const auto option = std::ranges::find_if(words, [](const std::string& word) {
@@ -67,17 +96,23 @@ std::string ExplainUnknown(const CLI::App& command, const std::vector<std::strin
   });
   const std::string name = CalledAs(command);
   if (option != words.end()) {
-    return "unknown option '" + Cut(*option, kLongestValue) + "' of '" + name + "'";
+    return "unknown option '" + Cut(*option, kLongestValue) + "' of '" + name + "'" +
+           DidYouMeanOption(command, *option);
   }
   std::string known;
+  std::vector<std::string> names;
   for (const CLI::App* sub : command.get_subcommands([](const CLI::App*) {
          return true;
        })) {
     known += (known.empty() ? "" : ", ") + sub->get_name();
+    names.push_back(sub->get_name());
   }
   const std::string word = "'" + Cut(words.front(), kLongestValue) + "'";
-  return known.empty() ? "unexpected word " + word
-                       : "unknown command " + word + ", expected one of: " + known;
+  if (known.empty()) return "unexpected word " + word;
+  if (const std::string hint = DidYouMean(words.front(), names); !hint.empty()) {
+    return "unknown command " + word + hint;
+  }
+  return "unknown command " + word + ", expected one of: " + known;
 }
 
 }  // namespace
@@ -144,6 +179,26 @@ CLI::Validator OneOf(std::vector<std::string> words) {
   return {check, all, kOneOf};
 }
 
+std::string EndingOf(const std::string& file) {
+  std::string ending = std::filesystem::path(file).extension().string();
+  std::ranges::transform(ending, ending.begin(), [](unsigned char c) {
+    return static_cast<char>(std::tolower(c));
+  });
+  return ending;
+}
+
+CLI::Validator FileEndingIn(std::vector<std::string> endings) {
+  std::string all;
+  for (const std::string& ending : endings) all += (all.empty() ? "" : " or ") + ending;
+  const auto check = [all, endings = std::move(endings)](std::string& file) -> std::string {
+    const std::string ending = EndingOf(file);
+    const bool known = std::ranges::find(endings, ending) != endings.end();
+    return ending.empty() || known ? ""
+                                   : ExpectedText("the name of a file that ends in " + all, file);
+  };
+  return {check, all};
+}
+
 std::vector<std::string> WordsToChooseFrom(CLI::Option& option) {
   std::string all;
   try {
@@ -185,21 +240,14 @@ std::string Explain(const CLI::App& app, const CLI::ParseError& error) {
       line.compare(line.size() - 8, 8, " missing") == 0) {
     line = line.substr(0, line.find(':')) + ": a value is missing";
   }
-  line = Cut(std::move(line), kLongestLine);
-  std::replace_if(
-      line.begin(), line.end(),
-      [](char c) {
-        return static_cast<unsigned char>(c) < 0x20 || c == 0x7F;
-      },
-      ' ');
-  return line + " (" + CalledAs(command) + " --help)";
+  return CleanText(Cut(std::move(line), kLongestLine)) + " (" + CalledAs(command) + " --help)";
 }
 
 std::optional<int> ParseOrExplain(CLI::App& app, int argc, const char* const* argv) {
   if (argc == 3 && std::string_view(argv[1]) == "--write-reference") {
     const std::string fault = WriteReference(app, argv[2]);
     if (fault.empty()) return kExitOk;
-    std::fprintf(stderr, "%s: %s\n", app.get_name().c_str(), fault.c_str());
+    SayAs(app.get_name().c_str(), fault);
     return kExitFile;
   }
   RefuseEmptyTexts(app);
@@ -210,10 +258,10 @@ std::optional<int> ParseOrExplain(CLI::App& app, int argc, const char* const* ar
       app.exit(error);  // help, version
       return kExitOk;
     }
-    std::fprintf(stderr, "%s: %s\n", app.get_name().c_str(), Explain(app, error).c_str());
+    SayAs(app.get_name().c_str(), Explain(app, error));
     return kExitUsage;
   } catch (const std::exception& error) {
-    std::fprintf(stderr, "%s: %s\n", app.get_name().c_str(), error.what());
+    SayAs(app.get_name().c_str(), error.what());
     return kExitFailed;
   }
   return std::nullopt;

@@ -19,6 +19,11 @@ CLI::Validator WholeNumberFrom(std::int64_t least, std::int64_t most);
 /// by the number of bytes. The range is 1 byte to 1024 TiB.
 CLI::Validator SizeInBytes();
 CLI::Validator OneOf(std::vector<std::string> words);
+/// Accepts names of files with one of these endings, such as ".csv", in small or capital letters,
+/// and names without an ending.
+CLI::Validator FileEndingIn(std::vector<std::string> endings);
+/// Returns the ending of a file's name in small letters: ".csv".
+std::string EndingOf(const std::string& file);
 
 /// Refuses "" for each option that takes a text, in this command and all subcommands. An unset
 /// variable of a script leaves "", which is neither a file nor a name.

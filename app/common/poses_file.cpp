@@ -4,9 +4,12 @@
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <cstdio>
 #include <map>
+#include <optional>
 
 #include "engine/base/files/regular_file.h"
+#include "engine/base/text/csv_text.h"
 
 namespace tandem {
 
@@ -31,16 +34,31 @@ std::vector<std::string> CellsOf(std::string line) {
   }
 }
 
+std::optional<double> NumberIn(const std::string& cell) {
+  double value = 0;
+  const char* const end = cell.data() + cell.size();
+  const auto [stop, error] = std::from_chars(cell.data(), end, value);
+  if (error != std::errc{} || stop != end || !std::isfinite(value)) return std::nullopt;
+  return value;
+}
+
+/// Returns a name without the ' that CsvText() puts before what a spreadsheet would run.
+std::string NameIn(const std::string& cell) {
+  if (!cell.starts_with('\'')) return cell;
+  const std::string name = cell.substr(1);
+  return CsvText(name) == cell ? name : cell;
+}
+
 constexpr std::array<const char*, 9> kColumns{"fixed", "moving", "tx", "ty",       "tz",
                                               "ax",    "ay",     "az", "angle_deg"};
 
 bool IsColumn(const std::string& name) {
-  return name == "kind" || std::ranges::count(kColumns, name) > 0;
+  return name == "kind" || name == "t_s" || std::ranges::count(kColumns, name) > 0;
 }
 
 }  // namespace
 
-Result<std::vector<FilePose>> ReadPosesFile(const std::filesystem::path& file, PosesOf of) {
+Result<std::vector<FilePose>> ReadPosesFile(const std::filesystem::path& file) {
   Result<RegularFile> opened = RegularFile::Open(file);
   if (!opened) return opened.error();
   LineReader lines(*std::move(opened), kLongestLine);
@@ -56,11 +74,11 @@ Result<std::vector<FilePose>> ReadPosesFile(const std::filesystem::path& file, P
                    " twice: leave one of them out"};
     }
   }
-  for (std::size_t k = of == PosesOf::kPairs ? 0 : 1; k < kColumns.size(); ++k) {
+  for (std::size_t k = 1; k < kColumns.size(); ++k) {
     const char* column = kColumns[k];
     if (!place.contains(column)) {
       std::string all;
-      for (std::size_t i = of == PosesOf::kPairs ? 0 : 1; i < kColumns.size(); ++i) {
+      for (std::size_t i = 1; i < kColumns.size(); ++i) {
         all += (all.empty() ? "" : ",") + std::string(kColumns[i]);
       }
       return Error{file.string() + ":1: has no column " + column + "; needed are " + all};
@@ -91,16 +109,23 @@ Result<std::vector<FilePose>> ReadPosesFile(const std::filesystem::path& file, P
     std::array<double, 7> values{};
     for (std::size_t k = 0; k < values.size(); ++k) {
       const std::string& cell = cells[place[kColumns[k + 2]]];
-      const auto [end, error] = std::from_chars(cell.data(), cell.data() + cell.size(), values[k]);
-      if (error != std::errc{} || end != cell.data() + cell.size() || !std::isfinite(values[k])) {
+      const std::optional<double> value = NumberIn(cell);
+      if (!value) {
         return Error{at + kColumns[k + 2] + ": expected a number, got \"" + PlainLine(cell, 60) +
                      "\""};
       }
+      values[k] = *value;
       const bool of_axis = k >= 3 && k < 6;  // the axis's length is looked at below
       if (!of_axis && std::abs(values[k]) > kMostOfCell) {
         return Error{at + kColumns[k + 2] + ": expected a number from -1e9 to 1e9, got \"" +
                      PlainLine(cell, 60) + "\""};
       }
+    }
+    std::optional<double> t_s;
+    if (place.contains("t_s")) {
+      const std::string& cell = cells[place["t_s"]];
+      t_s = NumberIn(cell);
+      if (!t_s) return Error{at + "t_s: expected a number, got \"" + PlainLine(cell, 60) + "\""};
     }
     const Vec3 axis(values[3], values[4], values[5]);
     const double angle = values[6] * M_PI / 180.0;
@@ -109,14 +134,24 @@ Result<std::vector<FilePose>> ReadPosesFile(const std::filesystem::path& file, P
       return Error{at + "the rotation axis must have a length from 1e-9 to 1e9"};
     }
     const Vec3 turn = angle == 0 ? Vec3(Vec3::Zero()) : Vec3(angle * axis.normalized());
-    poses.push_back({.row = poses.size(),
-                     .fixed = of == PosesOf::kPairs ? cells[place["fixed"]] : std::string(),
-                     .moving = cells[place["moving"]],
-                     .kind = place.contains("kind") ? cells[place["kind"]] : std::string(),
-                     .X_WM = {RotationBy(turn), Vec3(values[0], values[1], values[2])}});
+    poses.push_back(
+        {.row = poses.size(),
+         .fixed = place.contains("fixed") ? NameIn(cells[place["fixed"]]) : std::string(),
+         .moving = NameIn(cells[place["moving"]]),
+         .kind = place.contains("kind") ? cells[place["kind"]] : std::string(),
+         .X_WM = {RotationBy(turn), Vec3(values[0], values[1], values[2])},
+         .t_s = t_s});
   }
   if (lines.too_long()) return too_long;
   return poses;
+}
+
+std::string SecondsText(double t_s) {
+  char text[40];
+  std::snprintf(text, sizeof text, "%.6f", t_s);
+  std::string seconds = text;
+  seconds.erase(std::max(seconds.find_last_not_of('0'), seconds.find('.') + 3) + 1);
+  return seconds;
 }
 
 }  // namespace tandem

@@ -83,7 +83,9 @@ void AwaitItsOwnEnd() {
     const std::int64_t until_ns = std::min(newest_step_ns.load() + kEndingPatience.count() * kMs,
                                            requested_ns + kLongestEnding.count() * kMs);
     const std::int64_t left_ns = until_ns - MonotonicNowNs();
-    if (left_ns <= 0 || SignalWithin(left_ns)) return;
+    if (left_ns <= 0) return;
+    if (!SignalWithin(left_ns)) continue;
+    if (MonotonicNowNs() - requested_ns >= kSecondSignal.count() * kMs) return;
   }
 }
 

@@ -11,7 +11,8 @@ namespace tandem {
 /// Handles SIGINT, SIGTERM and SIGHUP in a thread of its own, so that the program ends whatever its
 /// other threads do. Without StopOnSignals() the signal ends the program at once. With it the
 /// program has kEndingPatience to end by itself, again after each SayStillEnding(), and
-/// kLongestEnding in all. A second signal ends this time.
+/// kLongestEnding in all. A second signal ends this time, if it comes kSecondSignal after the first
+/// or later: a program such as timeout(1) sends one request as two signals.
 ///
 /// When the time is over, the thread runs the acts of AtForcedEnd, and the signal has its ordinary
 /// effect. A signal that was ignored at the start stays ignored, except SIGINT and SIGTERM after
@@ -23,6 +24,7 @@ void HandleSignals();
 // longer with a sanitizer, which slows the end too
 inline constexpr std::chrono::milliseconds kEndingPatience{kIsSanitized ? 6000 : 600};
 inline constexpr std::chrono::milliseconds kLongestEnding{kIsSanitized ? 30'000 : 3000};
+inline constexpr std::chrono::milliseconds kSecondSignal{300};
 
 /// Declares that this program ends by itself on a signal. Returns the flag that the signal sets.
 /// Calls HandleSignals() first.

@@ -5,8 +5,8 @@
 #include <arpa/inet.h>
 
 #include "app/common/option_checks.h"
-#include "collab/dds/diagnostics/reachability.h"
 #include "collab/dds/security/keys.h"
+#include "collab/dds/transport/domain.h"
 #include "engine/base/text/clean_text.h"
 
 namespace tandem {
@@ -15,8 +15,7 @@ CLI::Option* AddSessionOption(CLI::App& command, std::string& session, const std
   return command.add_option("--session", session, what)
       ->check(CLI::Validator(
           [](std::string& name) -> std::string {
-            if (name.size() <= kMaxSessionName) return "";
-            return "its name is longer than " + std::to_string(kMaxSessionName) + " bytes";
+            return WhyNoSessionName(name);
           },
           ""));
 }
@@ -64,7 +63,6 @@ void ApplyConnection(const ConnectionOptions& options, DdsOptions& dds) {
   dds.external_address = options.external_address;
   dds.port = options.port;
   dds.secure = options.secure;
-  dds.interface = InterfaceFor(dds, UsableInterfaces());
 }
 
 Result<PeerId> Identify(const ConnectionOptions& options, Role role, std::string& name) {

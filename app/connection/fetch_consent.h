@@ -15,17 +15,17 @@ class FetchConsent {
   static constexpr std::uint64_t kSmallBytes = 20'000'000;
 
   /// Returns why the scene may not be fetched yet, as SessionSceneOptions::refuses.
-  std::string Refuses(std::uint64_t content_hash, const OfferedScene& offered) {
+  std::string Refuses(const Sha256& content, const OfferedScene& offered) {
     if (offered.bytes <= kSmallBytes) return {};
-    if (content_hash == told_hash_ && offered.bytes <= told_bytes_) return {};
-    told_hash_ = content_hash;
+    if (content == told_ && offered.bytes <= told_bytes_) return {};
+    told_ = content;
     told_bytes_ = offered.bytes;
     return "the window has not fetched the files, because they are large (" + offered.Words() +
            "): press the button again to fetch it";
   }
 
  private:
-  std::uint64_t told_hash_ = 0;
+  Sha256 told_{};
   std::uint64_t told_bytes_ = 0;
 };
 

@@ -5,6 +5,8 @@
 
 #include "app/common/program_folders.h"
 #include "app/connection/state_lines.h"
+#include "engine/base/files/regular_file.h"
+#include "engine/base/files/sha256.h"
 #include "engine/scene/scene.h"
 #include "engine/scene/scene_hash.h"
 
@@ -19,6 +21,8 @@ constexpr std::size_t kMostRemembered = 8;    // folders
 constexpr std::size_t kMostFiles = 500;       // files of a folder
 constexpr std::uintmax_t kLargest = 1 << 22;  // bytes of a scene file; larger files hold other
                                               // things
+
+constexpr std::uintmax_t kLargestCertificate = 1 << 16;
 
 void AddOnce(std::vector<fs::path>& folders, const fs::path& folder) {
   std::error_code unknown;
@@ -46,13 +50,19 @@ bool Is(const fs::path& file, const WantedScene& wanted) {
   if (!scene) return false;
   if (wanted.bodies != 0 && scene->bodies.size() != wanted.bodies) return false;
   const Result<SceneHash> hash = HashScene(*scene);
-  return hash && hash->content == wanted.content_hash;
+  if (!hash) return false;
+  return wanted.digest ? hash->digest == *wanted.digest : hash->content == wanted.content_hash;
 }
 
 }  // namespace
 
-WantedScene WantedFrom(const SceneManifest& manifest) {
-  return {manifest.content_hash, manifest.file, manifest.bodies.size(), false};
+WantedScene WantedFrom(const SceneManifest& manifest, const fs::path& keys) {
+  return {.digest = manifest.content_digest,
+          .content_hash = manifest.content_hash,
+          .file = manifest.file,
+          .bodies = manifest.bodies.size(),
+          .open_told = false,
+          .fetched = FetchedScenes(keys)};
 }
 
 std::vector<fs::path> FoldersWithScenes() {
@@ -64,12 +74,20 @@ std::vector<fs::path> FoldersWithScenes() {
   return folders;
 }
 
-std::optional<SceneStore> FetchedScenes() {
+std::optional<SceneStore> FetchedScenes(const fs::path& keys) {
   const fs::path cache = CacheFolder();
   if (cache.empty()) return std::nullopt;
   std::error_code failed;
-  const fs::path absolute = fs::absolute(cache, failed);
-  return failed ? std::nullopt : std::optional<SceneStore>(absolute / "fetched");
+  const fs::path folder = fs::absolute(cache, failed) / "fetched";
+  if (failed) return std::nullopt;
+  if (keys.empty()) return SceneStore(folder);
+  RunningSha256 authority;
+  for (const char* file : {"identity_ca.pem", "permissions_ca.pem"}) {
+    const Result<std::string> certificate = ReadWholeFile(keys / file, kLargestCertificate);
+    if (!certificate) return std::nullopt;
+    authority.AddText(*certificate);
+  }
+  return SceneStore(folder, authority.Value());
 }
 
 bool MayBeSceneFile(const fs::path& file) {
@@ -83,10 +101,10 @@ std::optional<fs::path> FindScene(const WantedScene& wanted, const std::vector<f
   if (wanted.open_told && MayBeSceneFile(wanted.file) && Is(wanted.file, wanted)) {
     return wanted.file;
   }
-  if (const std::optional<SceneStore> fetched = FetchedScenes()) {
-    const fs::path file = fetched->SceneFileOf(wanted.content_hash);
+  if (wanted.fetched && wanted.digest) {
+    const fs::path file = wanted.fetched->SceneFileOf(*wanted.digest);
     if (MayBeSceneFile(file) && Is(file, wanted)) {
-      fetched->Touch(wanted.content_hash);
+      wanted.fetched->Touch(*wanted.digest);
       return file;
     }
   }

@@ -69,7 +69,8 @@ SessionScene Fault(const SceneManifest& scene, const std::string& why) {
 }
 
 std::optional<fs::path> Find(const SceneManifest& scene, const SessionSceneOptions& options) {
-  const auto found = FindScene(WantedFrom(scene), FoldersWithScenes(), options.stop);
+  const auto found =
+      FindScene(WantedFrom(scene, options.connection.secure), FoldersWithScenes(), options.stop);
   if (found) {
     options.say("the session's scene " + PlainLine(scene.name) +
                 " is on this machine: " + found->string());
@@ -150,6 +151,11 @@ class Arrival {
       }
       std::optional<SessionScene> end;
       if (state == SceneFetch::State::kFailed) {
+        // the files of liars are of no use to the next run
+        const bool lies = party_.With([](SceneFetch& fetch) {
+          return !fetch.liars().empty();
+        });
+        if (lies && files_) files_->Remove();
         return Fault(scene_, party_.With([](SceneFetch& fetch) {
           return fetch.fault();
         }));
@@ -200,7 +206,7 @@ class Arrival {
       MachineClock().SleepUntil(MonotonicNowNs() + 4 * kLookNs);
       if (Stopped()) return SessionScene{};
       // another process may have fetched it meanwhile
-      const fs::path whole = store_.SceneFileOf(scene_.content_hash);
+      const fs::path whole = store_.SceneFileOf(scene_.content_digest);
       std::error_code unknown;
       if (!fs::exists(whole, unknown)) continue;
       if (const auto found = Find(scene_, options_)) return Found(*found);
@@ -228,7 +234,7 @@ class Arrival {
       files_.reset();
       return std::nullopt;
     }
-    const Result<fs::path> file = files_->Commit(scene_.content_hash);
+    const Result<fs::path> file = files_->Commit(scene_.content_digest);
     if (!file) return Fault(scene_, file.error().what);
     char seconds[32];
     std::snprintf(seconds, sizeof seconds, "%.1f s", ToSeconds(MonotonicNowNs() - began_ns_));
@@ -245,7 +251,7 @@ class Arrival {
     if (!scene) return "the fetched scene is invalid: " + scene.error().what;
     const Result<SceneHash> hash = HashScene(*scene);
     if (!hash) return hash.error().what;
-    if (hash->content == scene_.content_hash) return {};
+    if (hash->digest == scene_.content_digest) return {};
     return "the fetched scene is not the session's: " + ContentDifference(*scene, *hash, scene_);
   }
 
@@ -263,13 +269,24 @@ SceneFetcher::SceneFetcher() : party_(std::make_unique<Party>()) {}
 
 SceneFetcher::~SceneFetcher() = default;
 
-TransferEndpoint* SceneFetcher::PartyOf(PeerId self) {
+TransferEndpoint* SceneFetcher::PartyOf(PeerId self, const fs::path& keys) {
+  {
+    const std::scoped_lock lock(mutex_);
+    keys_ = keys;
+  }
   party_->SetSelf(self);
   return party_.get();
 }
 
-SessionScene SceneFetcher::Fetch(const SceneManifest& scene, const SessionSceneOptions& options) {
-  const std::optional<SceneStore> store = FetchedScenes();
+fs::path SceneFetcher::keys() const {
+  const std::scoped_lock lock(mutex_);
+  return keys_;
+}
+
+SessionScene SceneFetcher::Fetch(const SceneManifest& scene, const SessionSceneOptions& requested) {
+  SessionSceneOptions options = requested;
+  options.connection.secure = keys();
+  const std::optional<SceneStore> store = FetchedScenes(options.connection.secure);
   if (!store) {
     return Fault(scene,
                  "it cannot be fetched, because there is no cache: set TANDEM_CACHE to a folder");
@@ -295,7 +312,7 @@ SessionScene FindSessionScene(const SessionSceneOptions& requested) {
   dds.session = options.session;
   dds.peer = options.id;
   dds.role = options.role;
-  dds.files = fetcher.PartyOf(options.id);
+  dds.files = fetcher.PartyOf(options.id, options.connection.secure);
   ApplyConnection(options.connection, dds);
   if (options.from_relay) GoToRelay(dds);
   Result<std::unique_ptr<Transport>> joined = JoinOverDds(dds, inbox);

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <mutex>
 #include <stop_token>
 #include <string>
 
@@ -60,8 +61,11 @@ class SceneFetcher {
   SceneFetcher& operator=(const SceneFetcher&) = delete;
 
   /// Returns the file party for the transport of the peer `self` (DdsOptions::files). It is idle
-  /// except during Fetch(). This object must outlive the transport.
-  TransferEndpoint* PartyOf(PeerId self);
+  /// except during Fetch(). This object must outlive the transport. `keys`: folder of the session's
+  /// keys; empty: a plain session.
+  TransferEndpoint* PartyOf(PeerId self, const std::filesystem::path& keys);
+  /// The folder of the keys of the session that was joined last. From any thread.
+  std::filesystem::path keys() const;
   /// Fetches a scene and blocks meanwhile. Of `options`, the members from `most_bytes` on count.
   /// Called by one thread at a time.
   SessionScene Fetch(const SceneManifest& scene, const SessionSceneOptions& options);
@@ -69,6 +73,8 @@ class SceneFetcher {
  private:
   class Party;
   std::unique_ptr<Party> party_;
+  mutable std::mutex mutex_;
+  std::filesystem::path keys_;  // guarded by mutex_
 };
 
 /// Joins the session silently, hears which scene it uses, and looks for that scene on this machine.

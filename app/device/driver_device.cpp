@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <cstring>
 
+#include "engine/base/text/clean_text.h"
 #include "engine/base/units.h"
 #include "engine/realtime/clock.h"
 
@@ -77,7 +78,7 @@ Result<bool> DriverDevice::Begin(const std::string& options, const Pose& X_WB0) 
   host_.abi_minor = TANDEM_DEVICE_ABI_MINOR;
   host_.context = this;
   host_.say = [](void*, const char* line) {
-    std::fprintf(stderr, "device: %s\n", line);
+    std::fprintf(stderr, "device: %s\n", CleanText(line).c_str());
   };
   host_.take = [](void* context, TandemDeviceForce* force) {
     auto& self = *static_cast<DriverDevice*>(context);

@@ -5,10 +5,12 @@
 #include <cstdlib>
 #include <map>
 #include <system_error>
+#include <utility>
 
 #include <dlfcn.h>
 
 #include "app/common/program_folders.h"
+#include "engine/base/files/trusted_file.h"
 
 namespace tandem {
 namespace {
@@ -74,16 +76,21 @@ std::vector<std::filesystem::path> DriverFolders() {
 }
 
 std::vector<DriverFile> FindDrivers() {
-  std::map<std::string, std::filesystem::path> found;
-  for (const std::filesystem::path& folder : DriverFolders()) {
+  std::map<std::string, DriverFile> found;
+  const std::vector<std::filesystem::path> folders = DriverFolders();
+  for (const std::filesystem::path& folder : folders) {
+    // the last folder is as trustworthy as this program, which lies beside it
+    const bool named = folder != folders.back();
     std::error_code ignored;
     for (const auto& entry : std::filesystem::directory_iterator(folder, ignored)) {
       const std::filesystem::path& file = entry.path();
-      if (file.extension() == ".so" && IsDriverName(file.stem())) found.emplace(file.stem(), file);
+      const std::string name = file.stem();
+      if (file.extension() != ".so" || !IsDriverName(name) || found.contains(name)) continue;
+      found[name] = {name, file, named ? WhyNotTrusted(file) : ""};
     }
   }
   std::vector<DriverFile> drivers;
-  for (const auto& [name, file] : found) drivers.push_back({name, file});
+  for (auto& [name, driver] : found) drivers.push_back(std::move(driver));
   return drivers;
 }
 

@@ -27,9 +27,11 @@ std::vector<std::filesystem::path> DriverFolders();
 struct DriverFile {
   std::string name;
   std::filesystem::path file;
+  std::string refused;  // why it is not loaded: another user may have written it; empty: it is
 };
-/// Returns the drivers of all folders by name. Of two with the same name, the one in the earlier
-/// folder counts.
+/// Returns the drivers of all folders by name. A driver of TANDEM_DEVICES is refused where
+/// WhyNotTrusted() says why: loading a library runs its code. Of two with the same name, the one in
+/// the earlier folder counts.
 std::vector<DriverFile> FindDrivers();
 
 }  // namespace tandem

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/device/open_driver.h"
+#include "engine/base/text/clean_text.h"
 #include "engine/base/text/json_text.h"
 #include "engine/realtime/clock.h"
 
@@ -31,7 +32,7 @@ std::string DevicesOf(const std::string& name) {
   host.struct_size = sizeof host;
   host.abi_minor = TANDEM_DEVICE_ABI_MINOR;
   host.say = [](void*, const char* line) {
-    std::fprintf(stderr, "device: %s\n", line);
+    std::fprintf(stderr, "device: %s\n", CleanText(line).c_str());
   };
   host.take = [](void*, TandemDeviceForce*) {};
   host.now_ns = [] {

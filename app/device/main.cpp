@@ -10,6 +10,7 @@
 #include <CLI/CLI.hpp>
 #include <unistd.h>
 
+#include "app/common/console.h"
 #include "app/common/exit_codes.h"
 #include "app/common/option_checks.h"
 #include "app/device/device_watch.h"
@@ -72,8 +73,7 @@ int Serve(const DeviceArguments& arguments) {
   const pid_t controller = getppid();
   Result<SharedMemory> shared = SharedMemory::Attach(arguments.memory, sizeof(DeviceMemory));
   if (!shared) {
-    std::fprintf(stderr, "tandem-device: %s; 'tandem peer --device' starts it\n",
-                 shared.error().what.c_str());
+    SayAs("tandem-device", shared.error().what + "; 'tandem peer --device' starts it");
     return kExitDevice;
   }
   auto& memory = *static_cast<DeviceMemory*>(shared->data());
@@ -174,13 +174,13 @@ int Run(int argc, char** argv) {
   if (!arguments.tried.empty()) {
     const Result<std::string> seen = TryDevice(arguments.tried, arguments.seconds);
     if (seen) return Answer(arguments, *seen);
-    std::fprintf(stderr, "tandem-device: %s\n", seen.error().what.c_str());
+    SayAs("tandem-device", seen.error().what);
     return kExitDevice;
   }
   if (arguments.driver.empty() || arguments.memory < 0) {
-    std::fprintf(stderr,
-                 "tandem-device: give --driver and --memory; 'tandem peer --device' does that for "
-                 "you (tandem-device --help)\n");
+    SayAs("tandem-device",
+          "give --driver and --memory; 'tandem peer --device' does that for you (tandem-device "
+          "--help)");
     return kExitUsage;
   }
   return Serve(arguments);

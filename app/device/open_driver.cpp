@@ -33,7 +33,9 @@ Result<const TandemDriver*> DriverNamed(const std::string& name) {
     if (name == driver->name) return driver;
   }
   for (const DriverFile& found : FindDrivers()) {
-    if (name == found.name) return DriverLibrary::Load(found.file);
+    if (name != found.name) continue;
+    if (!found.refused.empty()) return Error{found.refused};
+    return DriverLibrary::Load(found.file);
   }
   std::string known;
   for (const std::string& one : DriverNames()) known += " " + one;

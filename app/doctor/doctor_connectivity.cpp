@@ -21,6 +21,7 @@
 #include "collab/dds/security/keys.h"
 #include "collab/session/scene_agreement.h"
 #include "engine/base/text/clean_text.h"
+#include "engine/base/text/hex.h"
 
 namespace tandem {
 namespace {
@@ -132,7 +133,7 @@ bool CheckKeys(const ConnectionOptions& connection, Findings& findings) {
 }
 
 bool CheckInvitation(const std::string& line, Invitation& invitation, Findings& findings) {
-  const Result<Invitation> read = ReadInvitation(line);
+  const Result<Invitation> read = ReadInvitation(line, LineForm::kWholeOrPublic);
   if (!read) {
     findings.Add(Finding::kBad, "invitation", read.error().what);
     return false;
@@ -167,19 +168,20 @@ void CheckScene(const std::string& named, const InvitedScene& invited, Findings&
       findings.Add(Finding::kBad, "scene", hash.error().what);
       return;
     }
-    const bool other = invited.digest != 0 && invited.digest != hash->content;
+    const bool other = invited.digest && *invited.digest != hash->digest;
     findings.Add(other ? Finding::kBad : Finding::kGood, "scene",
-                 scene->file.string() + ", digest " + Hex(hash->content),
-                 other ? "the invitation is to another scene, " + Hex(invited.digest) +
+                 scene->file.string() + ", digest " + HexOfBytes(hash->digest),
+                 other ? "the invitation is to another scene, " + HexOfBytes(*invited.digest) +
                              ": leave --scene out, or ask for the invitation's files"
                        : "");
     return;
   }
-  if (invited.digest == 0) return;
-  const auto file = FindScene({.content_hash = invited.digest,
+  if (!invited.digest) return;
+  const auto file = FindScene({.digest = invited.digest,
                                .file = invited.file,
                                .bodies = invited.bodies,
-                               .open_told = false},
+                               .open_told = false,
+                               .fetched = FetchedScenes({})},
                               FoldersWithScenes());
   if (file) {
     findings.Add(Finding::kGood, "scene", file->string() + ", the invitation's scene");

@@ -48,8 +48,8 @@ OrderedJson AsJson(const Spread& spread) {
 }
 
 void PrintSpread(const char* what, const Spread& spread) {
-  std::printf("%s %.2f ms median, %.2f ms at the least, %.2f ms in 99 %%, %.2f ms at the most\n",
-              what, spread.median, spread.least, spread.most_of_hundred, spread.most);
+  PrintLine("%s %.2f ms median, %.2f ms at the least, %.2f ms in 99 %%, %.2f ms at the most", what,
+            spread.median, spread.least, spread.most_of_hundred, spread.most);
 }
 
 int Tell(const RecordedPath& line, const NetworkTrace& trace, const ClockEstimate& clocks,
@@ -70,19 +70,21 @@ int Tell(const RecordedPath& line, const NetworkTrace& trace, const ClockEstimat
     out["round_trip"] = AsJson(trip);
     out["twice"] = line.twice;
     out["drift_ppm"] = clocks.drift_ppm;
-    std::printf("%s\n", JsonText(out, 2).c_str());
+    PrintText(JsonText(out, 2));
     return kExitOk;
   }
   PrintSpread("loop age  ", age);
   PrintSpread("round trip", trip);
-  std::printf("%s", FactsAsText(trace).c_str());
-  std::printf(
+  PrintText(FactsAsText(trace));
+  PrintLine(
       "one-way delays: the two clocks are known within %.3f ms (half the least round trip), so "
-      "delays there and back may be\n  that much more or less than shown. Round trips and loop "
-      "ages do not depend on the clocks.\n",
+      "delays there and back may be",
       clocks.bound_ms);
-  std::printf("%s: %zu samples each way at %g Hz\n", file.c_str(), trace.there_ms.size(),
-              trace.rate_hz);
+  PrintLine(
+      "  that much more or less than shown. Round trips and loop ages do not depend on the "
+      "clocks.");
+  PrintLine("%s: %zu samples each way at %g Hz", file.c_str(), trace.there_ms.size(),
+            trace.rate_hz);
   return kExitOk;
 }
 
@@ -90,9 +92,11 @@ int Tell(const RecordedPath& line, const NetworkTrace& trace, const ClockEstimat
 
 void AddLineOptions(CLI::App& doctor, LineArguments& arguments) {
   CLI::Option* const trace =
-      doctor.add_option("--trace", arguments.file,
-                        "trace file to write: record the line to the machine of --peers, where "
-                        "'tandem doctor --answer' runs (docs/network-plans.md)");
+      doctor
+          .add_option("--trace", arguments.file,
+                      "trace file to write (CSV): record the line to the machine of --peers, where "
+                      "'tandem doctor --answer' runs (docs/network-plans.md)")
+          ->check(FileEndingIn({".csv"}));
   doctor.add_option("--seconds", arguments.seconds, "with --trace: length of the recording, s")
       ->needs(trace)
       ->capture_default_str()

@@ -6,6 +6,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "engine/base/text/clean_text.h"
+
 namespace tandem {
 
 enum class Finding : std::uint8_t { kGood, kWarning, kBad };
@@ -18,9 +20,9 @@ class Findings {
     constexpr std::array<const char*, 3> kWords{"ok", "warning", "bad"};
     const char* word = kWords[static_cast<std::size_t>(verdict)];
     json_.push_back({{"check", what}, {"verdict", word}, {"found", found}, {"mend", mend}});
-    text_ += std::string(word) + (verdict == Finding::kGood ? "       " : "  ") + what + ": " +
-             found + "\n";
-    if (!mend.empty()) text_ += "         -> " + mend + "\n";
+    text_ += std::string(word) + (verdict == Finding::kGood ? "       " : "  ") + CleanText(what) +
+             ": " + CleanText(found) + "\n";
+    if (!mend.empty()) text_ += "         -> " + CleanText(mend) + "\n";
     bad_ = bad_ || verdict == Finding::kBad;
   }
   const nlohmann::ordered_json& json() const { return json_; }

@@ -196,8 +196,9 @@ std::string WhyNobody(const Invitation& invitation) {
     return "the invitation expired at " + end + ": ask for a new one";
   }
   return "the invitation (until " + end +
-         ") was used or withdrawn, or its port is closed: check with 'tandem doctor --invitation "
-         "LINE', or ask for a new one";
+         ") was used or withdrawn, or its port is closed: ask for a new one, or check with: tandem "
+         "doctor --invitation '" +
+         PublicLineOf(invitation) + "'";
 }
 
 EnrolmentOutcome Faulty(Kind kind, const std::string& what) {

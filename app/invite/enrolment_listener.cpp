@@ -23,24 +23,32 @@ namespace {
 
 constexpr int kListenerTurnMs = 100;
 constexpr int kPortsTried = 20;
-constexpr std::size_t kMostReceived = 64 * 1024;     // TLS bytes of a connection
-constexpr std::int64_t kYieldNs = 2'000'000'000;     // age at which a connection makes place for
-                                                     // another
-constexpr std::int64_t kAfterUseNs = 2'000'000'000;  // time for the answer to be sent
+constexpr std::size_t kMostReceived = 64 * 1024;      // TLS bytes of a connection
+constexpr int kWaiting = 64;                          // connections that wait to be accepted
+constexpr std::int64_t kHandshakeNs = 3'000'000'000;  // longest time until TLS is open
+constexpr std::int64_t kAfterUseNs = 2'000'000'000;   // time for the answer to be sent
 constexpr const char* kNotInvited = "this line is not the invitation that is open here";
 
 /// A client's connection.
 class Connection {
  public:
-  Connection(int socket, const TlsIdentity& identity, std::int64_t now_ns)
-      : socket_(socket), tls_(TlsEndpoint::Server(identity)), since_ns_(now_ns) {}
+  Connection(int socket, std::uint32_t address, const TlsIdentity& identity, std::int64_t now_ns)
+      : socket_(socket),
+        address_(address),
+        tls_(TlsEndpoint::Server(identity)),
+        since_ns_(now_ns) {}
   ~Connection() { close(socket_); }
   Connection(const Connection&) = delete;
   Connection& operator=(const Connection&) = delete;
 
   int socket() const { return socket_; }
-  std::int64_t since_ns() const { return since_ns_; }
+  std::uint32_t address() const { return address_; }
+  bool TooOld(std::int64_t now_ns) const {
+    const std::int64_t age_ns = now_ns - since_ns_;
+    return age_ns > EnrolmentListener::kConnectionNs || (!tls_.open() && age_ns > kHandshakeNs);
+  }
   TlsEndpoint& tls() { return tls_; }
+  const TlsEndpoint& tls() const { return tls_; }
   bool answered() const { return answered_; }
   bool over() const { return over_; }
   bool waits_to_send() const { return !to_send_.empty(); }
@@ -88,6 +96,7 @@ class Connection {
 
  private:
   int socket_;
+  std::uint32_t address_;  // IPv4 address of the client
   TlsEndpoint tls_;
   std::int64_t since_ns_;
   std::size_t received_ = 0;
@@ -99,43 +108,71 @@ class Connection {
 
 using Connections = std::vector<std::unique_ptr<Connection>>;
 
-/// Returns the oldest connection that is older than kYieldNs and has no answer yet.
-Connections::iterator Idle(Connections& all, std::int64_t now_ns) {
-  return std::ranges::find_if(all, [now_ns](const auto& one) {
-    return !one->answered() && now_ns - one->since_ns() > kYieldNs;
-  });
+std::size_t CountOf(const Connections& all, std::uint32_t address) {
+  return static_cast<std::size_t>(std::ranges::count_if(all, [address](const auto& one) {
+    return one->address() == address;
+  }));
 }
 
-/// Returns whether one more connection has place, or an idle one can make place. Otherwise the
-/// client waits at the port.
-bool HasPlace(Connections& all, std::int64_t now_ns) {
-  return all.size() < EnrolmentListener::kMostConnections || Idle(all, now_ns) != all.end();
-}
-
-void Accept(int listener, const TlsIdentity& identity, std::int64_t now_ns, Connections& all) {
-  if (all.size() >= EnrolmentListener::kMostConnections) {
-    const auto idle = Idle(all, now_ns);
-    if (idle == all.end()) return;
-    all.erase(idle);
+/// Closes a connection that waits for its client, in place of which another may come: one of the
+/// client with the most connections, the oldest, and before all one whose TLS is not open. So idle
+/// clients keep nobody out.
+void MakePlace(Connections& all) {
+  auto chosen = all.end();
+  std::size_t most = 0;
+  for (auto one = all.begin(); one != all.end(); ++one) {
+    if ((*one)->answered()) continue;
+    const std::size_t count = CountOf(all, (*one)->address());
+    // connections stand in the order in which they came
+    const bool better = chosen == all.end() || count > most ||
+                        (count == most && (*chosen)->tls().open() && !(*one)->tls().open());
+    if (!better) continue;
+    chosen = one;
+    most = count;
   }
-  const int socket = accept4(listener, nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK);
-  if (socket >= 0) all.push_back(std::make_unique<Connection>(socket, identity, now_ns));
+  if (chosen != all.end()) all.erase(chosen);
 }
 
-/// Listens at a port of all interfaces. A negative result is a failure, as errno says.
-int ListenAt(std::uint16_t port) {
+void MakePlaceOf(Connections& all, std::uint32_t address) {
+  auto chosen = all.end();
+  for (auto one = all.begin(); one != all.end(); ++one) {
+    if ((*one)->address() != address || (*one)->answered()) continue;
+    if (chosen == all.end() || ((*chosen)->tls().open() && !(*one)->tls().open())) chosen = one;
+  }
+  if (chosen != all.end()) all.erase(chosen);
+}
+
+/// Accepts all clients that wait. The newest takes the place of the oldest that says nothing.
+void Accept(int listener, const TlsIdentity& identity, std::int64_t now_ns, Connections& all) {
+  for (int accepted = 0; accepted < kWaiting; ++accepted) {
+    sockaddr_in client{};
+    socklen_t size = sizeof client;
+    const int socket = accept4(listener, reinterpret_cast<sockaddr*>(&client), &size,
+                               SOCK_CLOEXEC | SOCK_NONBLOCK);
+    if (socket < 0) return;
+    const std::uint32_t address = client.sin_addr.s_addr;
+    if (CountOf(all, address) >= EnrolmentListener::kMostOfAnAddress) MakePlaceOf(all, address);
+    if (all.size() >= EnrolmentListener::kMostConnections) MakePlace(all);
+    if (all.size() >= EnrolmentListener::kMostConnections) {
+      close(socket);  // all others have their answers and read them
+      continue;
+    }
+    all.push_back(std::make_unique<Connection>(socket, address, identity, now_ns));
+  }
+}
+
+/// Listens at a port. A negative result is a failure, as errno says.
+int ListenAt(std::uint16_t port, const EnrolmentListener::BindFunction& bind) {
   const int listener = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
   if (listener < 0) return listener;
   const int yes = 1;
   setsockopt(listener, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
-  sockaddr_in address{};
-  address.sin_family = AF_INET;
-  address.sin_port = htons(port);
-  if (bind(listener, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0 &&
-      listen(listener, EnrolmentListener::kMostConnections) == 0) {
+  if (bind(listener, port) && listen(listener, kWaiting) == 0) {
     return listener;
   }
+  const int fault = errno;
   close(listener);
+  errno = fault;
   return -1;
 }
 
@@ -151,7 +188,13 @@ class Desk {
 
   EnrolmentAnswer Answer(const std::string& text, const Digest256& binding) {
     const Result<EnrolmentRequest> request = ReadEnrolmentRequest(text);
-    if (!request || !AreSame(request->proof, ProofOf(invitation_, binding))) {
+    // a scanner's request is no guess at the secret
+    if (!request) {
+      if (std::exchange(strangers_told_, true)) return Refused(kNotInvited);
+      tell_("a program that is not Tandem's called at the port of this invitation: refused");
+      return Refused(kNotInvited);
+    }
+    if (!AreSame(request->proof, ProofOf(invitation_, binding))) {
       if (wrong_++ == 0) {
         tell_("somebody came without the secret of this invitation: refused");
       }
@@ -187,18 +230,20 @@ class Desk {
   const SignFunction& sign_;
   const std::function<void(const std::string&)>& tell_;
   bool used_ = false;
+  bool strangers_told_ = false;
   int wrong_ = 0;
 };
 
 }  // namespace
 
-Result<EnrolmentListener> EnrolmentListener::Open(std::uint16_t port, bool or_next) {
+Result<EnrolmentListener> EnrolmentListener::Open(std::uint16_t port, bool or_next,
+                                                  const BindFunction& bind) {
   Result<TlsIdentity> identity = TlsIdentity::Make();
   if (!identity) return identity.error();
   int listener = -1;
   int fault = 0;
   for (int i = 0; i < (or_next ? kPortsTried : 1) && listener < 0 && port + i <= 65535; ++i) {
-    listener = ListenAt(static_cast<std::uint16_t>(port + i));
+    listener = ListenAt(static_cast<std::uint16_t>(port + i), bind);
     fault = errno;
   }
   if (listener < 0) {
@@ -229,9 +274,7 @@ EnrolmentListener::End EnrolmentListener::Serve(const Invitation& invitation,
   std::int64_t used_ns = 0;
   while (!stop.load()) {
     if (!panel.used() && std::time(nullptr) >= invitation.enrolment.until) return End::kExpired;
-    // poll() ignores a negative descriptor
-    const int listener = HasPlace(all, MonotonicNowNs()) ? socket_ : -1;
-    std::vector<pollfd> waits{{listener, POLLIN, 0}};
+    std::vector<pollfd> waits{{socket_, POLLIN, 0}};
     for (const auto& one : all) {
       const int events = one->waits_to_send() ? POLLIN | POLLOUT : POLLIN;
       waits.push_back({one->socket(), static_cast<short>(events), 0});
@@ -248,7 +291,7 @@ EnrolmentListener::End EnrolmentListener::Serve(const Invitation& invitation,
       one.Send();
     }
     std::erase_if(all, [now_ns](const auto& one) {
-      return one->over() || now_ns - one->since_ns() > kConnectionNs;
+      return one->over() || one->TooOld(now_ns);
     });
     if ((waits[0].revents & POLLIN) != 0) Accept(socket_, identity_, now_ns, all);
     if (panel.wrong() >= kMostWrong && !panel.used()) return End::kGuessed;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <atomic>
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <string>
@@ -13,19 +14,24 @@ namespace tandem {
 /// request's subject.
 using SignFunction = std::function<Result<MemberFiles>(const std::string& certificate_request)>;
 
-/// Waits for the invited joiner at a TCP port that anybody can reach. Every client without the
+/// Waits for the invited joiner at a TCP port that strangers can reach. Every client without the
 /// secret gets the same refusal, whatever it sends. Bytes, time and number of connections are
 /// bounded.
 class EnrolmentListener {
  public:
-  static constexpr int kMostConnections = 8;
-  static constexpr int kMostWrong = 10;  // wrong proofs until the invitation is closed
+  static constexpr std::size_t kMostConnections = 32;
+  static constexpr std::size_t kMostOfAnAddress = 8;  // connections of a client's address
+  static constexpr int kMostWrong = 10;               // wrong proofs until the invitation is closed
   static constexpr std::int64_t kConnectionNs = 8'000'000'000;  // longest life of a connection
 
   enum class End : std::uint8_t { kUsed, kExpired, kGuessed, kStopped };
 
-  /// Opens the port; 0: any. With `or_next`, tries the next few ports where it is taken.
-  static Result<EnrolmentListener> Open(std::uint16_t port, bool or_next);
+  /// Binds a TCP socket to a port. Returns false with errno set if it cannot.
+  using BindFunction = std::function<bool(int socket, std::uint16_t port)>;
+
+  /// Opens the port; 0: any. With `or_next`, tries the next few ports where it is taken. `bind`
+  /// decides who reaches the port.
+  static Result<EnrolmentListener> Open(std::uint16_t port, bool or_next, const BindFunction& bind);
   EnrolmentListener(EnrolmentListener&& other) noexcept;
   EnrolmentListener& operator=(EnrolmentListener&&) = delete;
   ~EnrolmentListener();

@@ -7,6 +7,7 @@
 #include <limits>
 #include <optional>
 
+#include "engine/base/files/regular_file.h"
 #include "engine/base/hash.h"
 #include "engine/base/text/hex.h"
 
@@ -146,8 +147,8 @@ std::string OpenPart(const Invitation& invitation) {
   if (invitation.role == Role::kViewer) line += "/role=viewer";
   if (invitation.domain != kDefaultDomain) line += "/domain=" + std::to_string(invitation.domain);
   if (!invitation.others.empty()) line += "/others=" + WithCommas(invitation.others);
-  if (const InvitedScene& scene = invitation.scene; scene.digest != 0) {
-    line += "/scene=" + Hex(scene.digest) + "." + std::to_string(scene.bodies) + "." +
+  if (const InvitedScene& scene = invitation.scene; scene.digest) {
+    line += "/scene=" + HexOfBytes(*scene.digest) + "." + std::to_string(scene.bodies) + "." +
             Percented(scene.file);
   }
   if (invitation.secured) {
@@ -162,14 +163,14 @@ bool TakeScene(const std::string& value, InvitedScene& scene) {
   const std::size_t first = value.find('.');
   const std::size_t second = value.find('.', first + 1);
   if (first == std::string::npos || second == std::string::npos) return false;
-  const auto digest = NumberIn<std::uint64_t>(value.substr(0, first), 16);
+  Sha256 digest{};
   const auto bodies = NumberIn<std::uint32_t>(value.substr(first + 1, second - first - 1));
   const auto file = Unpercented(value.substr(second + 1));
-  if (!digest || *digest == 0 || !bodies || !file || file->size() > InvitedScene::kLongestFile ||
-      file->find('/') != std::string::npos) {
+  if (!FromHexOfBytes(std::string_view(value).substr(0, first), digest) || !bodies || !file ||
+      file->size() > InvitedScene::kLongestFile || file->find('/') != std::string::npos) {
     return false;
   }
-  scene = {.digest = *digest, .bodies = *bodies, .file = *file};
+  scene = {.digest = digest, .bodies = *bodies, .file = *file};
   return true;
 }
 
@@ -224,17 +225,23 @@ std::string OpenPartOf(const std::string& line) {
 std::string LineOf(const Invitation& invitation) {
   std::string line = OpenPart(invitation) + "#";
   if (invitation.secured) {
-    line += Base64Of(invitation.enrolment.secret) + ".";
+    line += (invitation.enrolment.has_secret ? Base64Of(invitation.enrolment.secret) : "") + ".";
     line += Base64Of(invitation.enrolment.certificate) + ".";
   }
   return line + CheckOf(line);
+}
+
+std::string PublicLineOf(Invitation invitation) {
+  invitation.enrolment.has_secret = false;
+  invitation.enrolment.secret = {};
+  return LineOf(invitation);
 }
 
 bool IsInvitationLine(std::string_view text) {
   return Trimmed(text).substr(0, kScheme.size()) == kScheme;
 }
 
-Result<Invitation> ReadInvitation(std::string_view text) {
+Result<Invitation> ReadInvitation(std::string_view text, LineForm form) {
   const std::string_view line = Trimmed(text);
   if (!IsInvitationLine(line)) {
     return Error{"an invitation begins with tandem://: copy the whole line of 'tandem invite'"};
@@ -265,17 +272,30 @@ Result<Invitation> ReadInvitation(std::string_view text) {
   for (std::size_t i = 2; i < parts.size(); ++i) {
     if (!TakeField(parts[i], invitation)) {
       return Error{
-          "the invitation is from a newer version of Tandem: update all participants to one "
+          "the invitation is from another version of Tandem: update all participants to one "
           "version"};
     }
   }
   const std::vector<std::string> secrets = Parts(line.substr(hash + 1), '.');
   if (invitation.secured) {
-    const auto secret = secrets.size() == 3 ? FromBase64(secrets[0]) : std::nullopt;
+    const bool is_public = secrets.size() == 3 && secrets[0].empty();
+    const auto secret = secrets.size() == 3 && !is_public ? FromBase64(secrets[0]) : std::nullopt;
     const auto certificate = secrets.size() == 3 ? FromBase64(secrets[1]) : std::nullopt;
-    if (!secret || !certificate || invitation.enrolment.until == 0) return damaged;
-    invitation.enrolment.secret = *secret;
+    if (!(secret || is_public) || !certificate || invitation.enrolment.until == 0) return damaged;
+    if (is_public && form == LineForm::kWhole) {
+      return Error{
+          "this is the public form of an invitation, for 'tandem doctor' alone: use the line that "
+          "you were given, or ask for a new one"};
+    }
+    invitation.enrolment.has_secret = !is_public;
+    invitation.enrolment.secret = secret.value_or(Secret128{});
     invitation.enrolment.certificate = *certificate;
+  }
+  // anybody can make a CHECK, and these go to a terminal
+  if (!IsPlainText(invitation.session) || !IsPlainText(invitation.scene.file)) {
+    return Error{
+        "the line names a session or a scene with control characters, which no session has: do not "
+        "use it, and ask the inviter for a new one"};
   }
   // one spelling each: the proof could not tell apart two spellings of one invitation
   if (LineOf(invitation) != line) return damaged;

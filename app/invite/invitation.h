@@ -3,11 +3,13 @@
 #include <array>
 #include <cstdint>
 #include <ctime>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "collab/session/messages.h"
+#include "engine/base/files/sha256.h"
 #include "engine/base/result.h"
 
 namespace tandem {
@@ -18,6 +20,7 @@ using Secret128 = std::array<std::uint8_t, 16>;
 struct EnrolmentTerms {
   std::uint16_t port = 0;  // TCP port at each of the invitation's hosts
   std::time_t until = 0;
+  bool has_secret = true;   // false: the line's public form, with which nobody can enrol
   Secret128 secret{};       // secret that the invited joiner proves to have
   Secret128 certificate{};  // first half of the SHA-256 of the listener's certificate
 
@@ -28,7 +31,7 @@ struct EnrolmentTerms {
 struct InvitedScene {
   static constexpr std::size_t kLongestFile = 100;  // bytes
 
-  std::uint64_t digest = 0;  // digest of the content; 0: the line names no scene
+  std::optional<Sha256> digest;  // digest of the content; nullopt: the line names no scene
   std::uint32_t bodies = 0;
   std::string file;  // file's name without its folder
 
@@ -38,6 +41,9 @@ struct InvitedScene {
 /// A line that alone tells a person's program how to take part in a session:
 ///
 ///     tandem://HOST[:PORT],…/SESSION[/KEY=VALUE…]#[SECRET.CERTIFICATE.]CHECK
+///
+/// The line of a secured session has a public form, in which SECRET is empty. It serves `tandem
+/// doctor` and messages.
 ///
 /// The line has no space, and no character that a mail program or a shell changes in an unquoted
 /// word. Each invitation has exactly one spelling. CHECK detects accidents in copying. The proof of
@@ -66,9 +72,15 @@ std::string LineOf(const Invitation& invitation);
 /// Returns whether a text is meant as an invitation's line.
 bool IsInvitationLine(std::string_view text);
 
+/// Tells whether a line in its public form is taken.
+enum class LineForm : std::uint8_t { kWhole, kWholeOrPublic };
+
 /// Reads a line, and ignores spaces, quotes and angle brackets that copying left round it. An error
 /// says what is wrong with the line, and what to do.
-Result<Invitation> ReadInvitation(std::string_view text);
+Result<Invitation> ReadInvitation(std::string_view text, LineForm form = LineForm::kWhole);
+
+/// Returns the line in its public form, for a message: nobody can enrol with it.
+std::string PublicLineOf(Invitation invitation);
 
 /// Returns the public part of a line, which the proof covers: all before the '#'.
 std::string OpenPartOf(const std::string& line);

@@ -12,6 +12,7 @@
 #include <openssl/x509.h>
 
 #include "engine/base/check.h"
+#include "engine/realtime/private_process.h"
 
 namespace tandem {
 
@@ -79,6 +80,7 @@ TlsCertificatePointer CertificateFor(EVP_PKEY* key) {
 }  // namespace
 
 Result<Secret128> NewSecret() {
+  KeepProcessPrivate();
   Secret128 secret{};
   if (RAND_bytes(secret.data(), static_cast<int>(secret.size())) != 1) {
     return Error{"the system gives no random bytes"};

@@ -28,6 +28,7 @@
 #include "engine/base/files/regular_file.h"
 #include "engine/base/text/clean_text.h"
 #include "engine/base/text/json_text.h"
+#include "engine/realtime/private_process.h"
 
 namespace tandem {
 namespace {
@@ -129,11 +130,12 @@ std::optional<std::string> ReadFurther(const std::vector<std::string>& words,
 /// tell.
 void FindLinesScene(const Invitation& invitation, PeerArguments& arguments) {
   if (!arguments.scene.empty()) return;
-  if (const InvitedScene& scene = invitation.scene; scene.digest != 0) {
-    const auto file = FindScene({.content_hash = scene.digest,
+  if (const InvitedScene& scene = invitation.scene; scene.digest) {
+    const auto file = FindScene({.digest = scene.digest,
                                  .file = scene.file,
                                  .bodies = scene.bodies,
-                                 .open_told = false},
+                                 .open_told = false,
+                                 .fetched = FetchedScenes(arguments.connection.secure)},
                                 FoldersWithScenes());
     if (file) {
       Say("the invitation's scene is on this machine: " + file->string());
@@ -153,7 +155,7 @@ nlohmann::ordered_json AsJson(const Invitation& invitation) {
 }
 
 void PrintLine(const nlohmann::ordered_json& json) {
-  std::printf("%s\n", JsonText(json).c_str());
+  PrintText(JsonText(json));
   std::fflush(stdout);
 }
 
@@ -176,6 +178,7 @@ void PrintWay(const Invitation& invitation, const PeerArguments& arguments) {
 int JoinByLine(const JoinLineArguments& requested) {
   const Result<Invitation> invitation = ReadInvitation(requested.line);
   if (!invitation) return Fail(kExitUsage, invitation.error().what);
+  if (invitation->secured) KeepProcessPrivate();
   PeerArguments arguments;
   arguments.name = requested.name;
   if (const auto fault = ReadFurther(requested.further, arguments)) return Fail(kExitUsage, *fault);
@@ -222,9 +225,11 @@ int JoinByLine(const JoinLineArguments& requested) {
     if (requested.json) PrintWay(*invitation, arguments);
     return kExitOk;
   }
-  arguments.alone = "no peer answers in session " + CleanText(invitation->session) +
-                    ": is the inviter in it? UDP must get through at both sites; check with "
-                    "'tandem doctor --invitation LINE'";
+  arguments.alone =
+      "no peer answers in session " + CleanText(invitation->session) +
+      ": is the inviter in it? UDP must get through at both sites; check with: tandem "
+      "doctor --invitation '" +
+      (invitation->secured ? PublicLineOf(*invitation) : LineOf(*invitation)) + "'";
   if (requested.json) {
     arguments.on_entered = [&invitation, &arguments](const EnteredSession& entered) {
       nlohmann::ordered_json json = AsJson(*invitation);

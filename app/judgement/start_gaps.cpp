@@ -283,16 +283,24 @@ nlohmann::ordered_json AsJson(const StartGaps& found) {
   return rows;
 }
 
-void TellStart(const StartGaps& found) {
+std::vector<std::string> Describe(const StartGaps& found) {
+  std::vector<std::string> lines;
   const std::vector<StartGap>& gaps = found.gaps;
-  for (std::size_t i = 0; i < std::min(gaps.size(), kMostLines); ++i) Say(Describe(gaps[i]));
+  for (std::size_t i = 0; i < std::min(gaps.size(), kMostLines); ++i) {
+    lines.push_back(Describe(gaps[i]));
+  }
   if (gaps.size() > kMostLines) {
-    Say("and " + WithPlural(gaps.size() - kMostLines, "more pair") + " like these");
+    lines.push_back("and " + WithPlural(gaps.size() - kMostLines, "more pair") + " like these");
   }
   if (found.unseen > 0) {
-    Say("the gaps between bodies at the start were not checked for " +
-        WithPlural(found.unseen, "pair") + ": the time was up");
+    lines.push_back("the gaps between bodies at the start were not checked for " +
+                    WithPlural(found.unseen, "pair") + ": the time was up");
   }
+  return lines;
+}
+
+void TellStart(const StartGaps& found) {
+  for (const std::string& line : Describe(found)) Say(line);
 }
 
 }  // namespace tandem

@@ -61,7 +61,10 @@ std::string Describe(const StartGap& gap);
 
 nlohmann::ordered_json AsJson(const StartGaps& found);
 
-/// Says the first eight gaps on stderr, and the number of pairs for which no time was left.
+/// Returns the lines of the first eight gaps, and the number of pairs for which no time was left.
+std::vector<std::string> Describe(const StartGaps& found);
+
+/// Says these lines on stderr.
 void TellStart(const StartGaps& found);
 
 }  // namespace tandem

@@ -29,8 +29,13 @@ std::vector<std::string> DescribeClaimChanges(const std::string& device,
                                               const DeviceCapabilities& can) {
   std::vector<std::string> lines;
   if (can.freedoms_out > 0) {
-    lines.push_back(DescribeLimitChange(device, can.peak));
-    lines.push_back(DescribeLimitChange(device + ", for ever", can.continuous));
+    // where both limits are the same, or lack the same, one line says it
+    const std::string peak = DescribeLimitChange(device, can.peak);
+    const std::string continuous = DescribeLimitChange(device, can.continuous);
+    lines.push_back(peak);
+    if (continuous != peak) {
+      lines.push_back(DescribeLimitChange(device + ", for ever", can.continuous));
+    }
   }
   lines.push_back(DescribeGainChange(device, can));
   lines.push_back(DescribeRateChange(device, can.rate_hz));
@@ -148,6 +153,7 @@ int StartRecorder(const PeerArguments& arguments, const Device& device, SessionS
                                           .name = arguments.name,
                                           .scene = std::filesystem::absolute(setup.scene.file),
                                           .scene_hash = setup.hash.content,
+                                          .scene_digest = setup.hash.digest,
                                           .parameters = ParametersOf(setup.scene),
                                           .law = arguments.law,
                                           .limits = arguments.limits,

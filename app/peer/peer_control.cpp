@@ -22,14 +22,7 @@ constexpr std::uint64_t kFloodFrom = 200;            // refused samples; fewer a
 }  // namespace
 
 Result<std::unique_ptr<PeerControl>> PeerControl::Open(PeerArguments& arguments) {
-  if (arguments.control_domain == arguments.connection.domain) {
-    return Error{"--control-domain: the session already uses DDS domain " +
-                 std::to_string(arguments.connection.domain) + ": choose another"};
-  }
-  Result<std::unique_ptr<ControlPort>> port =
-      ControlPort::Open({.name = arguments.control,
-                         .domain = arguments.control_domain,
-                         .secured = !arguments.connection.secure.empty()});
+  Result<std::unique_ptr<ControlPort>> port = ControlPort::Open(arguments.control);
   if (!port) return port.error();
   const bool device_hand = !arguments.hand.empty() || HasDeviceProcess(arguments);
   std::unique_ptr<PeerControl> control(new PeerControl(*std::move(port), arguments, device_hand));
@@ -64,6 +57,8 @@ PeerControl::~PeerControl() {
   }
   job_came_.notify_all();
   jobs_thread_.join();
+  // the last requests have lines too, such as one to end
+  for (const std::string& line : lines_) tandem::Say(line);
   meter_.reset();  // the meter posts here
 }
 
@@ -132,6 +127,7 @@ void PeerControl::Begin(const PeerArguments& arguments, SessionSetup& setup) {
   scene.session = arguments.session;
   scene.self = setup.id;
   scene.own_only = setup.unequal.has_value();
+  scene.warnings = setup.warnings;
   device_ = setup.goal_device;
   {
     const std::lock_guard lock(node_mutex_);
@@ -196,12 +192,12 @@ PeerControl::Wish PeerControl::Tick(PeerTable& table) {
   for (const std::string& line : lines) tandem::Say(line);
   if (!flood_told_ && port_->refused() >= kFloodFrom) {
     flood_told_ = true;
-    tandem::Say("a program on this machine floods the controller, which refuses the excess");
+    tandem::Say("a program of this user floods the controller, which refuses the excess");
   }
   TellStop();
   if (turns_++ % kTurnsPerLook == 0) {
-    Post([peers = Peers(table)](ControlServer& server) {
-      server.OnPeers(peers);
+    Post([peers = Peers(table), colour = node_->colour()](ControlServer& server) {
+      server.OnPeers(peers, colour);
     });
   }
   if (quit_) return Wish::kQuit;
@@ -219,6 +215,8 @@ std::vector<SnapshotPeer> PeerControl::Peers(const PeerTable& table) const {
     peer.active = entry.info.role == Role::kActive;
     peer.here = entry.presence == PeerDirectory::Presence::kHere;
     peer.refused = entry.refused;
+    peer.colour = entry.info.colour;
+    peer.stopped = entry.info.stopped;
     for (std::uint32_t i = 0; i < table.count; ++i) {
       if (table.rows[i].peer != peer.id) continue;
       peer.delay_s = table.rows[i].delay_s;

@@ -7,7 +7,7 @@
 #include "app/common/program_cache.h"
 #include "app/common/scene_files.h"
 #include "app/peer/peer_control.h"
-#include "collab/dds/control/control_domain.h"
+#include "collab/dds/control/control_folder.h"
 
 // Does the requests of hosts that take long: files, meshes, voxels and other scenes.
 
@@ -18,15 +18,15 @@ namespace {
 /// Returns what a host is told of the voxels of a mesh.
 Answer VoxelsOf(const Scene& scene, const std::stop_token& stop) {
   const Result<std::shared_ptr<const WorldModel>> model = LoadCached(scene, {.stop = stop});
-  if (!model) return {false, model.error().what};
+  if (!model) return {false, WithoutQuotedText(model.error().what)};
   const BodyModel& body = (*model)->bodies.front();
   Result<Voxmap> map = Voxmap{};
   const LoadOptions options{.stop = stop, .cache = ProgramCache()};
   if (const auto fault = MakeMap(scene, (*model)->meshes_W.front(), *map, options)) {
-    return {false, fault->what};
+    return {false, WithoutQuotedText(fault->what)};
   }
   const Result<Pointshell> points = MakePoints(scene, (*model)->meshes_W.front(), body.X_WB0, 0);
-  if (!points) return {false, points.error().what};
+  if (!points) return {false, WithoutQuotedText(points.error().what)};
   return {true, std::to_string(map->Count().total()) + " voxels, " +
                     std::to_string(points->size()) + " points"};
 }
@@ -74,8 +74,11 @@ void PeerControl::Begin(std::uint64_t job, const ControlRequest& request) {
       return Voxelize(order);
     });
   } else if (const auto* save = std::get_if<SaveRequest>(&request)) {
-    later([this, file = save->file] {
-      return Write(file, std::nullopt, false);
+    later([this, file = save->file]() -> std::optional<Answer> {
+      const std::shared_ptr<const WorldModel> model = Model();
+      if (!model) return Answer{false, "the scene is being loaded"};
+      const std::optional<Error> why = WhyNoPlaceForScene(file, model->scene.file);
+      return why ? Answer{false, why->what} : Write(file, std::nullopt, false);
     });
   } else if (const auto* mesh = std::get_if<LoadMeshRequest>(&request)) {
     later([this, job, order = *mesh] {
@@ -144,7 +147,7 @@ std::optional<Answer> PeerControl::AskForScene(std::uint64_t job, const std::str
   }
   // faults that can be seen at once are told before the present scene is left
   if (const Result<Scene> scene = LoadNamedScene(file); !scene) {
-    return Answer{false, scene.error().what};
+    return Answer{false, ReasonWithoutContent(SceneFile(file), scene.error().what)};
   }
   {
     const std::lock_guard lock(node_mutex_);
@@ -175,7 +178,7 @@ bool PeerControl::TakeLoad(PeerArguments& arguments) {
 bool PeerControl::RevertLoad(PeerArguments& arguments, const std::string& why) {
   const std::lock_guard lock(posted_mutex_);
   if (!load_ || !load_->begun || !load_->fault.empty()) return false;
-  load_->fault = why;
+  load_->fault = WithoutQuotedText(why);
   arguments.scene = load_->before;
   return true;
 }

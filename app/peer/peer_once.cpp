@@ -194,7 +194,10 @@ int WriteReport(const PeerArguments& arguments, const PeerReport& report, const 
                 const JudgedFrames& judged, TraceFile& trace) {
   const auto failed =
       WriteWholeFile(arguments.report, JsonText(AsJson(report, all, judged), 2) + '\n');
-  if (failed) return Fail(kExitFile, failed->what);
+  if (failed) {
+    trace.Discard();
+    return Fail(kExitFile, failed->what);
+  }
   const Result<bool> written = trace.Close();
   return written ? kExitOk : Fail(kExitFile, written.error().what);
 }
@@ -227,7 +230,11 @@ int RunOnce(PeerArguments& arguments, PeerControl* control, bool may_join_again)
   TellEntry(arguments, setup, realtime, security);
 
   std::optional<TraceFile> trace;
+  std::optional<AtForcedEnd> no_report;
   if (!arguments.report.empty()) {
+    no_report.emplace([&arguments] {
+      Say("ended by force: " + arguments.report + " is not written");
+    });
     trace.emplace(arguments.report + ".trace", [&node] {
       return node.peer().telemetry().trace();
     });
@@ -263,6 +270,7 @@ int RunOnce(PeerArguments& arguments, PeerControl* control, bool may_join_again)
   report.socket_dropped = socket_dropped;
   report.packets = PacketsJudged();
   const int written = WriteReport(arguments, report, loops.stats(), loops.judged(), *trace);
+  no_report.reset();
   return exit_code != kExitOk ? exit_code : written;
 }
 

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "app/common/option_checks.h"
+#include "collab/coupling/coupling_law.h"
 #include "collab/coupling/coupling_limits.h"
 #include "collab/session/messages.h"
 #include "engine/haptics/workspace.h"
@@ -125,7 +126,7 @@ void AddLinkOptions(CLI::App& command, PeerArguments& arguments) {
     network->excludes(option);
   }
   command.add_option("--law", arguments.law, "coupling law: how stiffness follows delay")
-      ->check(OneOf({"p+dd", "p+d", "linear", "pdopt", "constant"}))
+      ->check(OneOf(LawNames(true)))
       ->capture_default_str();
   CLI::Option* lab = command.add_flag(
       "--lab", arguments.lab,
@@ -154,7 +155,7 @@ void AddControlOptions(CLI::App& command, PeerArguments& arguments) {
                          "attach to it, load scenes, move the hand");
   command
       .add_option("--control-domain", arguments.control_domain,
-                  "DDS domain of the controller's command interface, on loopback")
+                  "accepted for earlier command lines; it has no effect")
       ->check(WholeNumberFrom(0, kMaxDomain))
       ->needs(control)
       ->capture_default_str();

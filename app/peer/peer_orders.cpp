@@ -7,11 +7,13 @@
 #include <cstring>
 #include <optional>
 #include <sstream>
+#include <string_view>
 #include <utility>
 
 #include <poll.h>
 #include <unistd.h>
 
+#include "engine/base/text/nearest_word.h"
 #include "engine/contact/features/edge_contact.h"
 #include "engine/contact/pair/clearance.h"
 
@@ -21,6 +23,11 @@ namespace {
 
 const Error kTooLong{"a line of more than " + std::to_string(OrderReader::kLongest) +
                      " bytes is not a command and is ignored"};
+
+constexpr std::array<std::string_view, 13> kVerbs{"grab",     "release", "give", "heal",   "layer",
+                                                  "displace", "clutch",  "stop", "resume", "peers",
+                                                  "network",  "quit",    "help"};
+constexpr std::size_t kLongestVerb = 40;  // bytes that are compared
 
 /// Returns the number that a whole word is; nothing: it is none.
 template <typename Number>
@@ -141,13 +148,22 @@ Result<Command> ParseOrder(const std::string& line, const WorldModel& model,
   const bool grab = verb == "grab" && !body.empty() && peer.empty();
   const bool give = verb == "give" && !peer.empty();
   if (!grab && !give) {
-    return Error{
-        "'" + line +
-        "' is not a command; commands: grab BODY, release, give BODY PEER, heal, layer N, displace "
-        "MM, clutch, stop, resume, peers, network FILE, quit; 'help' explains them"};
+    const std::string_view nearest =
+        NearestWord(verb.substr(0, kLongestVerb), {kVerbs.begin(), kVerbs.end()});
+    const std::string hint =
+        nearest.empty() || nearest == verb ? "" : "did you mean '" + std::string(nearest) + "'? ";
+    return Error{"'" + line + "' is not a command; " + hint +
+                 "commands: grab BODY, release, give BODY PEER, heal, layer N, displace "
+                 "MM, clutch, stop, resume, peers, network FILE, quit; 'help' explains them"};
   }
   const int found = model.BodyNamed(body);
-  if (found < 0) return Error{"the scene has no moving body '" + body + "'"};
+  if (found < 0) {
+    std::vector<std::string_view> names;
+    for (const ObjectId object : model.object) names.push_back(model.scene.bodies[object].name);
+    const std::string_view nearest = NearestWord(body.substr(0, kLongestVerb), names);
+    return Error{"the scene has no moving body '" + body + "'" +
+                 (nearest.empty() ? "" : "; did you mean '" + std::string(nearest) + "'?")};
+  }
   const ObjectId object = model.object[static_cast<std::size_t>(found)];
   if (grab && own_only && model.scene.bodies[object].shared) {
     return Error{"'" + body +

@@ -58,6 +58,8 @@ struct OwnScene {
 /// takes as long as the disk does.
 class SceneSearches {
  public:
+  /// `keys`: folder of the session's keys; empty: a plain session.
+  explicit SceneSearches(std::filesystem::path keys) : keys_(std::move(keys)) {}
   ~SceneSearches() { stop_.request_stop(); }
 
   void Add(const SceneManifest& scene) { waiting_.push_back(scene); }
@@ -69,27 +71,28 @@ class SceneSearches {
       news = answer_.get();
     }
     if (!answer_.valid() && !waiting_.empty()) {
-      answer_ =
-          std::async(std::launch::async, [scene = waiting_.front(), stop = stop_.get_token()] {
-            return WhereItIs(scene, stop);
-          });
+      answer_ = std::async(std::launch::async, [wanted = WantedFrom(waiting_.front(), keys_),
+                                                stop = stop_.get_token()] {
+        return WhereItIs(wanted, stop);
+      });
       waiting_.pop_front();
     }
     return news;
   }
 
  private:
-  static std::string WhereItIs(const SceneManifest& scene, const std::stop_token& stop) {
+  static std::string WhereItIs(const WantedScene& wanted, const std::stop_token& stop) {
     const std::vector<std::filesystem::path> folders = FoldersWithScenes();
-    if (const auto file = FindScene(WantedFrom(scene), folders, stop)) {
+    if (const auto file = FindScene(wanted, folders, stop)) {
       return "this machine has it: " + file->string();
     }
     std::string searched;
     for (const std::filesystem::path& folder : folders) searched += ", " + folder.string();
-    return "this machine does not have it (looked for " + scene.file + searched +
+    return "this machine does not have it (looked for " + wanted.file.string() + searched +
            "): get it, and name it with --scene";
   }
 
+  std::filesystem::path keys_;
   std::deque<SceneManifest> waiting_;
   std::stop_source stop_;
   std::future<std::string> answer_;  // the destructor waits for it
@@ -99,10 +102,11 @@ class SceneSearches {
 class Reporter {
  public:
   /// `security`: who can listen, which is said once a peer is heard. `as_part`: other peers are
-  /// known to come.
+  /// known to come. `keys`: folder of the session's keys; empty: a plain session.
   Reporter(std::optional<OwnScene> own, AnnouncedSession session, std::string security,
-           bool as_part)
+           bool as_part, std::filesystem::path keys)
       : own_(std::move(own)),
+        searches_(std::move(keys)),
         session_(std::move(session)),
         security_(as_part ? std::string() : std::move(security)),
         as_part_(as_part) {}
@@ -119,13 +123,14 @@ class Reporter {
     if (!picture.peers.empty() && !security_.empty()) Say(std::exchange(security_, {}));
     // a session goes by one scene; only the first kMostScenes of a peer that invents more are told
     if (picture.scene && told_scene_.size() < kMostScenes &&
-        told_scene_.insert(picture.scene->content_hash).second) {
+        told_scene_.insert(picture.scene->content_digest).second) {
       TellScene(*picture.scene);
     }
     if (const auto found = searches_.TakeNotifications()) Note(*found);
     ForgetGone(picture);
     for (const ViewedPeer& peer : picture.peers) {
       if (peer.info.name.empty() && peer.presence == Presence::kHere) continue;  // its name follows
+      TellStop(peer);
       const auto [known, is_new] = reported_.try_emplace(peer.info.peer, peer.presence);
       if (!is_new && known->second == peer.presence) continue;
       known->second = peer.presence;
@@ -154,7 +159,9 @@ class Reporter {
     int active = 0;
     for (const ViewedPeer& peer : picture.peers) {
       if (peer.presence != Presence::kHere || peer.info.role != Role::kActive) continue;
-      line += "; " + NameOf(peer) + " " + std::to_string(std::lround(peer.delay_ms)) + " ms";
+      line += "; " + NameOf(peer) + " (" + NameOfColour(ColourOf(peer.info)) +
+              (peer.info.stopped ? ", stopped) " : ") ") +
+              std::to_string(std::lround(peer.delay_ms)) + " ms";
       ++active;
       for (std::size_t i = 0; i < std::min(peer.bodies.size(), kBodiesTold); ++i) {
         const ViewBody& body = peer.bodies[i];
@@ -187,6 +194,15 @@ class Reporter {
     });
   }
 
+  void TellStop(const ViewedPeer& peer) {
+    const bool stopped = peer.presence == Presence::kHere && peer.info.stopped;
+    if (stopped == stopped_.contains(peer.info.peer) || peer.presence != Presence::kHere) return;
+    if (stopped && stopped_.size() < Viewer::kMost) stopped_.insert(peer.info.peer);
+    if (!stopped) stopped_.erase(peer.info.peer);
+    notifications_.Add(NameOf(peer),
+                       NameOf(peer) + (stopped ? " stopped its hand" : " goes on after a stop"));
+  }
+
   void Note(const std::string& line) { notifications_.Add("", line); }
 
   void TellScene(const SceneManifest& scene) {
@@ -206,7 +222,8 @@ class Reporter {
   std::string security_;
   bool as_part_;
   std::map<PeerId, Presence> reported_;
-  std::set<std::uint64_t> told_scene_;
+  std::set<PeerId> stopped_;
+  std::set<Sha256> told_scene_;
   std::uint64_t samples_told_ = 0;
 };
 
@@ -244,7 +261,8 @@ class Watching {
         viewer_(viewer),
         transport_(transport),
         reporter_(std::move(own), {dds.session, !dds.secure.empty()},
-                  SecurityOf(options.connection, options.session), options.as_part) {
+                  SecurityOf(options.connection, options.session), options.as_part,
+                  options.connection.secure) {
     info_.peer = dds.peer;
     info_.role = Role::kViewer;
     info_.name = options.name;
@@ -279,6 +297,7 @@ class Watching {
  private:
   void Beat(const ViewerPicture& picture, std::int64_t now_ns) {
     if (picture.scene) info_.scene_hash = picture.scene->content_hash;
+    info_.colour = viewer_.ColourFor(info_, info_.colour);
     transport_.Publish(info_);
     ++info_.beat;
     beat_ns_ = now_ns;
@@ -349,7 +368,7 @@ int WatchCommand(const WatchOptions& requested) {
 
   const ViewerReport report = ReportOf(
       &viewer, getpid(), static_cast<double>(MonotonicNowNs() - watching.joined_ns()) * 1e-9);
-  if (options.json) std::printf("%s\n", AsJson(report).c_str());
+  if (options.json) PrintText(AsJson(report));
   if (options.report.empty()) return exit_code;
   const Result<bool> written = WriteReport(report, options.report);
   return written ? exit_code : Fail(kExitFile, written.error().what);

@@ -8,6 +8,7 @@
 
 #include "app/common/console.h"
 #include "app/common/progress_bar.h"
+#include "engine/base/text/clean_text.h"
 #include "engine/base/units.h"
 #include "engine/realtime/clock.h"
 
@@ -21,7 +22,7 @@ std::string AskPerson(const OfferedScene& offered) {
     return "it can be fetched (" + offered.Words() +
            "), but there is no terminal to ask at: give --accept-scene to fetch it";
   }
-  std::fprintf(stderr, "Fetch %s? [y/N] ", offered.Words().c_str());
+  std::fprintf(stderr, "Fetch %s? [y/N] ", CleanText(offered.Words()).c_str());
   std::string answer;
   for (int c = std::getchar(); c != EOF && c != '\n'; c = std::getchar()) {
     if (answer.size() < 16) answer += static_cast<char>(c);

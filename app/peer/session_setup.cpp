@@ -1,6 +1,7 @@
 #include "app/peer/session_setup.h"
 
 #include <algorithm>
+#include <iterator>
 #include <utility>
 
 #include "app/common/console.h"
@@ -83,7 +84,7 @@ int Connect(const PeerArguments& arguments, SessionSetup& setup) {
   ApplyConnection(arguments.connection, dds);
   if (arguments.share_scene) {
     const auto open = [file = scene.file,
-                       content = setup.hash.content](const std::atomic<bool>& stop) {
+                       content = setup.hash.digest](const std::atomic<bool>& stop) {
       return SceneFiles::Open(file, content, stop);
     };
     setup.files =
@@ -213,7 +214,7 @@ bool Superseded(const SessionSetup& setup) {
       setup.node ? setup.node->directory().SessionScene() : setup.inbox.SessionScene();
   // the node offers a manifest of its own after a while
   const SceneManifest& ours = setup.node ? setup.node->manifest() : setup.manifest;
-  return session && session->content_hash == setup.hash.content && Precedes(*session, ours) &&
+  return session && session->content_digest == setup.hash.digest && Precedes(*session, ours) &&
          !(ParametersOf(*session) == ParametersOf(setup.scene)) &&
          MayAdopt(ParametersOf(*session), setup);
 }
@@ -259,9 +260,11 @@ int Join(PeerArguments& arguments, SessionSetup& setup) {
   if (!arguments.repeats) {
     for (const std::string& remark : setup.model->remarks) Say(remark);
   }
+  setup.warnings = setup.model->remarks;
   if (!arguments.brief && !arguments.no_contact) {
     setup.start_gaps = FindStartGaps(*setup.model);
     TellStart(setup.start_gaps);
+    std::ranges::copy(Describe(setup.start_gaps), std::back_inserter(setup.warnings));
   }
   if (setup.unequal) {
     double heaviest_kg = 0;

@@ -41,6 +41,7 @@ struct SessionSetup {
   std::optional<ForceParameters> unequal;  // the session's, where we insist on others
   std::shared_ptr<const WorldModel> model;
   StartGaps start_gaps;                 // gaps of bodies that contact pushes from the start
+  std::vector<std::string> warnings;    // facts on the scene for its user, from the start
   std::unique_ptr<WorkerPool> workers;  // null: none
   std::unique_ptr<Recorder> recorder;   // null: none; outlives the node
   FrameCapacity capacity;

@@ -8,6 +8,7 @@
 #include "app/common/console.h"
 #include "app/common/exit_codes.h"
 #include "app/common/program_folders.h"
+#include "engine/realtime/private_process.h"
 
 namespace tandem {
 
@@ -16,6 +17,7 @@ int BecomeProgram(const std::string& name, const std::vector<std::string>& argum
   std::vector<char*> argv{const_cast<char*>(program.c_str())};
   for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
   argv.push_back(nullptr);
+  CloseOthersOnExec();
   execv(program.c_str(), argv.data());
   return Fail(kExitFailed, program + " cannot be started: " + std::strerror(errno));
 }

@@ -18,6 +18,7 @@
 #include "app/common/console.h"
 #include "app/common/exit_codes.h"
 #include "engine/base/files/regular_file.h"
+#include "engine/realtime/private_process.h"
 
 namespace tandem {
 
@@ -38,6 +39,7 @@ Result<ChildProcess> ChildProcess::Start(const std::vector<std::string>& command
     prctl(PR_SET_PDEATHSIG, SIGTERM);
     if (getppid() != parent) _exit(127);
     dup2(STDERR_FILENO, STDOUT_FILENO);
+    CloseOthersOnExec();
     if (keep >= 0) fcntl(keep, F_SETFD, 0);
     execv(argv[0], argv.data());
     _exit(127);

@@ -1,5 +1,6 @@
 #include "app/process/device_process.h"
 
+#include <algorithm>
 #include <array>
 #include <chrono>
 #include <csignal>
@@ -8,6 +9,7 @@
 #include <utility>
 
 #include "app/common/program_folders.h"
+#include "app/common/stop_signal.h"
 #include "engine/haptics/process_device.h"
 #include "engine/realtime/clock.h"
 
@@ -17,6 +19,9 @@ namespace {
 constexpr std::int64_t kOpeningNs = 20'000'000'000;  // a driver may look for its device for long
 constexpr std::int64_t kPollNs = 2'000'000;
 constexpr std::chrono::milliseconds kEnding{3000};
+constexpr std::chrono::milliseconds kHastyEnding{400};  // while a signal ends this program
+constexpr std::chrono::milliseconds kEndStep{20};
+constexpr std::int64_t kSilentNs = 50'000'000;  // time without a tick that a user is told of
 
 std::string Exactly(double number) {
   char text[32];
@@ -109,6 +114,7 @@ std::string DeviceProcess::News() {
     return "the device process ended (exit code " + std::to_string(*code) +
            "): your hand stays where it was";
   }
+  if (const std::string line = Silence(MonotonicNowNs()); !line.empty()) return line;
   std::array<char, 320> trouble{};
   if (memory_->trouble.Read(trouble) && trouble_told_ != trouble.data()) {
     trouble_told_ = trouble.data();
@@ -122,9 +128,27 @@ std::string DeviceProcess::News() {
   return std::exchange(reported_, state) == state ? "" : Told(state);
 }
 
+std::string DeviceProcess::Silence(std::int64_t now_ns) {
+  const std::optional<DeviceTick> tick = Newest();
+  if (!tick) return {};
+  const std::int64_t patience_ns = std::max(kSilentNs, 5 * memory_->period_ns);
+  const bool silent = now_ns - tick->input_ns > patience_ns;
+  if (std::exchange(silent_, silent) == silent) return {};
+  if (!silent) return "the device process answers again";
+  return "the device process has been silent for " + std::to_string(patience_ns / 1'000'000) +
+         " ms: your hand stays where it was, and the device may keep its last force: switch it off "
+         "if it pulls";
+}
+
 void DeviceProcess::End() {
   process_.Signal(SIGTERM);
-  static_cast<void>(process_.Wait(kEnding));
+  process_.Signal(SIGCONT);  // a stopped process would not hear the other signal
+  const bool hasty = StopRequestedWithin(std::chrono::nanoseconds(0));
+  const std::chrono::milliseconds patience = hasty ? kHastyEnding : kEnding;
+  for (auto waited = kEndStep; waited <= patience && !process_.Wait(kEndStep); waited += kEndStep) {
+    SayStillEnding();
+  }
+  if (!process_.Poll()) process_.Signal(SIGKILL);
   end_told_ = true;
 }
 

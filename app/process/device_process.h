@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
@@ -44,17 +45,21 @@ class DeviceProcess {
   std::int64_t period_ns() const noexcept { return memory_->period_ns; }
   /// Returns in a line what a person must know since the last call; empty: nothing. Control thread.
   std::string News();
-  /// Asks the process to end and waits. The process ends once its motor has no force.
+  /// Asks the process to end and waits. The process ends once its motor has no force. One that does
+  /// not end in time, or hangs, is killed.
   void End();
   pid_t pid() const noexcept { return process_.pid(); }
 
  private:
   DeviceProcess(SharedMemory shared, ChildProcess process);
+  /// Returns a line when the process begins or ends to be silent: stopped, hung or starved.
+  std::string Silence(std::int64_t now_ns);
 
   SharedMemory shared_;
   DeviceMemory* memory_;
   ChildProcess process_;
   bool end_told_ = false;
+  bool silent_ = false;
   std::string trouble_told_;
   SafetyState reported_ = SafetyState::kOff;
 };

@@ -19,6 +19,7 @@ namespace tandem {
 namespace {
 
 constexpr double kAttachTry = 0.3;  // s
+constexpr double kAnswerSeconds = 2;
 constexpr std::int64_t kControllerPatienceNs = 60'000'000'000;
 constexpr std::chrono::milliseconds kEndPatience{5000};
 
@@ -82,13 +83,13 @@ nlohmann::json AsJson(const ControllerSnapshot& now, const std::string& control)
             {"stops", now.safety.stops}}}};
 }
 
-void PrintText(const ControllerSnapshot& now) {
-  std::printf("%s in session %s, frame %" PRIu64 "\n", now.scene.c_str(), now.session.c_str(),
-              now.frame);
+void PrintSnapshot(const ControllerSnapshot& now) {
+  PrintLine("%s in session %s, frame %" PRIu64 "", now.scene.c_str(), now.session.c_str(),
+            now.frame);
   for (const SnapshotBody& body : now.bodies) {
     const auto& p = body.X_WB.p_W;
-    std::printf("  %-20s %s  %8.4f %8.4f %8.4f m\n", body.name.c_str(),
-                body.fixed ? "fixed " : "moving", p[0], p[1], p[2]);
+    PrintLine("  %-20s %s  %8.4f %8.4f %8.4f m", body.name.c_str(),
+              body.fixed ? "fixed " : "moving", p[0], p[1], p[2]);
   }
 }
 
@@ -105,7 +106,6 @@ int ShowHeadless(const HandRequest& request, bool json) {
   Controller::Options options;
   options.host = "tandem-open";
   options.timeout_s = kAttachTry;
-  options.secured = !request.secure.empty();
   std::string why;
   while (MonotonicNowNs() - begun_ns < kControllerPatienceNs) {
     // the controller's own words are on stderr already
@@ -125,9 +125,9 @@ int ShowHeadless(const HandRequest& request, bool json) {
     }
     const ControllerSnapshot now = controller->snapshot();
     if (json) {
-      std::printf("%s\n", JsonText(AsJson(now, request.control), 1).c_str());
+      PrintText(JsonText(AsJson(now, request.control), 1));
     } else {
-      PrintText(now);
+      PrintSnapshot(now);
     }
     controller->Ask(QuitRequest{}, 2);
     const std::optional<int> ended = peer->Wait(kEndPatience);
@@ -135,6 +135,14 @@ int ShowHeadless(const HandRequest& request, bool json) {
     return ended.value_or(kExitFailed);
   }
   return Fail(kExitFailed, "the controller did not answer within a minute: " + why);
+}
+
+bool ControllerAnswers(const HandRequest& request) {
+  Controller::Options options;
+  options.host = "tandem-open";
+  options.timeout_s = kAnswerSeconds;
+  options.secured = !request.secure.empty();
+  return static_cast<bool>(Controller::Attach(request.control, options));
 }
 
 }  // namespace tandem

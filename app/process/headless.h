@@ -8,4 +8,7 @@ namespace tandem {
 /// controller. Returns the exit code, which is the controller's once that has ended.
 int ShowHeadless(const HandRequest& request, bool json);
 
+/// Returns whether the controller of a window answers on this machine; waits two seconds at most.
+bool ControllerAnswers(const HandRequest& request);
+
 }  // namespace tandem

@@ -19,7 +19,11 @@ Result<std::shared_ptr<const WorldModel>> LoadRecorded(const RecordingHeader& he
   if (options.scene.empty()) {
     // the scene may lie elsewhere on this machine
     const std::vector<std::filesystem::path> folders = FoldersWithScenes();
-    const auto found = FindScene({header.scene_hash, header.scene, 0}, folders);
+    const auto found = FindScene({.digest = header.scene_digest,
+                                  .content_hash = header.scene_hash,
+                                  .file = header.scene,
+                                  .fetched = std::nullopt},
+                                 folders);
     if (found && found->string() != header.scene) Say("scene found in " + found->string());
     if (found) file = found->string();
     std::string searched;
@@ -38,7 +42,9 @@ Result<std::shared_ptr<const WorldModel>> LoadRecorded(const RecordingHeader& he
   Adopt(header.parameters, *scene);
   const Result<SceneHash> hash = HashScene(*scene);
   if (!hash) return hash.error();
-  if (hash->content != header.scene_hash) {
+  // a recording from before digests has the hash alone, which finds accidents
+  if (header.scene_digest ? hash->digest != *header.scene_digest
+                          : hash->content != header.scene_hash) {
     return Error{file + ": is not the recorded scene, or has changed since" + what_to_do};
   }
   if (!options.adopt_any && !MayBeAdopted(header.parameters, own)) {

@@ -103,21 +103,21 @@ int RunAsNetwork(const std::string& recording, const std::string& file, const st
     nlohmann::ordered_json out = FactsAsJson(trace);
     out["from"] = name;
     out["echoes"] = found->has_echoes;
-    std::printf("%s\n", JsonText(out, 2).c_str());
+    PrintText(JsonText(out, 2));
     return kExitOk;
   }
-  std::printf("%s", FactsAsText(trace).c_str());
+  PrintText(FactsAsText(trace));
   if (found->has_echoes) {
-    std::printf(
+    PrintLine(
         "one-way delay: known within %.2f ms (half the least loop age, from echoes); arrivals are "
-        "known to a frame of 1 ms\n",
+        "known to a frame of 1 ms",
         trace.clock_bound_ms);
   } else {
-    std::printf(
+    PrintLine(
         "one-way delay: no echoes came, so the smallest age counts as no delay, and both ways are "
-        "alike\n");
+        "alike");
   }
-  std::printf("%s: %.1f s of messages from %s\n", file.c_str(), found->seconds, name.c_str());
+  PrintLine("%s: %.1f s of messages from %s", file.c_str(), found->seconds, name.c_str());
   return kExitOk;
 }
 

@@ -97,16 +97,33 @@ void TraceFile::WriteNew() {
 }
 
 Result<bool> TraceFile::Close() {
+  EndThread();
+  WriteNew();
+  stream_.close();
+  if (stream_) return true;
+  Remove();
+  return Error{file_.string() + ": cannot be written, and is removed"};
+}
+
+void TraceFile::Discard() {
+  EndThread();
+  stream_.close();
+  Remove();
+}
+
+void TraceFile::EndThread() {
   {
     const std::lock_guard lock(mutex_);
     is_closed_ = true;
   }
   closed_.notify_one();
   thread_.join();
-  WriteNew();
-  stream_.flush();
-  if (!stream_) return Error{file_.string() + ": cannot be written"};
-  return true;
+}
+
+// a device, such as /dev/null, stays
+void TraceFile::Remove() {
+  std::error_code ignored;
+  if (std::filesystem::is_regular_file(file_, ignored)) std::filesystem::remove(file_, ignored);
 }
 
 TraceTail::TraceTail(std::filesystem::path file) : file_(std::move(file)) {}

@@ -38,12 +38,17 @@ class TraceFile {
   TraceFile(const TraceFile&) = delete;
   TraceFile& operator=(const TraceFile&) = delete;
 
-  /// Writes what is left. Call it once. Error: some of the trace could not be written.
+  /// Writes what is left. Call it once. Error: some of the trace could not be written; the file is
+  /// removed then, since a reader would take it for the whole.
   Result<bool> Close();
+  /// Ends and removes the file, in place of Close().
+  void Discard();
 
  private:
   void Run();
   void WriteNew();
+  void EndThread();
+  void Remove();
 
   const std::filesystem::path file_;
   const Traced traced_;

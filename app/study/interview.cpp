@@ -9,6 +9,7 @@
 #include <unistd.h>
 
 #include "engine/base/files/regular_file.h"
+#include "engine/base/text/clean_text.h"
 
 namespace tandem {
 
@@ -65,7 +66,7 @@ std::optional<std::string> AnswerOf(const StudyQuestion& question, const std::st
 }
 
 void Interview::Tell(const std::string& text) {
-  std::fprintf(output_, "%s\n", text.c_str());
+  std::fprintf(output_, "%s\n", CleanLines(text).c_str());
   std::fflush(output_);
 }
 

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "collab/coupling/coupling_limits.h"
+#include "engine/base/text/csv_text.h"
 #include "engine/base/text/json_text.h"
 
 namespace tandem {
@@ -15,14 +16,6 @@ namespace tandem {
 namespace {
 
 using OrderedJson = nlohmann::ordered_json;
-
-/// Quotes a text as RFC 4180 asks.
-std::string CsvText(const std::string& text) {
-  if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
-  std::string out = "\"";
-  for (const char c : text) out += c == '"' ? std::string("\"\"") : std::string(1, c);
-  return out + "\"";
-}
 
 const char* WordOf(bool value) {
   return value ? "TRUE" : "FALSE";  // the spellings that R reads

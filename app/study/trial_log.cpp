@@ -10,6 +10,7 @@
 #include <fcntl.h>
 #include <nlohmann/json.hpp>
 #include <sys/file.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include "engine/base/files/whole_file.h"
@@ -165,8 +166,10 @@ Result<TrialLog> TrialLog::Open(const std::filesystem::path& file, const TrialLo
   TrialLog log;
   log.file_ = file;
   log.attempts_ = attempts;
-  log.descriptor_ = open(file.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC, 0666);
+  log.descriptor_ = open(file.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC, 0600);
   if (log.descriptor_ < 0) return FaultOf(file, std::strerror(errno));
+  // it holds what participants answered; an older one may be readable by all
+  fchmod(log.descriptor_, 0600);
   if (flock(log.descriptor_, LOCK_EX | LOCK_NB) != 0) {
     return FaultOf(file, "another 'tandem study' uses it: wait until that one ends");
   }

@@ -32,11 +32,10 @@ class AttachedController : public ControllerLink {
 
 }  // namespace
 
-Result<std::unique_ptr<ControllerLink>> AttachController(const std::string& name, bool secured) {
+Result<std::unique_ptr<ControllerLink>> AttachController(const std::string& name) {
   Controller::Options options;
   options.host = "tandem-view";
   options.timeout_s = kAttachSeconds;
-  options.secured = secured;
   Result<Controller> controller = Controller::Attach(name, options);
   if (!controller) return controller.error();
   return std::unique_ptr<ControllerLink>(

@@ -11,9 +11,11 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "app/common/describe_signal.h"
 #include "app/common/program_folders.h"
 #include "app/common/stop_signal.h"
 #include "app/view/model/hand/controller_log.h"
+#include "engine/realtime/private_process.h"
 
 namespace tandem {
 
@@ -49,16 +51,19 @@ class StartedPeer : public ControllerProcess {
     log_.Bound();
     if (!Gone()) return std::nullopt;
     if (WIFSIGNALED(status_)) {
-      return "the controller was ended by signal " + std::to_string(WTERMSIG(status_)) +
-             ": open the scene again";
+      return "the program behind your hand " + DescribeSignal(WTERMSIG(status_)) +
+             ": your hand has let go";
     }
     const std::string line = LastLine();
-    const std::string code =
-        "the controller ended with code " + std::to_string(WEXITSTATUS(status_));
-    return line.empty() ? code : code + ": " + line;
+    return "the program behind your hand has ended: " +
+           (line.empty()
+                ? "it gives no reason (exit code " + std::to_string(WEXITSTATUS(status_)) + ")"
+                : line);
   }
 
   std::string LastLine() override { return log_.LastLine(); }
+  void MarkOutput() override { log_.Mark(); }
+  std::vector<std::string> LinesSinceMark() override { return log_.LinesSinceMark(); }
 
  private:
   /// Waits for the process to end. `hasty`: the patience while a signal ends this program.
@@ -106,6 +111,7 @@ Result<std::unique_ptr<ControllerProcess>> LaunchController(const HandRequest& r
     dup2(nothing, STDIN_FILENO);
     dup2(output->descriptor(), STDOUT_FILENO);
     dup2(output->descriptor(), STDERR_FILENO);
+    CloseOthersOnExec();
     execv(argv[0], argv.data());
     _exit(127);
   }

@@ -9,8 +9,7 @@ namespace tandem {
 /// output goes to an unnamed file, since a pipe would break with this program.
 Result<std::unique_ptr<ControllerProcess>> LaunchController(const HandRequest& request);
 
-/// Attaches to a controller through tandem::Controller. `secured`: requires a controller that has
-/// keys.
-Result<std::unique_ptr<ControllerLink>> AttachController(const std::string& name, bool secured);
+/// Attaches to a controller of this user through tandem::Controller.
+Result<std::unique_ptr<ControllerLink>> AttachController(const std::string& name);
 
 }  // namespace tandem

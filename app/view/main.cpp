@@ -11,9 +11,11 @@
 #include "app/connection/recent_scenes.h"
 #include "app/connection/scene_search.h"
 #include "app/connection/session_scene.h"
+#include "app/view/check_display.h"
 #include "app/view/controller_process.h"
 #include "app/view/options.h"
 #include "app/view/paint_pictures.h"
+#include "app/view/qt_start.h"
 #include "app/view/render/gl_check.h"
 #include "app/view/time_pictures.h"
 #include "app/view/ui/main_window.h"
@@ -59,7 +61,7 @@ JoinFunction JoinBy(const ConnectionOptions& connection, SceneFetcher& fetcher) 
       options.peer = *id;
     }
     options.role = Role::kViewer;
-    options.files = fetcher.PartyOf(options.peer);
+    options.files = fetcher.PartyOf(options.peer, ReachBy(connection, request).secure);
     ApplyConnection(ReachBy(connection, request), options);
     if (request.from_relay) GoToRelay(options);
     return JoinOverDds(options, inbox);
@@ -77,9 +79,11 @@ ListenFunction ListenBy(const ConnectionOptions& connection) {
   };
 }
 
-SceneSearchResult FindHere(const SceneManifest& manifest) {
-  const std::vector<std::filesystem::path> folders = FoldersWithScenes();
-  return {FindScene(WantedFrom(manifest), folders), folders};
+FindFunction FindBy(const std::shared_ptr<SceneFetcher>& fetcher) {
+  return [fetcher](const SceneManifest& manifest) -> SceneSearchResult {
+    const std::vector<std::filesystem::path> folders = FoldersWithScenes();
+    return {FindScene(WantedFrom(manifest, fetcher->keys()), folders), folders};
+  };
 }
 
 /// Fetches scenes from the window's session. A press of the button consents to small files, a
@@ -95,7 +99,7 @@ FetchFunction FetchBy(const std::shared_ptr<SceneFetcher>& fetcher) {
       what = line;
     };
     options.refuses = [&](const OfferedScene& offered) {
-      return consent->Refuses(manifest.content_hash, offered);
+      return consent->Refuses(manifest.content_digest, offered);
     };
     options.progress = [&](std::uint64_t bytes, std::uint64_t of) {
       if (!progress(bytes, of, what)) stop.request_stop();
@@ -121,6 +125,14 @@ void Begin(const ViewOptions& options, MainWindow& window, SessionModel& session
   }
 }
 
+/// Prints the verdicts of a session that has ended, for a user who started the window at a
+/// terminal.
+void SayVerdicts(const QStringList& lines) {
+  for (const QString& line : lines) {
+    StandardError().WriteLine("tandem-view: " + line.toStdString());
+  }
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -129,6 +141,10 @@ int main(int argc, char** argv) {
   int exit_code = kExitOk;
   const std::optional<ViewOptions> options = ReadOptions(argc, argv, exit_code);
   if (!options) return exit_code;
+  if (options->check_display >= 0) {
+    int none = 1;  // Qt gets none of the arguments
+    return CheckDisplayFor(options->check_display, none, argv);
+  }
   if (!options->paint.empty()) return PaintPictures(options->paint, options->paint_into);
   for (const std::string& file : {options->report, options->screenshot, options->time_pictures}) {
     const std::string fault = file.empty() ? "" : WhyNotWritable(file);
@@ -149,7 +165,9 @@ int main(int argc, char** argv) {
   if (!qEnvironmentVariableIsSet("LP_NUM_THREADS")) qputenv("LP_NUM_THREADS", "1");
   QSurfaceFormat::setDefaultFormat(RendererFormat());
   int qt_argc = 1;  // Qt gets none of the arguments
+  QtStart start;
   QApplication app(qt_argc, argv);
+  start.Succeeded();
   QApplication::setApplicationName(QStringLiteral("tandem-view"));
   if (!options->time_pictures.empty()) {
     return TimePictures(options->scene, options->rounds, options->time_pictures);
@@ -157,11 +175,12 @@ int main(int argc, char** argv) {
 
   const auto fetcher = std::make_shared<SceneFetcher>();  // outlives the session's transport
   SessionModel session(JoinBy(options->connection, *fetcher), ListenBy(options->connection));
-  SceneModel scene(LoadDrawnScene, FindHere);
+  SceneModel scene(LoadDrawnScene, FindBy(fetcher));
   scene.SetFetch(FetchBy(fetcher));
   const Result<GlInfo> gl = CheckGl();
   if (!gl) Fail(kExitDisplay, gl.error().what);
   HandModel hand(AttachController, LaunchController);
+  QObject::connect(&hand, &HandModel::SessionEnded, &SayVerdicts);
   MainWindow window(session, scene, gl, &hand);
   window.panel()->SetDefaults(options->hand);
   UnattendedRun unattended(*options, window, session);
@@ -181,5 +200,6 @@ int main(int argc, char** argv) {
   window.show();
   Begin(*options, window, session, scene);
   QApplication::exec();
+  hand.Leave();  // while its verdicts can be told
   return unattended.Finish();
 }

@@ -10,8 +10,10 @@
 #include <sys/un.h>
 #include <unistd.h>
 
+#include "app/common/console.h"
 #include "app/common/exit_codes.h"
 #include "app/common/option_checks.h"
+#include "collab/dds/control/control_folder.h"
 
 namespace tandem {
 
@@ -78,8 +80,9 @@ void AddHandOptions(CLI::App& app, ViewOptions& options) {
 /// Adds the options on pictures and reports.
 void AddPictureOptions(CLI::App& app, ViewOptions& options) {
   app.add_option(
-      "--screenshot", options.screenshot,
-      "picture file (PNG) of the window; the program then ends, unless --seconds is given");
+         "--screenshot", options.screenshot,
+         "picture file (PNG) of the window; the program then ends, unless --seconds is given")
+      ->check(FileEndingIn({".png"}));
   app.add_option("--screenshot-after", options.screenshot_after,
                  "time of the picture after scene and poses have arrived, s")
       ->check(NumberFrom(0, kLongestRun))
@@ -98,6 +101,10 @@ void AddPictureOptions(CLI::App& app, ViewOptions& options) {
                                      "open no window: measure how long pictures of --scene take, "
                                      "write it to this file (JSON), then end")
                           ->needs("--scene");
+  // for 'tandem doctor', which has no Qt
+  app.add_option("--check-display", options.check_display)
+      ->group("")
+      ->check(WholeNumberFrom(0, 1'000'000));
   app.add_option("--rounds", options.rounds, "with --time-pictures: number of measurements")
       ->needs(time)
       ->check(WholeNumberFrom(1, 99))
@@ -106,7 +113,9 @@ void AddPictureOptions(CLI::App& app, ViewOptions& options) {
 
 /// Derives the requests to the hand's controller and to the session from the options.
 void FillRequests(ViewOptions& options) {
-  if (options.hand.control.empty()) options.hand.control = "window-" + std::to_string(getpid());
+  if (options.hand.control.empty()) {
+    options.hand.control = UnguessableName("window-" + std::to_string(getpid()));
+  }
   options.hand.scene = options.open;
   std::istringstream words(options.peer_options);
   for (std::string word; words >> word;) options.hand.further.push_back(word);
@@ -129,7 +138,7 @@ int IdentifyViewer(ViewOptions& options) {
   if (looks_on && !options.connection.secure.empty()) {
     const Result<PeerId> id = Identify(options.connection, Role::kViewer, options.join.name);
     if (!id) {
-      std::fprintf(stderr, "tandem-view: %s\n", id.error().what.c_str());
+      SayAs("tandem-view", id.error().what);
       return kExitSecurity;
     }
     options.join.peer = *id;

@@ -29,6 +29,7 @@ struct ViewOptions {
   std::string paint;            // file of pictures to paint, without a window
   std::string paint_into;       // folder for them
   std::string time_pictures;    // file for the times of a scene's pictures, without a window
+  int check_display = -1;       // descriptor for what a window finds here; below 0: none
   int rounds = 5;               // rounds of these times
   std::string report;
   double seconds = 0;  // s until the program ends; 0: until the window is closed

@@ -55,6 +55,7 @@ ControllerSnapshot ControlServer::Snapshot() const {
   snapshot.frame = facts_.frame;
   snapshot.time_ns = facts_.time_ns;
   snapshot.peers = peers_;
+  snapshot.colour = colour_;
   snapshot.news = notifications_;
   snapshot.news_count = news_count_;
   snapshot.safety = Plain(facts_.safety, facts_.safety_counts);
@@ -64,7 +65,9 @@ ControllerSnapshot ControlServer::Snapshot() const {
   snapshot.scene = known.file;
   snapshot.scene_number = known.number;
   snapshot.self = known.self;
+  snapshot.warnings = known.warnings;
   if (!scene_) return snapshot;
+  snapshot.asked = asked_;
   AddHand(snapshot);
   AddContacts(snapshot);
   for (const ControlScene::Body& from : known.bodies) {

@@ -30,10 +30,12 @@ ControlScene ControlSceneOf(const WorldModel& model) {
                             .shared = source.bodies[source.WholeOf(i)].shared,
                             .moving = moving,
                             .object = kNoObject,
+                            .radius = 0,
                             .X_WB0 = source.bodies[i].X_WM};
     if (moving >= 0) {
       body.object = model.object[static_cast<std::size_t>(moving)];
       body.X_WB0 = model.bodies[static_cast<std::size_t>(moving)].X_WB0;
+      body.radius = model.bodies[static_cast<std::size_t>(moving)].radius;
     }
     scene.bodies.push_back(std::move(body));
   }

@@ -18,7 +18,8 @@ struct ControlScene {
     bool shared = false;
     int moving = -1;              // number of its moving body: itself, or the body it is part of
     ObjectId object = kNoObject;  // scene object of that moving body
-    Pose X_WB0{};  // initial pose of that moving body; of a fixed body its file's frame
+    double radius = 0;  // greatest distance of that moving body's points from its centre, m
+    Pose X_WB0{};       // initial pose of that moving body; of a fixed body its file's frame
   };
 
   std::uint64_t number = 0;  // counts loads
@@ -28,6 +29,7 @@ struct ControlScene {
   bool own_only = false;  // takes no shared body in hand
   std::vector<Body> bodies;
   ClearanceBounds clearance;
+  std::vector<std::string> warnings{};  // facts on the scene for its user, from the start
 
   /// Returns the index of the body of that name; -1: none.
   int BodyNamed(const std::string& name) const;

@@ -77,10 +77,14 @@ void ControlServer::OnNews(const Notification& news, const std::string& line) {
   if (scene_) task_.OnNews(news, line, *scene_);
   AnswerTasks();
   OnLine(line);
+  if (news.kind == Notification::Kind::kAsked && news.object < scene_bodies()) {
+    asked_ = {news.peer, news.object};
+  }
 }
 
 void ControlServer::OnLine(const std::string& line) {
   notifications_ = line;
+  asked_.reset();
   ++news_count_;
 }
 
@@ -88,7 +92,7 @@ void ControlServer::Stop() {
   task_.End({false, "emergency stop"});
   AnswerTasks();
   if (!std::exchange(stopped_, true)) {
-    OnLine("emergency stop: the hand lets go and takes no body until a host or the user resumes");
+    OnLine("emergency stop: the hand lets go and takes no body until it is resumed");
   }
   peer_->StopDevice(true);
   LetGo();

@@ -55,8 +55,15 @@ class ControlServer {
   void OnRequest(HostId host, const std::string& host_name, std::uint64_t number,
                  const ControlRequest& request, std::int64_t now_ns);
   void OnGoal(HostId host, const HostGoal& goal, std::int64_t now_ns);
+  /// Takes that a host's process has closed its connection: its hand lets go at once.
+  void OnGone(HostId host, std::int64_t now_ns) { Lose(host, "is gone", now_ns); }
   void OnFacts(const SimulationFacts& facts, std::int64_t now_ns);
-  void OnPeers(std::vector<SnapshotPeer> peers) { peers_ = std::move(peers); }
+  /// `colour`: number of our own user's colour; 0: not known.
+  void OnPeers(std::vector<SnapshotPeer> peers, std::uint8_t colour = 0) {
+    peers_ = std::move(peers);
+    colour_ = colour;
+    task_.OnPeers(peers_);
+  }
   void OnNews(const Notification& news, const std::string& line);
   /// Takes a line for the user that does not come from the hand.
   void OnLine(const std::string& line);
@@ -97,11 +104,14 @@ class ControlServer {
     std::uint64_t number = 0;
   };
 
+  std::size_t scene_bodies() const noexcept { return scene_ ? scene_->bodies.size() : 0; }
   Host* HostOf(HostId id, std::int64_t now_ns);
   void Reply(HostId host, std::uint64_t number, const Answer& answer);
   void Refuse(HostId host, std::uint64_t number, const std::string& why) {
     Reply(host, number, {false, why});
   }
+  /// Tells a person at the controller which host saves, loads, resumes or quits.
+  void TellOf(const Host& host, const ControlRequest& request, std::int64_t now_ns);
   // carry out a request and return its answer; nullopt where that comes later
   std::optional<Answer> Do(HostId host, std::uint64_t number, const ControlRequest& request,
                            std::int64_t now_ns);
@@ -146,8 +156,12 @@ class ControlServer {
   int distance_held_ = -1;
   SnapshotDistance distance_;
   std::vector<SnapshotPeer> peers_;
+  std::uint8_t colour_ = 0;
+  std::optional<ControllerSnapshot::Asked> asked_;  // request in the newest line
   std::vector<HostAnswer> answers_;
   std::vector<std::string> lines_;
+  std::int64_t told_since_ns_ = 0;  // start of the second in which told_ lines told of requests
+  int told_ = 0;
   std::string notifications_;
   std::uint64_t news_count_ = 0;
 };

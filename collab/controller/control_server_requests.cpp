@@ -4,6 +4,7 @@
 
 #include "collab/controller/control_server.h"
 #include "collab/controller/plain.h"
+#include "engine/base/files/regular_file.h"
 
 // Does the hosts' requests, or says why not; control_server.cpp handles goals, facts and the loss
 // of hosts.
@@ -18,6 +19,20 @@ bool IsSlow(const ControlRequest& request) {
          std::holds_alternative<VoxelizeRequest>(request) ||
          std::holds_alternative<MeasureDistancesRequest>(request) ||
          std::holds_alternative<SaveRequest>(request);
+}
+
+/// Returns what a person at the controller is told of a request; empty: nothing.
+std::string ToldOf(const ControlRequest& request) {
+  const auto file = [](const auto& named) {
+    return PlainLine(named.file);
+  };
+  if (const auto* save = std::get_if<SaveRequest>(&request))
+    return "saves the scene: " + file(*save);
+  if (const auto* load = std::get_if<LoadSceneRequest>(&request)) return "loads " + file(*load);
+  if (const auto* mesh = std::get_if<LoadMeshRequest>(&request)) return "adds " + file(*mesh);
+  if (std::holds_alternative<ResumeRequest>(request)) return "ends the emergency stop";
+  if (std::holds_alternative<QuitRequest>(request)) return "ends the controller";
+  return {};
 }
 
 bool Replaces(const ControlRequest& request) {
@@ -43,6 +58,7 @@ void ControlServer::OnRequest(HostId id, const std::string& host_name, std::uint
   host->name = host_name;
   if (number <= host->last_number) return;
   host->last_number = number;
+  TellOf(*host, request, now_ns);
   if (const auto* rate = std::get_if<SnapshotRateRequest>(&request)) {
     const bool can_be = rate->rate_hz >= 1 && rate->rate_hz <= kMostRate;
     if (can_be) host->rate_hz = rate->rate_hz;
@@ -52,6 +68,20 @@ void ControlServer::OnRequest(HostId id, const std::string& host_name, std::uint
   if (const std::optional<Answer> answer = Do(id, number, request, now_ns)) {
     Reply(id, number, *answer);
   }
+}
+
+void ControlServer::TellOf(const Host& host, const ControlRequest& request, std::int64_t now_ns) {
+  constexpr int kMostTold = 10;  // a second
+  constexpr std::int64_t kSecondNs = 1'000'000'000;
+  const std::string told = ToldOf(request);
+  if (told.empty() || (std::holds_alternative<ResumeRequest>(request) && !stopped_)) return;
+  if (now_ns - told_since_ns_ >= kSecondNs) {
+    told_since_ns_ = now_ns;
+    told_ = 0;
+  }
+  if (++told_ > kMostTold) return;
+  lines_.push_back("the host '" + (host.name.empty() ? std::string("?") : host.name) + "' " + told +
+                   (told_ == kMostTold ? " (no more such lines for a second)" : ""));
 }
 
 std::optional<Answer> ControlServer::Do(HostId host, std::uint64_t number,
@@ -123,7 +153,7 @@ Result<int> ControlServer::MovingNamed(const std::string& name) const {
   if (found.fixed) return Error{"'" + name + "' is fixed: nobody can take it"};
   if (found.shared && scene_->own_only) {
     return Error{"'" + name +
-                 "' is shared: a peer with other force parameters (--insist) cannot hold it"};
+                 "' is shared: a peer with force parameters of its own cannot hold it"};
   }
   return found.moving;
 }

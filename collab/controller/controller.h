@@ -27,15 +27,16 @@ class Controller {
  public:
   struct Options {
     std::string host = "host";  // name of this program in the controller's messages
-    std::uint32_t domain = 43;  // DDS domain of control; the session's is another
     double timeout_s = 2;       // time to find the controller
-    std::string keys;           // folder of the host's keys; empty: where the controller of that
-                                // name has put them, if it is secured
-    bool secured = false;  // the controller has keys: waits for them, and never speaks in plain
+    // Without effect: every controller answers the programs of its own user alone.
+    std::uint32_t domain = 43;
+    std::string keys;
+    bool secured = false;
   };
 
-  /// Finds the controller of that name on this machine. Errors: there is none, it has another
-  /// version, or its keys cannot be read.
+  /// Finds this user's controller of that name on this machine. Errors: there is none, another user
+  /// owns it, or it has another version. A window's controller is called window-PID-DIGITS, and
+  /// "window-PID" finds it.
   static Result<Controller> Attach(const std::string& name, const Options& options);
   static Result<Controller> Attach(const std::string& name) { return Attach(name, Options()); }
 

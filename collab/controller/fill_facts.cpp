@@ -14,6 +14,9 @@ void AddContacts(const World& world, InstanceIndex held, SimulationFacts& facts)
     const bool is_shell = world.shell_of(number) == held;
     const InstanceIndex map = world.voxmap_of(number);
     if (!is_shell && map != held) continue;
+    const InstanceIndex met = is_shell ? map : world.shell_of(number);
+    const int other =
+        met == kFixture || met >= world.model().bodies.size() ? -1 : static_cast<int>(met);
     const BodyPair& pair = world.pair(number);
     const Pose X_WV = map == kFixture ? pair.X_BV() : world.state(map).X_WB * pair.X_BV();
     for (const Contact& contact : pair.contacts()) {
@@ -28,7 +31,8 @@ void AddContacts(const World& world, InstanceIndex held, SimulationFacts& facts)
       *place = {.p_W = X_WV * contact.p_V,
                 .n_W = is_shell ? n_W : Vec3(-n_W),
                 .depth = contact.depth,
-                .force = contact.force};
+                .force = contact.force,
+                .other = other};
     }
   }
 }

@@ -21,6 +21,7 @@ void HandTask::End(const Answer& answer) {
 void HandTask::Begin(Step step, std::int64_t now_ns) {
   End({false, "another request for the hand has replaced this one"});
   back_ = false;
+  reset_ = {};
   tag_ = std::exchange(next_tag_, 0);
   Enter(step, now_ns);
 }
@@ -106,13 +107,14 @@ void HandTask::Hold(const Pose& X_WG) {
   SetGoal(GoalOrder::Input::kPose, X_WG, Vec3::Zero(), Vec3::Zero());
 }
 
-std::string HandTask::NameOf(const ControlScene& scene) const {
-  const int body = scene.BodyOfMoving(moving_);
+std::string HandTask::NameOf(const ControlScene& scene, int moving) const {
+  const int body = scene.BodyOfMoving(moving);
   return body < 0 ? "the part" : scene.bodies[static_cast<std::size_t>(body)].name;
 }
 
 void HandTask::OnFacts(const SimulationFacts& facts, const ControlScene& scene,
                        std::int64_t now_ns) {
+  trails_.See(facts, scene);
   const std::int64_t waited_ns = now_ns - since_ns_;
   const bool in_hand = facts.held == moving_ && facts.attached &&
                        (!facts.goal_device || facts.grasp_seq == order_.grasp_seq);
@@ -137,7 +139,11 @@ void HandTask::OnFacts(const SimulationFacts& facts, const ControlScene& scene,
       Order(Command::Kind::kGrab, object_);
       return;
     case Step::kTaking:
-      if (in_hand && back_) {
+      if (in_hand && back_ && to_ == RetraceRequest::To::kReset) {
+        BeginLeading(facts, now_ns);
+      } else if (waited_ns > kTakeNs && reset_.begun) {
+        SetDown("no peer has granted it", now_ns);
+      } else if (in_hand && back_) {
         Enter(Step::kBack, now_ns);
         TellWay(GoalOrder::Way::kBack);
       } else if (in_hand) {
@@ -168,13 +174,20 @@ void HandTask::OnFacts(const SimulationFacts& facts, const ControlScene& scene,
       }
       if (!keep_way_) TellWay(GoalOrder::Way::kDrop);
       if (!arrived_) return End({false, stopped_by_});
-      ++parts_;
-      if (to_ == RetraceRequest::To::kUndo) return End({true, NameOf(scene) + " is back"});
-      Enter(Step::kDropping, now_ns);
-      return;
+      return End({true, NameOf(scene) + " is back"});
     case Step::kDropping:
-      if (facts.way_seq == order_.way_seq) TakeNextWay(facts, scene, now_ns);
-      if (waited_ns > kStepNs) End({false, "the hand does not answer"});
+      if (waited_ns > kStepNs) return End({false, "the hand does not answer"});
+      if (facts.way_seq != order_.way_seq) return;
+      if (to_ == RetraceRequest::To::kReset) return TakeNextHome(facts, scene, now_ns);
+      return TakeNextWay(facts, scene, now_ns);
+    case Step::kLeading:
+      return Lead(facts, scene, now_ns);
+    case Step::kForgetting:
+      return ForgetWays(facts, now_ns);
+    case Step::kSetting:
+      if (facts.held < 0 && facts.wanted < 0) return TakeNextHome(facts, scene, now_ns);
+      Order(Command::Kind::kRelease);
+      if (waited_ns > kStepNs) End({false, "the hand has not let go of " + NameOf(scene)});
       return;
   }
 }
@@ -192,12 +205,7 @@ void HandTask::TakeNextWay(const SimulationFacts& facts, const ControlScene& sce
     TellWay(GoalOrder::Way::kBack);
     return;
   }
-  if (facts.way_body < 0) {
-    const bool all = to_ == RetraceRequest::To::kReset;
-    End({all, all ? std::to_string(parts_) + (parts_ == 1 ? " body" : " bodies") + " went back"
-                  : "there is nothing to undo"});
-    return;
-  }
+  if (facts.way_body < 0) return End({false, "there is nothing to undo"});
   order_.void_seq = order_.input_seq;
   moving_ = facts.way_body;
   object_ = scene.bodies[static_cast<std::size_t>(scene.BodyOfMoving(moving_))].object;
@@ -227,6 +235,15 @@ void HandTask::OnNews(const Notification& news, const std::string& line,
                       const ControlScene& scene) {
   if (news.object != object_) return;
   const bool taking = step_ == Step::kTaking || step_ == Step::kAsking;
+  if (reset_.begun && back_) {
+    const bool refused =
+        news.kind == Notification::Kind::kRefused || news.kind == Notification::Kind::kNoAnswer;
+    const bool lost = news.kind == Notification::Kind::kTaken;
+    if ((step_ == Step::kTaking && refused) || (step_ == Step::kLeading && lost)) {
+      SetDown(line, since_ns_);
+    }
+    return;
+  }
   switch (news.kind) {
     case Notification::Kind::kRefused:
       if (taking) End({step_ == Step::kAsking, line});

@@ -26,6 +26,7 @@ struct SimulationFacts {
     Vec3 n_W = Vec3::Zero();
     double depth = 0;  // m
     double force = 0;  // N
+    int other = -1;    // number of the moving body that the part in hand meets; -1: a fixed one
   };
 
   std::uint64_t scene_number = 0;  // ControlScene::number

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -46,6 +47,8 @@ struct SnapshotPeer {
   double delay_s = 0;               // one way; 0: not known
   std::vector<std::size_t> held{};  // into `bodies`
   double link_force_N = 0;          // force of the link between its instance and ours
+  std::uint8_t colour = 0;          // number of its user's colour, 1 to 8; 0: not known
+  bool stopped = false;             // its hand is in an emergency stop
 };
 
 /// The hand, moved by any device.
@@ -118,6 +121,14 @@ struct ControllerSnapshot {
   SnapshotSafety safety;
   std::string news;              // the newest line that a user should read
   std::uint64_t news_count = 0;  // grows with each line
+  /// Set where the newest line says that a peer asks for the body in hand.
+  struct Asked {
+    std::uint64_t peer = 0;
+    std::size_t body = 0;  // into `bodies`
+  };
+  std::optional<Asked> asked{};
+  std::uint8_t colour = 0;              // number of this user's colour, 1 to 8; 0: not known
+  std::vector<std::string> warnings{};  // facts on the scene for its user, from the start
 };
 
 }  // namespace tandem

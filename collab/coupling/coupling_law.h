@@ -2,7 +2,9 @@
 
 #include <cstddef>
 #include <memory>
+#include <string>
 #include <string_view>
+#include <vector>
 
 #include "engine/base/result.h"
 
@@ -92,6 +94,9 @@ LawInputs LawInputsAt(double peak_loop_age_s, std::size_t users, double mass_max
 Result<std::shared_ptr<const CouplingLaw>> MakeLaw(std::string_view name,
                                                    const CouplingLimits& limits = {},
                                                    bool lab = false);
+
+/// Returns the names of all laws, the default first. `lab`: with those for the lab.
+std::vector<std::string> LawNames(bool lab);
 
 /// Returns "p+dd" with its default limits. This function alone decides which law is the default.
 std::shared_ptr<const CouplingLaw> DefaultLaw();

@@ -167,6 +167,14 @@ const LawRow* RowOf(std::string_view name) {
   return row == kLaws.end() ? nullptr : row;
 }
 
+std::vector<std::string_view> NamesOf(bool lab) {
+  std::vector<std::string_view> names;
+  for (const LawRow& row : kLaws) {
+    if (lab || !row.for_lab) names.push_back(row.name);
+  }
+  return names;
+}
+
 /// Returns "a, b and c".
 std::string Listed(std::span<const std::string_view> names) {
   std::string text;
@@ -174,15 +182,6 @@ std::string Listed(std::span<const std::string_view> names) {
     text.append(i == 0 ? "" : (i + 1 < names.size() ? ", " : " and ")).append(names[i]);
   }
   return text;
-}
-
-/// Returns the names of all laws that need no --lab.
-std::string OpenLaws() {
-  std::vector<std::string_view> names;
-  for (const LawRow& row : kLaws) {
-    if (!row.for_lab) names.push_back(row.name);
-  }
-  return Listed(names);
 }
 
 }  // namespace
@@ -217,13 +216,19 @@ Result<std::shared_ptr<const CouplingLaw>> MakeLaw(std::string_view name,
   if (limits.ratio != 1) return MakeScaled(name, limits, lab);
   const LawRow* const row = RowOf(name);
   if (row == nullptr) {
-    return Error{"no coupling law is called '" + std::string(name) + "': there are " + OpenLaws()};
+    return Error{"no coupling law is called '" + std::string(name) + "': there are " +
+                 Listed(NamesOf(lab))};
   }
   if (row->for_lab && !lab) {
     return Error{"the law '" + std::string(name) +
                  "' knows of no delay and can shake: it is for the lab, with --lab"};
   }
   return row->make(limits);
+}
+
+std::vector<std::string> LawNames(bool lab) {
+  const std::vector<std::string_view> names = NamesOf(lab);
+  return {names.begin(), names.end()};
 }
 
 std::shared_ptr<const CouplingLaw> DefaultLaw() {

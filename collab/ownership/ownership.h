@@ -89,6 +89,7 @@ class Ownership {
   /// Emergency stop: releases the body, and takes none in hand until Resume().
   void Stop() noexcept;
   void Resume() noexcept { stopped_ = false; }
+  bool stopped() const noexcept { return stopped_; }
   void Give(PeerId to) noexcept;
   /// Asks the other holders of the body in our hand to bring the instances together.
   void RequestReunion() noexcept;

@@ -26,8 +26,9 @@ bool TakeTurn(std::int64_t now_ns, std::int64_t period_ns, std::int64_t early_ns
   return true;
 }
 
-OwnTerms TermsOf(const WorldModel& model) {
+OwnTerms TermsOf(const WorldModel& model, const NodeOptions& options) {
   OwnTerms terms{.parameters = ParametersOf(model.scene), .shared = {}};
+  if (options.manifest) terms.scene_digest = options.manifest->content_digest;
   for (std::size_t b = 0; b < model.bodies.size(); ++b) {
     terms.heaviest_kg = std::max(terms.heaviest_kg, model.bodies[b].inertia.mass);
     if (model.scene.bodies[model.object[b]].shared) terms.shared.push_back(model.object[b]);
@@ -43,7 +44,7 @@ PeerNode::PeerNode(std::shared_ptr<const WorldModel> model, std::unique_ptr<Devi
       options_(options),
       world_(model_, {.workers = options.workers, .experiments = options.peer.experiments}),
       device_(std::move(device)),
-      directory_(options.peer.id, scene_hash, options.name, TermsOf(*model_)),
+      directory_(options.peer.id, scene_hash, options.name, TermsOf(*model_, options)),
       inbox_(options.conditions, directory_, options.waiting),
       peer_(world_, *device_, inbox_, options.peer),
       next_loose_ns_(model_->scene.bodies.size()) {
@@ -61,6 +62,7 @@ PeerNode::PeerNode(std::shared_ptr<const WorldModel> model, std::unique_ptr<Devi
                   ? *options.manifest
                   : ManifestOf(model_->scene, {.content = scene_hash, .bodies = {}}, 0);
   manifest_.offered_by = options.peer.id;
+  info_.scene_digest = manifest_.content_digest;
 }
 
 void PeerNode::HapticFrame(std::int64_t now_ns) noexcept {
@@ -115,19 +117,21 @@ void SendWhenDone(PeerNode& node, Transport& transport, LoopClock& clock) {
 void PeerNode::ControlFrame(std::int64_t now_ns, Transport& transport) {
   const ClaimList& list = peer_.claims().Read();
   const auto* end = list.claims.begin() + list.count;
-  const bool changed =
-      !std::equal(list.claims.begin(), end, info_.claims.begin(), info_.claims.end());
+  bool changed = !std::equal(list.claims.begin(), end, info_.claims.begin(), info_.claims.end());
   if (changed) info_.claims.assign(list.claims.begin(), end);
   info_.beliefs.assign(list.beliefs.begin(), list.beliefs.begin() + list.belief_count);
   const PeerTable& table = peer_.table().Read();
   info_.terms.force_layer = table.own_layer;
   info_.terms.displacement = table.own_displacement_m;
+  changed = changed || info_.stopped != table.own_stopped;
+  info_.stopped = table.own_stopped;
   directory_.SetOwnTerms(info_.terms);
   directory_.NotifyOwed();
   directory_.NotifyRefusals(inbox_.drops());
   if (changed) next_info_ns_ = now_ns;
   if (TakeTurn(now_ns, kInfoPeriodNs, kControlEarlyNs, next_info_ns_)) {
     ++info_.beat;
+    info_.colour = directory_.ColourFor(info_.beat, info_.colour);
     transport.Publish(info_);
   }
   if (under_way_ns_ == 0) {
@@ -149,13 +153,13 @@ std::vector<std::string> PeerNode::TakeNotifications(const OnHand& on_hand) {
   std::vector<std::string> lines = directory_.TakeNotifications();
   Notification notification;
   while (peer_.notifications().TryPop(notification)) {
-    lines.push_back(DescribeNotification(notification));
-    if (on_hand) on_hand(notification, lines.back());
+    lines.push_back(DescribeNotification(notification, true));
+    if (on_hand) on_hand(notification, DescribeNotification(notification, false));
   }
   return lines;
 }
 
-std::string PeerNode::DescribeNotification(const Notification& notification) const {
+std::string PeerNode::DescribeNotification(const Notification& notification, bool typed) const {
   if (notification.kind == Notification::Kind::kNotApart) {
     return "heal: nothing stands between your body and the others'";
   }
@@ -173,8 +177,8 @@ std::string PeerNode::DescribeNotification(const Notification& notification) con
     case Notification::Kind::kRefused:
       return who + " holds " + body + ", and its user sees that you ask for it";
     case Notification::Kind::kAsked:
-      return who + " asks for " + body + ", which you hold: 'give " + body + " " + who +
-             "' hands it over";
+      return who + " asks for " + body + ", which you hold" +
+             (typed ? ": 'give " + body + " " + who + "' hands it over" : "");
     case Notification::Kind::kNoAnswer:
       return who + " does not answer: you do not get " + body;
     case Notification::Kind::kLetGo:
@@ -184,7 +188,7 @@ std::string PeerNode::DescribeNotification(const Notification& notification) con
     case Notification::Kind::kTaken:
       return who + " took over " + body + ", so your hand let go of it";
     case Notification::Kind::kInherited:
-      return "you are the authority of " + body + " now";
+      return "nobody else moves " + body + " any more, so your program keeps it in place";
     case Notification::Kind::kForceStopped:
       return "the force of " + body +
              " is not a number: your hand feels nothing of it until you take it again";
@@ -201,7 +205,7 @@ std::string PeerNode::DescribeNotification(const Notification& notification) con
       return "more than " + std::to_string(kMaxLinks + 1) + " hold " + body +
              ": your hand is not coupled to that of " + who;
     case Notification::Kind::kStopped:
-      return "emergency stop: you get no " + body + " until 'resume'";
+      return "emergency stop: you get no " + body + " until " + (typed ? "'resume'" : "you resume");
     case Notification::Kind::kNotApart:
     case Notification::Kind::kCrowded:
       break;

@@ -55,7 +55,7 @@ class PeerNode {
   /// Hands on our bodies and says goodbye; after the last of the three frames.
   void Leave(std::int64_t now_ns, Transport& transport);
   /// Returns the news since the last call, a line each: on peers and on bodies. `on_hand`: called
-  /// first with each news of a body, and its line.
+  /// first with each news of a body, and its line for a user without a terminal.
   using OnHand = std::function<void(const Notification& notification, const std::string& line)>;
   std::vector<std::string> TakeNotifications(const OnHand& on_hand = {})
       TANDEM_RUNS_ON(kControlThread);
@@ -66,6 +66,8 @@ class PeerNode {
   bool IsBeyondLimit() const { return directory_.CameBefore(info_.beat) >= kMaxPeers; }
   /// Returns whether another program uses our keys, and did so first.
   bool IsTwin() const { return directory_.TwinCameBefore(info_.beat); }
+  /// The number of our user's colour; 0: not chosen yet. For the control thread.
+  PersonColour colour() const noexcept { return info_.colour; }
   /// The manifest that this peer offers.
   const SceneManifest& manifest() const noexcept { return manifest_; }
 
@@ -79,7 +81,8 @@ class PeerNode {
   Peer peer_;
   TripleBuffer<Outbox> outbox_;
 
-  std::string DescribeNotification(const Notification& notification) const;
+  /// `typed`: the user can type commands, so that the line may name them.
+  std::string DescribeNotification(const Notification& notification, bool typed) const;
   void SendEvents(Transport& transport);
 
   // sender thread

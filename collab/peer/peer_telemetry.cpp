@@ -143,6 +143,7 @@ void PeerTelemetry::PublishTable(std::int64_t now_ns, const SharedBody* shared) 
   table.own_limits = limits_.last();
   table.own_layer = parts_.inputs.clearance.force_layer;
   table.own_displacement_m = parts_.inputs.clearance.displacement;
+  table.own_stopped = parts_.ownership.stopped();
   const std::span<const RoundTripTracker::Loop> loops = parts_.round_trips.loops();
   table.count = static_cast<std::uint32_t>(loops.size());
   std::array<LinkView, kMaxLinks> links;

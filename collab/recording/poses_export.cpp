@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <utility>
 
+#include "engine/base/text/csv_text.h"
 #include "engine/base/units.h"
 
 namespace tandem {
@@ -12,9 +13,10 @@ namespace tandem {
 Result<std::unique_ptr<PosesExport>> PosesExport::Create(const std::filesystem::path& file,
                                                          const WorldModel& model) {
   for (const BodyModel& body : model.bodies) {
-    if (body.name.find_first_of(",\r\n") != std::string::npos) {
+    if (body.name.find_first_of(",\"\r\n") != std::string::npos) {
       return Error{"body '" + body.name +
-                   "': a name with a comma or a line break has no place in " + file.string()};
+                   "': a name with a comma, a quotation mark or a line break has no place in " +
+                   file.string()};
     }
   }
   Result<WholeFile> made = WholeFile::Create(file);
@@ -42,7 +44,7 @@ void PosesExport::Add(const RecordedFrame& frame, const PeerNode& node) {
                   angle * 180 / M_PI);
     std::array<char, 32> time{};
     std::snprintf(time.data(), time.size(), "%.3f,", t_s);
-    file_.Write(time.data() + body.name + row.data());
+    file_.Write(time.data() + CsvText(body.name) + row.data());
     ++rows_;
   }
 }

@@ -11,6 +11,7 @@
 #include "collab/coupling/coupling_limits.h"
 #include "collab/recording/frame_code.h"
 #include "collab/recording/recorder.h"
+#include "engine/base/text/hex.h"
 #include "engine/base/text/json_reader.h"
 #include "engine/base/text/json_text.h"
 #include "engine/contact/pair/friction.h"
@@ -135,6 +136,12 @@ RecordingHeader HeaderIn(const JsonNode& root) {
   header.name = root["name"].PlainText(kLongestName);
   header.scene = root["scene"].PlainText(kLongestPath);
   header.scene_hash = root["scene_hash"].Unsigned();
+  if (root.Has("scene_digest")) {
+    Sha256& digest = header.scene_digest.emplace();
+    if (!FromHexOfBytes(root["scene_digest"].PlainText(2 * digest.size()), digest)) {
+      root["scene_digest"].Expected("64 hexadecimal digits");
+    }
+  }
   header.parameters = ParametersIn(root);
   header.law = root["law"].PlainText(kNameBytes);
   const JsonNode limits = root["law_limits"];
@@ -186,6 +193,7 @@ std::string AsText(const RecordingHeader& header) {
                     {"wait_for", header.peer.wait_for},
                     {"capacity", header.peer.capacity},
                     {"look_price", header.peer.query_price}};
+  if (header.scene_digest) json["scene_digest"] = HexOfBytes(*header.scene_digest);
   // a device that bears every gain has none of these
   for (const BorneGain& gain : kBorneGains) {
     const double most = header.device.*gain.value;
@@ -199,9 +207,11 @@ Result<RecordingHeader> ParseHeader(const std::string& text) {
   const Result<JsonFile> json = JsonFile::Parse(text, "its header");
   if (!json) return json.error();
   const JsonNode root = json->root();
-  if (root.IsObject() && root["protocol"].Compact() != std::to_string(kProtocol)) {
-    return Error{"recorded with protocol " + PlainLine(root["protocol"].Compact(), 20) +
-                 ", this program's is " + std::to_string(kProtocol)};
+  // protocol 6 adds digests to what peers say; a frame has the same inputs as by protocol 5
+  const std::string protocol = root.IsObject() ? root["protocol"].Compact() : "";
+  if (root.IsObject() && protocol != std::to_string(kProtocol) && protocol != "5") {
+    return Error{"recorded with protocol " + PlainLine(protocol, 20) + ", this program's is " +
+                 std::to_string(kProtocol)};
   }
   RecordingHeader header = HeaderIn(root);
   if (json->fault()) return *json->fault();

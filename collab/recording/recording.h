@@ -11,6 +11,7 @@
 #include "collab/peer/frame_observer.h"
 #include "collab/peer/peer.h"
 #include "engine/base/files/regular_file.h"
+#include "engine/base/files/sha256.h"
 #include "engine/base/result.h"
 #include "engine/scene/force_parameters.h"
 
@@ -25,7 +26,8 @@ struct RecordingHeader {
   std::string name;     // name of the peer
   std::string scene;    // file of the scene
   std::uint64_t scene_hash = 0;
-  ForceParameters parameters;  // the session's, which may not be the file's
+  std::optional<Sha256> scene_digest;  // nullopt: recorded before digests, so the hash alone counts
+  ForceParameters parameters;          // the session's, which may not be the file's
   std::string law;
   CouplingLimits limits;        // limits of the law
   PeerOptions peer;             // lacks law and tap

@@ -10,6 +10,11 @@ std::optional<SceneManifest> EarlyInbox::SessionScene() const {
   return session == nullptr ? std::nullopt : std::optional(*session);
 }
 
+bool EarlyInbox::HasPeers() const {
+  const std::scoped_lock lock(mutex_);
+  return !here_.empty();
+}
+
 std::string EarlyInbox::NameOf(PeerId peer) const {
   const std::lock_guard lock(mutex_);
   const auto known = here_.find(peer);

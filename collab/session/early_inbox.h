@@ -22,6 +22,8 @@ class EarlyInbox : public Inbox {
 
   /// Returns the session's scene; nullopt if no peer has offered any yet.
   std::optional<SceneManifest> SessionScene() const;
+  /// Returns whether a peer is here.
+  bool HasPeers() const;
   /// Returns the name of a peer that is here; empty if it is not known.
   std::string NameOf(PeerId peer) const;
   /// Returns whether another program uses this peer's keys.

@@ -99,14 +99,15 @@ std::vector<std::string> Explain(const FrameLimits& limits) {
   std::vector<std::string> lines;
   if (limits.travel_limited > 0) {
     lines.push_back("in " + Percent(limits.travel_limited) +
-                    " of the frames the travel limit slowed a body (near others to half a voxel a "
-                    "frame, farther off to the gap, in a full frame to less): it moved slower than "
-                    "it was pulled; larger voxels let it go faster");
+                    " of the frames the travel limit slowed a body near others, so that it passes "
+                    "through nothing: it moved slower than it was pulled; larger voxels let it go "
+                    "faster");
   }
   if (limits.over_capacity > 0) {
-    lines.push_back("in " + Percent(limits.over_capacity) +
-                    " of the frames point tests took so much time that bodies had to move less "
-                    "than half a voxel; larger voxels or more --threads help");
+    lines.push_back(
+        "in " + Percent(limits.over_capacity) +
+        " of the frames point tests took so much time that bodies had to move slower still; "
+        "larger voxels or more --threads help");
   }
   if (limits.contacts_full > 0) {
     lines.push_back("in " + Percent(limits.contacts_full) +

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/base/files/sha256.h"
 #include "engine/base/spatial.h"
 
 namespace tandem {
@@ -17,7 +18,7 @@ namespace tandem {
 using PeerId = std::uint64_t;    // random, never 0
 using ObjectId = std::uint32_t;  // index into Scene::bodies
 
-inline constexpr std::uint32_t kProtocol = 5;
+inline constexpr std::uint32_t kProtocol = 6;
 inline constexpr std::size_t kMaxPeers = 16;   // active peers, this one included
 inline constexpr std::size_t kMaxLinks = 8;    // couplings of one instance
 inline constexpr std::size_t kMaxClaims = 64;  // bodies that one peer can answer for
@@ -181,14 +182,17 @@ struct PeerInfo {
   std::uint32_t beat = 0;
   Role role = Role::kActive;
   std::string name;
-  std::uint64_t scene_hash = 0;   // hash of the scene's content
+  std::uint64_t scene_hash = 0;   // hash of the scene's content, for messages to people
   std::uint64_t params_hash = 0;  // hash of its voxel size and force parameters
   std::vector<Claim> claims;      // bodies that the peer holds or answers for
   /// Random number of this run of the program; the transport fills it in. 0: an older protocol.
   std::uint64_t incarnation = 0;
-  bool leaving = false;  // a goodbye; set by the transport
+  bool leaving = false;     // a goodbye; set by the transport
+  std::uint8_t colour = 0;  // number of its user's colour (PersonColour); 0: not chosen yet
+  bool stopped = false;     // its hand is in an emergency stop: it holds and takes nothing
   ForceTerms terms;
   std::vector<Belief> beliefs;  // believed authorities of bodies of other peers
+  Sha256 scene_digest{};        // digest of the scene's content
 };
 
 /// A body of the scene, for peers that compare theirs with it.
@@ -196,6 +200,7 @@ struct BodyDecl {
   std::string name;
   std::uint64_t values_hash = 0;  // scale, placement, mass, sharing, constraint
   std::uint64_t mesh_hash = 0;    // hash of the bytes of its mesh file
+  Sha256 mesh_digest{};           // SHA-256 of its mesh file
 
   friend bool operator==(const BodyDecl&, const BodyDecl&) = default;
 };
@@ -220,6 +225,8 @@ struct SceneManifest {
   std::uint8_t contact_model = 0;  // ContactModel
   double friction = 0;
   std::vector<BodyDecl> bodies;
+  Sha256
+      content_digest{};  // digest of all bodies, pairs and gravity; it alone identifies the scene
 };
 
 }  // namespace tandem

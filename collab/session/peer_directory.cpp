@@ -5,6 +5,8 @@
 #include <cstdio>
 #include <utility>
 
+#include "engine/base/text/hex.h"
+
 namespace tandem {
 
 PeerDirectory::PeerDirectory(PeerId self, std::uint64_t scene_hash, std::string name,
@@ -21,11 +23,17 @@ std::string PeerDirectory::WhyRefused(const PeerInfo& info) const {
     std::snprintf(text.data(), text.size(),
                   "it uses protocol %u and this program %u: update both to one version",
                   info.protocol, kProtocol);
-  } else if (info.role == Role::kActive && info.scene_hash != scene_hash_) {
+  } else if (info.role == Role::kActive &&
+             (info.scene_hash != scene_hash_ || info.scene_digest != terms_.scene_digest)) {
+    // forged scenes differ by their digests alone, of which a person needs the beginning
+    const bool forged = info.scene_hash == scene_hash_;
+    const auto shown = [forged](std::uint64_t hash, const Sha256& digest) {
+      return forged ? HexOfBytes(digest).substr(0, 16) : Hex(hash);
+    };
     std::snprintf(text.data(), text.size(),
-                  "its scene is %016llx and ours %016llx: open the same scene with the same files",
-                  static_cast<unsigned long long>(info.scene_hash),
-                  static_cast<unsigned long long>(scene_hash_));
+                  "its scene is %s and ours %s: open the same scene with the same files",
+                  shown(info.scene_hash, info.scene_digest).c_str(),
+                  shown(scene_hash_, terms_.scene_digest).c_str());
   }
   return text.data();
 }
@@ -46,24 +54,67 @@ std::size_t PeerDirectory::CameBefore(std::uint32_t beat) const {
   for (const auto& [id, entry] : entries_) {
     const bool counts = entry.presence == Presence::kHere && entry.info.role == Role::kActive &&
                         WhyRefused(entry.info).empty();
-    // the beat was on its way for a while, and ours has gone on
-    const std::int64_t ahead = std::int64_t{entry.info.beat} - std::int64_t{beat};
-    if (counts && (ahead > 1 || (ahead >= -1 && id < self_))) ++count;
+    if (counts && tandem::CameBefore(entry.info, self_, beat)) ++count;
   }
   return count;
 }
 
 int PeerDirectory::NumberOfNamesake(const PeerInfo& info) const {
-  // the name of a peer that left is free again
+  // the name of a peer that is gone is free again, and who looks on may take part, too
   std::set<int> taken;
-  if (info.name == name_) taken.insert(1);
+  if (info.name == name_ && info.role == Role::kActive) taken.insert(1);
   for (const auto& [id, entry] : entries_) {
-    const bool same = id != info.peer && entry.presence != Presence::kLeft;
-    if (same && entry.told_name == info.name) taken.insert(entry.namesake);
+    const bool same = id != info.peer && entry.presence == Presence::kHere;
+    if (same && entry.told_name == info.name && entry.info.role == info.role) {
+      taken.insert(entry.namesake);
+    }
   }
   int number = 1;
   while (taken.count(number) != 0) ++number;
   return number;
+}
+
+void PeerDirectory::Replace(const PeerInfo& by) {
+  std::erase_if(entries_, [&by](const auto& one) {
+    const Entry& entry = one.second;
+    return one.first != by.peer && entry.told_name == by.name &&
+           entry.presence != Presence::kHere && !entry.owed_end;
+  });
+}
+
+void PeerDirectory::RenameAfter(const Entry& lost) {
+  for (auto& [id, entry] : entries_) {
+    // it said nothing since the other came: the same person, whose first program has crashed
+    const bool after = entry.presence == Presence::kHere && entry.told_name == lost.told_name &&
+                       entry.info.role == lost.info.role && entry.first_heard > lost.last_heard;
+    if (!after) continue;
+    PeerInfo plain = entry.info;
+    plain.name = entry.told_name;
+    const int number = NumberOfNamesake(plain);
+    if (number >= entry.namesake) return;
+    entry.namesake = number;
+    const std::string before = std::exchange(entry.info.name, NumberedName(entry));
+    Say(before + " is shown as " + entry.info.name + " from now on");
+    return;
+  }
+}
+
+std::string PeerDirectory::NumberedName(const Entry& entry) {
+  if (entry.namesake <= 1) return entry.told_name;
+  return entry.told_name + " (" + std::to_string(entry.namesake) + ")";
+}
+
+PersonColour PeerDirectory::ColourFor(std::uint32_t beat, PersonColour now) const {
+  const std::lock_guard lock(mutex_);
+  std::vector<ColouredPerson> others;
+  for (const auto& [id, entry] : entries_) {
+    if (entry.presence != Presence::kHere) continue;
+    others.push_back({.name = entry.told_name,
+                      .role = entry.info.role,
+                      .colour = entry.info.colour,
+                      .before = tandem::CameBefore(entry.info, self_, beat)});
+  }
+  return ChooseColour(name_, Role::kActive, now, others);
 }
 
 PeerDirectory::Entry* PeerDirectory::PlaceFor(PeerId peer, bool& added) {
@@ -101,13 +152,17 @@ void PeerDirectory::OnPeerInfo(const PeerInfo& info) {
   const bool was_refused = !added && !entry.refused.empty();
   const bool claims_changed = entry.info.claims != info.claims;
   const bool beliefs_changed = entry.info.beliefs != info.beliefs;
+  const bool was_stopped = !added && entry.info.stopped;
   if (added || entry.told_name != info.name) {
+    Replace(info);
     entry.namesake = NumberOfNamesake(info);
     entry.told_name = info.name;
+    entry.first_heard = heard_ + 1;
   }
+  entry.last_heard = ++heard_;
   entry.info = info;
   const bool clash = entry.namesake > 1;
-  if (clash) entry.info.name += " (" + std::to_string(entry.namesake) + ")";
+  entry.info.name = NumberedName(entry);
   entry.presence = Presence::kHere;
   offers_.OnPresence(info.peer, true);
   entry.refused = WhyRefused(info);
@@ -131,6 +186,10 @@ void PeerDirectory::OnPeerInfo(const PeerInfo& info) {
     Say(entry.info.name + role + " is accepted now");
   } else if (returned) {
     Say(entry.info.name + role + " is back");
+  }
+  if (info.stopped != was_stopped && entry.refused.empty()) {
+    Say(entry.info.name +
+        (info.stopped ? " stopped: its hand holds and takes nothing" : " goes on after a stop"));
   }
   NotifyUnequal(entry);
   NotifyTerms(entry);
@@ -231,6 +290,7 @@ void PeerDirectory::OnGone(PeerId peer, Presence presence) {
     Tell(it->second, presence == Presence::kLeft ? MembershipChange::Kind::kLeft
                                                  : MembershipChange::Kind::kLost);
   }
+  if (presence == Presence::kLost) RenameAfter(it->second);
 }
 
 bool PeerDirectory::Counts(const Entry& entry) {

@@ -10,6 +10,7 @@
 
 #include "collab/session/drop_counts.h"
 #include "collab/session/membership.h"
+#include "collab/session/person_colour.h"
 #include "collab/session/scene_agreement.h"
 #include "engine/realtime/spsc_queue.h"
 
@@ -17,6 +18,7 @@ namespace tandem {
 
 /// The parts of our own scene that matter for meeting others.
 struct OwnTerms {
+  Sha256 scene_digest{};  // digest of its content, as in SceneHash
   ForceParameters parameters;
   double heaviest_kg = 0;        // heaviest moving body
   std::vector<ObjectId> shared;  // bodies that several may hold
@@ -52,11 +54,15 @@ class PeerDirectory {
     std::optional<MembershipChange::Kind> owed_end;
     std::optional<MembershipChange::Kind> owed_here;
     std::uint64_t gone = 0;  // number of its departure, for a peer that is gone
+    // numbers of its first and newest information among all that came
+    std::uint64_t first_heard = 0;
+    std::uint64_t last_heard = 0;
     bool unequal_told = false;
     std::string terms_told;  // difference of its force terms from ours, as last reported
   };
 
-  /// `name`: our own name. Other peers of one name get numbers: "anna (2)".
+  /// `name`: our own name. Others of one name and role that are here get numbers: "anna (2)". A
+  /// peer that is gone gives up its entry to the next of its name: a person appears once.
   PeerDirectory(PeerId self, std::uint64_t scene_hash, std::string name = {}, OwnTerms terms = {});
 
   void OnPeerInfo(const PeerInfo& info);
@@ -81,6 +87,8 @@ class PeerDirectory {
   /// Counts the active peers of our scene that were here before us, by their beats and our own
   /// `beat`. Of peers that came with us, the ones with a lower id count.
   std::size_t CameBefore(std::uint32_t beat) const;
+  /// Returns the colour for our own user, by our own `beat`. `now`: the colour that it has.
+  PersonColour ColourFor(std::uint32_t beat, PersonColour now) const;
   /// The active peer here of that name; 0: none.
   PeerId PeerNamed(const std::string& name) const;
   /// The session's scene, as other peers offer it; nullopt: no peer has offered any.
@@ -93,6 +101,11 @@ class PeerDirectory {
 
  private:
   int NumberOfNamesake(const PeerInfo& info) const;
+  /// Forgets those of that name that are gone.
+  void Replace(const PeerInfo& by);
+  /// Gives the number of a lost peer to the program that came after it fell silent.
+  void RenameAfter(const Entry& lost);
+  static std::string NumberedName(const Entry& entry);
   /// The peer's place, old or new; null if all are taken.
   Entry* PlaceFor(PeerId peer, bool& added);
   std::string WhyRefused(const PeerInfo& info) const;
@@ -121,6 +134,7 @@ class PeerDirectory {
   std::optional<PeerInfo> twin_;
   std::set<std::pair<PeerId, Drop>> refusals_told_;
   std::uint64_t departures_ = 0;
+  std::uint64_t heard_ = 0;
   bool crowd_told_ = false;
   std::vector<std::string> notifications_;
   std::size_t untold_ = 0;  // lines that found no room

@@ -36,6 +36,7 @@ struct PeerTable {
   FrameLimits own_limits;  // our frames of the last second
   int own_layer = -1;      // force layer of the body in hand; -1: the scene's
   double own_displacement_m = 0;
+  bool own_stopped = false;  // our hand is in an emergency stop
   std::uint32_t count = 0;
   std::array<PeerTableRow, kMaxPeers> rows{};
 };

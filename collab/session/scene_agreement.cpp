@@ -30,13 +30,15 @@ SceneManifest ManifestOf(const Scene& scene, const SceneHash& hash, PeerId by) {
                          .force_layer = parameters.force_layer,
                          .contact_model = static_cast<std::uint8_t>(parameters.contact),
                          .friction = parameters.friction,
-                         .bodies = {}};
+                         .bodies = {},
+                         .content_digest = hash.digest};
   for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
     BodyDecl& decl = manifest.bodies.emplace_back();
     decl.name = scene.bodies[i].name;
     if (i >= hash.bodies.size()) continue;
     decl.values_hash = hash.bodies[i].values;
     decl.mesh_hash = hash.bodies[i].mesh;
+    decl.mesh_digest = hash.bodies[i].mesh_digest;
   }
   return manifest;
 }
@@ -51,7 +53,7 @@ ForceParameters ParametersOf(const SceneManifest& manifest) {
 
 std::string ContentDifference(const Scene& scene, const SceneHash& hash,
                               const SceneManifest& session) {
-  if (hash.content == session.content_hash) return {};
+  if (hash.digest == session.content_digest) return {};
   const std::string of_session = "the session's scene \"" + session.name + "\"";
   for (const BodyDecl& body : session.bodies) {
     if (scene.BodyNamed(body.name) >= 0 || scene.bodies.size() >= session.bodies.size()) continue;
@@ -68,7 +70,7 @@ std::string ContentDifference(const Scene& scene, const SceneHash& hash,
   const std::size_t count = std::min(scene.bodies.size(), session.bodies.size());
   for (std::size_t i = 0; i < count; ++i) {
     const std::string body = scene.file.string() + ": body \"" + scene.bodies[i].name + "\"";
-    if (hash.bodies[i].mesh != session.bodies[i].mesh_hash) {
+    if (hash.bodies[i].mesh_digest != session.bodies[i].mesh_digest) {
       return body + ": its file " + scene.bodies[i].mesh.string() + " is not the one of " +
              of_session;
     }
@@ -136,7 +138,7 @@ SceneOffers::Rank SceneOffers::RankOf(const Offer& offer) const {
   rank.followers = static_cast<std::size_t>(std::ranges::count_if(offers_, [&](const Offer& other) {
     return other.here && present_.contains(other.manifest.offered_by) &&
            other.manifest.revision >= SceneManifest::kUnderWay &&
-           other.manifest.content_hash == manifest.content_hash &&
+           other.manifest.content_digest == manifest.content_digest &&
            ParametersOf(other.manifest) == ParametersOf(manifest);
   }));
   return rank;

@@ -11,9 +11,9 @@
 namespace tandem {
 
 /// Decides whether two peers mean the same scene, and by what parameters they simulate it (paper
-/// §6.1). Content must be equal. A joining peer adopts the session's force parameters, or keeps its
-/// own. With its own parameters it and the others push unequally, and shared bodies are not held
-/// together. docs/decisions/0022-agreement.md
+/// §6.1). Content must be equal by its digest. A joining peer adopts the session's force
+/// parameters, or keeps its own. With its own parameters it and the others push unequally, and
+/// shared bodies are not held together. docs/decisions/0022-agreement.md
 
 /// Returns in a line why a scene is too large for a session; empty if it is not. One peer may come
 /// to answer for all moving bodies, and can claim at most kMaxClaims.

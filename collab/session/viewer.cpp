@@ -11,6 +11,20 @@ bool AreNamesakes(const ViewedPeer& a, const ViewedPeer& b) {
          a.info.role == b.info.role;
 }
 
+void NumberNamesakes(std::vector<ViewedPeer>& peers) {
+  std::vector<ViewedPeer*> here;
+  for (ViewedPeer& peer : peers) {
+    const bool counts = peer.presence == ViewedPeer::Presence::kHere && !peer.info.name.empty();
+    if (counts) here.push_back(&peer);
+  }
+  std::ranges::stable_sort(here, {}, &ViewedPeer::first_heard_ns);
+  std::map<std::pair<std::string, Role>, int> numbers;
+  for (ViewedPeer* peer : here) {
+    const int number = ++numbers[{peer->info.name, peer->info.role}];
+    if (number > 1) peer->info.name += " (" + std::to_string(number) + ")";
+  }
+}
+
 }  // namespace
 
 std::string OtherProtocol(const PeerInfo& info) {
@@ -39,7 +53,21 @@ ViewerPicture Viewer::Picture() const {
                         .first_sample_ns = first_sample_ns_,
                         .newest_sample_ns = newest_sample_ns_};
   for (const auto& [id, peer] : peers_) picture.peers.push_back(peer);
+  NumberNamesakes(picture.peers);
   return picture;
+}
+
+PersonColour Viewer::ColourFor(const PeerInfo& self, PersonColour now) const {
+  const std::lock_guard lock(mutex_);
+  std::vector<ColouredPerson> others;
+  for (const auto& [id, peer] : peers_) {
+    if (peer.presence != ViewedPeer::Presence::kHere || id == self.peer) continue;
+    others.push_back({.name = peer.info.name,
+                      .role = peer.info.role,
+                      .colour = peer.info.colour,
+                      .before = CameBefore(peer.info, self.peer, self.beat)});
+  }
+  return ChooseColour(self.name, self.role, now, others);
 }
 
 FrameAges Viewer::Ages() const {

@@ -10,6 +10,7 @@
 #include <string_view>
 #include <vector>
 
+#include "collab/session/person_colour.h"
 #include "collab/session/scene_agreement.h"
 #include "collab/session/transport.h"
 #include "engine/realtime/histogram.h"
@@ -88,7 +89,12 @@ class Viewer : public Inbox {
   /// if all are here, it is not taken.
   static constexpr std::size_t kMost = 128;
 
+  /// Returns the session's state. Several persons of one name and role that are here have numbers,
+  /// by the order in which they were heard: "anna", "anna (2)".
   ViewerPicture Picture() const;
+  /// Returns the colour for the participant that looks on by this viewer. `now`: the colour that it
+  /// has.
+  PersonColour ColourFor(const PeerInfo& self, PersonColour now) const;
   FrameAges Ages() const;
   /// Counts poses of bodies that the session's scene does not have; they are not kept.
   std::uint64_t refused() const;

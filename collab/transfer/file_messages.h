@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "collab/session/messages.h"
-#include "collab/transfer/digest.h"
+#include "engine/base/files/sha256.h"
 
 namespace tandem {
 
@@ -32,7 +32,7 @@ struct FileAsk {
   PeerId to = 0;              // 0: all
   Kind kind = Kind::kOffer;
   std::uint64_t content_hash = 0;  // hash of the scene
-  FileDigest list{};               // digest of the list of files
+  Sha256 list{};                   // digest of the list of files
   std::uint32_t first = 0;
   std::bitset<kAskSpan> wanted;  // pieces first, first + 1, …
   std::uint32_t rate = 0;        // bytes/s that the requester can take
@@ -45,7 +45,7 @@ struct FilePiece {
   PeerId to = 0;
   FileAsk::Kind kind = FileAsk::Kind::kOffer;
   std::uint64_t content_hash = 0;
-  FileDigest list{};
+  Sha256 list{};
   std::uint32_t list_bytes = 0;   // in an offer: size of the list; 0: it is being made
   std::uint64_t total_bytes = 0;  // in an offer: sum of the files' sizes
   std::uint32_t number = 0;       // number of the piece

@@ -11,6 +11,7 @@ namespace {
 
 // silences after which a program is not asked any more
 constexpr int kMostSilences = 3;
+constexpr int kMostReturns = 3;  // how often a program may be silent or slow, and offer again
 constexpr std::int64_t kTurnNs = 30'000'000;
 // free places that make an ask worthwhile
 constexpr std::size_t kLeastAsked = 16;
@@ -34,7 +35,8 @@ std::vector<std::string> SceneFetch::TakeNotifications() {
 void SceneFetch::GoTo(State state, std::int64_t now_ns) {
   state_ = state;
   since_ns_ = now_ns;
-  heard_ns_ = now_ns;
+  heard_ns_ = turn_ns_ = now_ns;
+  pieces_in_turn_ = 0;
   asked_ns_ = 0;
   outstanding_.clear();
   rate_.Restart();
@@ -63,6 +65,10 @@ void SceneFetch::OnPiece(const FilePiece& piece, std::int64_t now_ns) {
 
 void SceneFetch::OnOffer(const FilePiece& piece, std::int64_t now_ns) {
   if (wrong_lists_.contains(piece.list)) return;
+  if (const auto known = given_up_.find(piece.program);
+      known != given_up_.end() && known->second >= kMostReturns) {
+    return;
+  }
   patient_to_ns_ = 0;
   const bool too_large =
       piece.total_bytes > most_bytes_ || piece.list_bytes > MostListBytes(most_bytes_);
@@ -94,7 +100,7 @@ void SceneFetch::OnOffer(const FilePiece& piece, std::int64_t now_ns) {
 
 void SceneFetch::ChooseList(std::int64_t now_ns) {
   // if a list's pieces are at hand, the programs that offer it come first
-  std::map<FileDigest, std::size_t> offered;
+  std::map<Sha256, std::size_t> offered;
   for (const Source& source : sources_) ++offered[source.list];
   const Source* best = nullptr;
   const auto rank = [&](const Source& source) {
@@ -128,7 +134,8 @@ bool SceneFetch::ChooseSource(std::int64_t now_ns) {
   }
   source_ = best == nullptr ? std::nullopt : std::optional(best->program);
   outstanding_.clear();
-  heard_ns_ = now_ns;
+  heard_ns_ = turn_ns_ = now_ns;
+  pieces_in_turn_ = 0;
   asked_ns_ = 0;
   rate_.Restart();
   return best != nullptr;
@@ -144,13 +151,15 @@ void SceneFetch::Drop(Fault fault, std::int64_t now_ns) {
       wrong_programs_.insert(found->program);
       sources_.erase(found);
     } else {
-      ++found->silences;
+      found->silences = fault == Fault::kSlow ? kMostSilences : found->silences + 1;
     }
   }
   if (ChooseSource(now_ns)) return;
-  // no program with these files is left: one may come, or come back
+  // no program with these files is left: one may come, or come back, but not for ever
   std::erase_if(sources_, [this](const Source& source) {
-    return source.list == digest_;
+    if (source.list != digest_) return false;
+    ++given_up_[source.program];
+    return true;
   });
   offer_ns_ = 0;
   GoTo(State::kLooking, now_ns);
@@ -170,8 +179,7 @@ void SceneFetch::Begin(PieceStore& store, std::int64_t now_ns) {
       const auto bytes =
           static_cast<std::size_t>(std::min<std::uint64_t>(kPieceBytes, file.bytes - at));
       piece_.resize(bytes);
-      if (!store.Read({f, p, at, bytes}, piece_) || FileDigestOf(piece_) != file.pieces[p])
-        continue;
+      if (!store.Read({f, p, at, bytes}, piece_) || Sha256Of(piece_) != file.pieces[p]) continue;
       held_[number] = true;
       bytes_held_ += bytes;
     }
@@ -184,7 +192,10 @@ void SceneFetch::Refuse(const std::string& why, std::int64_t now_ns) {
   fault_ = why;
   wrong_lists_.insert(digest_);
   for (const Source& source : sources_) {
-    if (source.list == digest_) liars_.push_back(source.peer);
+    if (source.list != digest_) continue;
+    // else it could offer one wrong list after another
+    wrong_programs_.insert(source.program);
+    liars_.push_back(source.peer);
   }
   std::erase_if(sources_, [this](const Source& source) {
     return source.list == digest_;
@@ -203,11 +214,25 @@ std::uint32_t SceneFetch::PiecesWanted() const {
   return static_cast<std::uint32_t>(held_.size());
 }
 
+void SceneFetch::OnNews(std::int64_t now_ns) {
+  heard_ns_ = now_ns;
+  ++pieces_in_turn_;
+}
+
+bool SceneFetch::IsTooSlow(std::int64_t now_ns) {
+  if (now_ns - turn_ns_ < kSlowNs) return false;
+  const bool too_slow = pieces_in_turn_ < kLeastPieces;
+  turn_ns_ = now_ns;
+  pieces_in_turn_ = 0;
+  return too_slow;
+}
+
 void SceneFetch::OnListPiece(const FilePiece& piece, std::int64_t now_ns) {
   if (piece.list != digest_ || piece.number >= held_.size()) return;
-  heard_ns_ = now_ns;
   outstanding_.erase(piece.number);
+  // a piece that is here already is no news: a program could send it for ever
   if (Holds(piece.number)) return;
+  OnNews(now_ns);
   const std::size_t at = std::size_t{piece.number} * kPieceBytes;
   const std::size_t bytes = std::min(kPieceBytes, list_text_.size() - at);
   if (!coder_.Unpack(piece.bytes, piece.compressed, std::span(list_text_).subspan(at, bytes))) {
@@ -217,7 +242,7 @@ void SceneFetch::OnListPiece(const FilePiece& piece, std::int64_t now_ns) {
   }
   held_[piece.number] = true;
   if (std::ranges::find(held_, false) != held_.end()) return;
-  if (FileDigestOf(list_text_) != digest_) {
+  if (Sha256Of(list_text_) != digest_) {
     notifications_.emplace_back(
         "a peer sent another list of files than it offered: nothing more is taken from it");
     held_.assign(held_.size(), false);
@@ -232,13 +257,14 @@ void SceneFetch::OnListPiece(const FilePiece& piece, std::int64_t now_ns) {
 
 void SceneFetch::OnFilePiece(const FilePiece& piece, std::int64_t now_ns) {
   if (piece.list != digest_ || piece.number >= held_.size()) return;
-  heard_ns_ = now_ns;
   outstanding_.erase(piece.number);
+  // a piece that is here already is no news: a program could send it for ever
   if (Holds(piece.number)) return;
+  OnNews(now_ns);
   const PiecePlace place = PlaceOf(list_, piece.number);
   piece_.resize(place.bytes);
   const bool sound = coder_.Unpack(piece.bytes, piece.compressed, piece_) &&
-                     FileDigestOf(piece_) == list_.files[place.file].pieces[place.piece];
+                     Sha256Of(piece_) == list_.files[place.file].pieces[place.piece];
   if (!sound) {
     notifications_.emplace_back(
         "a peer sent a piece that is not the file's: nothing more is taken from it");
@@ -311,7 +337,11 @@ std::int64_t SceneFetch::Tick(std::int64_t now_ns, const Out& out) {
     out.ask(ask);
   }
   if (state_ == State::kListing || state_ == State::kFetching) {
-    if (now_ns - heard_ns_ > kSilentNs) Drop(Fault::kSilent, now_ns);
+    if (now_ns - heard_ns_ > kSilentNs) {
+      Drop(Fault::kSilent, now_ns);
+    } else if (IsTooSlow(now_ns)) {
+      Drop(Fault::kSlow, now_ns);
+    }
     if (state_ == State::kListing || state_ == State::kFetching) Ask(now_ns, out);
   }
   return now_ns + kTurnNs;

@@ -39,7 +39,11 @@ class SceneFetch : public TransferEndpoint {
   static constexpr std::int64_t kAgainNs = 250'000'000;   // asks for offers again
   static constexpr std::int64_t kSettleNs = 300'000'000;  // after the first offer, waits for others
   static constexpr std::int64_t kLostNs = 1'500'000'000;  // a piece is asked for again
-  static constexpr std::int64_t kSilentNs = 2'500'000'000;      // the next peer is asked
+  static constexpr std::int64_t kSilentNs = 2'500'000'000;  // the next peer is asked
+  /// The next peer is also asked where fewer than kLeastPieces new pieces came in kSlowNs: that is
+  /// 16 kB/s, and a slower way carries no states.
+  static constexpr std::int64_t kSlowNs = 30'000'000'000;
+  static constexpr std::uint32_t kLeastPieces = 15;
   static constexpr std::int64_t kNobodyNs = 3'000'000'000;      // gives up without any peer
   static constexpr std::int64_t kPreparingNs = 30'000'000'000;  // for a peer that makes its list
   static constexpr std::int64_t kMostPreparingNs = 90'000'000'000;
@@ -68,7 +72,7 @@ class SceneFetch : public TransferEndpoint {
 
   State state() const noexcept { return state_; }
   const SceneList& list() const noexcept { return list_; }
-  const FileDigest& digest() const noexcept { return digest_; }
+  const Sha256& digest() const noexcept { return digest_; }
   PeerId source() const noexcept;  // peer that is asked; 0: none
   std::uint64_t bytes_held() const noexcept { return bytes_held_; }
   std::uint64_t bytes_at_start() const noexcept { return bytes_at_start_; }  // from an earlier run
@@ -83,11 +87,11 @@ class SceneFetch : public TransferEndpoint {
   struct Source {
     std::uint64_t program = 0;
     PeerId peer = 0;
-    FileDigest list{};
+    Sha256 list{};
     std::uint32_t list_bytes = 0;
     int silences = 0;
   };
-  enum class Fault : std::uint8_t { kSilent, kWrong };
+  enum class Fault : std::uint8_t { kSilent, kSlow, kWrong };
 
   void OnOffer(const FilePiece& piece, std::int64_t now_ns);
   void OnListPiece(const FilePiece& piece, std::int64_t now_ns);
@@ -98,6 +102,9 @@ class SceneFetch : public TransferEndpoint {
   /// Gives up the program that it asks, and goes on with another.
   void Drop(Fault fault, std::int64_t now_ns);
   bool ChooseSource(std::int64_t now_ns);
+  /// Takes note of a new piece.
+  void OnNews(std::int64_t now_ns);
+  bool IsTooSlow(std::int64_t now_ns);
   void Fail(const std::string& why);
   void Ask(std::int64_t now_ns, const Out& out);
   std::uint32_t PiecesWanted() const;
@@ -112,15 +119,18 @@ class SceneFetch : public TransferEndpoint {
   std::int64_t patient_to_ns_ = 0;   // until when a peer may take to make its list
   std::int64_t offer_ns_ = 0;        // time of the first offer
   std::int64_t asked_offer_ns_ = 0;  // last ask for offers
-  std::int64_t heard_ns_ = 0;        // last message of the source
-  std::int64_t asked_ns_ = 0;        // last ask for pieces
+  std::int64_t heard_ns_ = 0;        // last new piece of the source
+  std::int64_t turn_ns_ = 0;         // from when pieces_in_turn_ are counted
+  std::uint32_t pieces_in_turn_ = 0;
+  std::int64_t asked_ns_ = 0;  // last ask for pieces
   std::vector<Source> sources_;
   std::optional<std::uint64_t> source_;  // the program that is asked
   std::set<std::uint64_t> wrong_programs_;
-  std::set<FileDigest> wrong_lists_;
+  std::set<Sha256> wrong_lists_;
+  std::map<std::uint64_t, int> given_up_;  // programs that were silent or slow, and how often
   std::vector<PeerId> liars_;
   std::vector<std::string> notifications_;
-  FileDigest digest_{};           // digest of the list
+  Sha256 digest_{};               // digest of the list
   std::uint32_t list_bytes_ = 0;  // size of the list, as offered
   std::vector<char> list_text_;
   SceneList list_;

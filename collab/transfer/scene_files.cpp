@@ -67,14 +67,14 @@ template <typename Read>
 std::optional<Error> AddFile(SceneList& list, const std::string& kind, std::uint64_t bytes,
                              const std::atomic<bool>& stop, const Read& read) {
   ListedFile file{.kind = kind, .bytes = bytes, .digest = {}, .pieces = {}};
-  RunningDigest whole;
+  RunningSha256 whole;
   std::vector<char> piece;
   for (std::uint64_t at = 0; at < bytes; at += piece.size()) {
     if (stop.load(std::memory_order_relaxed)) return Error{"told to stop"};
     piece.resize(static_cast<std::size_t>(std::min<std::uint64_t>(kPieceBytes, bytes - at)));
     if (!read(at, piece)) return Error{"a mesh file of the scene has changed"};
     whole.Add(piece);
-    file.pieces.push_back(FileDigestOf(piece));
+    file.pieces.push_back(Sha256Of(piece));
   }
   file.digest = whole.Value();
   list.files.push_back(std::move(file));
@@ -128,7 +128,7 @@ std::string WhyNotToTravel(const Scene& scene) {
   return {};
 }
 
-Result<SceneFiles> SceneFiles::Open(const fs::path& scene_file, std::uint64_t content_hash,
+Result<SceneFiles> SceneFiles::Open(const fs::path& scene_file, const Sha256& content,
                                     const std::atomic<bool>& stop) {
   const Result<Scene> loaded = LoadScene(scene_file);
   if (!loaded) return loaded.error();
@@ -137,7 +137,7 @@ Result<SceneFiles> SceneFiles::Open(const fs::path& scene_file, std::uint64_t co
   SceneFiles files;
   files.list_.files.emplace_back();  // place of the scene file
   std::map<fs::path, std::size_t> of_path;
-  std::map<std::pair<FileDigest, std::string>, std::size_t> of_content;
+  std::map<std::pair<Sha256, std::string>, std::size_t> of_content;
   std::vector<std::size_t> file_of_body;
   for (const SceneBody& body : scene.bodies) {
     if (const auto known = of_path.find(body.mesh); known != of_path.end()) {
@@ -182,7 +182,7 @@ Result<SceneFiles> SceneFiles::Open(const fs::path& scene_file, std::uint64_t co
   // last: the hashed files are the opened ones, unless a program writes into them now
   const Result<SceneHash> hash = HashScene(scene);
   if (!hash) return hash.error();
-  if (hash->content != content_hash) {
+  if (hash->digest != content) {
     return Error{PlainLine(scene_file.string()) + " or its mesh files have changed"};
   }
   return files;

@@ -34,8 +34,8 @@ class SceneFiles {
   /// Opens the files and makes their list, which takes some seconds for a gigabyte. An error is a
   /// line: they are not the scene of that content any more, or cannot travel. `stop`: gives up when
   /// true.
-  static Result<SceneFiles> Open(const std::filesystem::path& scene_file,
-                                 std::uint64_t content_hash, const std::atomic<bool>& stop);
+  static Result<SceneFiles> Open(const std::filesystem::path& scene_file, const Sha256& content,
+                                 const std::atomic<bool>& stop);
 
   const SceneList& list() const noexcept { return list_; }
   /// Reads a piece by its number over all files. Returns false if the file has changed.

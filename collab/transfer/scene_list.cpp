@@ -32,7 +32,7 @@ void Append(std::vector<char>& out, T value) {
   }
 }
 
-void Append(std::vector<char>& out, const FileDigest& digest) {
+void Append(std::vector<char>& out, const Sha256& digest) {
   const auto* begin = reinterpret_cast<const char*>(digest.data());
   out.insert(out.end(), begin, begin + digest.size());
 }
@@ -51,8 +51,8 @@ class Front {
     rest_ = rest_.subspan(sizeof(T));
     return static_cast<T>(value);
   }
-  FileDigest TakeDigest() {
-    FileDigest digest{};
+  Sha256 TakeDigest() {
+    Sha256 digest{};
     std::memcpy(digest.data(), rest_.data(), digest.size());
     rest_ = rest_.subspan(digest.size());
     return digest;
@@ -116,7 +116,7 @@ std::vector<char> Encode(const SceneList& list) {
     Append(out, static_cast<std::uint8_t>(kind - kKinds.begin()));
     Append(out, file.bytes);
     Append(out, file.digest);
-    for (const FileDigest& piece : file.pieces) Append(out, piece);
+    for (const Sha256& piece : file.pieces) Append(out, piece);
   }
   return out;
 }
@@ -132,7 +132,7 @@ Result<SceneList> DecodeList(std::span<const char> bytes, std::uint64_t most_byt
                    std::to_string(SceneList::kMostFiles));
   }
   SceneList list;
-  std::set<std::pair<FileDigest, std::string>> known;
+  std::set<std::pair<Sha256, std::string>> known;
   std::uint64_t left = most_bytes;
   for (std::uint32_t f = 0; f < count; ++f) {
     if (front.size() < kFileHead) return Refused("it is cut short");
@@ -154,7 +154,7 @@ Result<SceneList> DecodeList(std::span<const char> bytes, std::uint64_t most_byt
     }
     left -= file.bytes;
     const std::size_t pieces = PiecesOf(file.bytes);
-    if (front.size() / sizeof(FileDigest) < pieces) return Refused("it is cut short");
+    if (front.size() / sizeof(Sha256) < pieces) return Refused("it is cut short");
     for (std::size_t p = 0; p < pieces; ++p) file.pieces.push_back(front.TakeDigest());
     if (!known.emplace(file.digest, file.kind).second) return Refused("a file twice");
     list.files.push_back(std::move(file));
@@ -164,8 +164,8 @@ Result<SceneList> DecodeList(std::span<const char> bytes, std::uint64_t most_byt
 }
 
 std::uint64_t MostListBytes(std::uint64_t most_bytes) {
-  return kBegin.size() + 4 + SceneList::kMostFiles * (kFileHead + sizeof(FileDigest)) +
-         most_bytes / kPieceBytes * sizeof(FileDigest);
+  return kBegin.size() + 4 + SceneList::kMostFiles * (kFileHead + sizeof(Sha256)) +
+         most_bytes / kPieceBytes * sizeof(Sha256);
 }
 
 struct PieceCoder::State {

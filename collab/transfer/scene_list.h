@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "collab/transfer/digest.h"
+#include "engine/base/files/sha256.h"
 #include "engine/base/result.h"
 
 namespace tandem {
@@ -18,8 +18,8 @@ namespace tandem {
 struct ListedFile {
   std::string kind;  // ".json", ".stl", …
   std::uint64_t bytes = 0;
-  FileDigest digest{};
-  std::vector<FileDigest> pieces;
+  Sha256 digest{};
+  std::vector<Sha256> pieces;
 };
 
 /// The files of a scene: first the scene file, in which "file:1" stands for the second file of the

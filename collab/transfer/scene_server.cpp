@@ -91,7 +91,7 @@ bool SceneServer::Ready() {
   }
   files_.emplace(*std::move(files));
   list_ = Encode(files_->list());
-  list_digest_ = FileDigestOf(list_);
+  list_digest_ = Sha256Of(list_);
   return true;
 }
 

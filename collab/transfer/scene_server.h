@@ -74,7 +74,7 @@ class SceneServer : public TransferEndpoint {
   bool opened_ = false;
   std::optional<SceneFiles> files_;
   std::vector<char> list_;  // encoded
-  FileDigest list_digest_{};
+  Sha256 list_digest_{};
   std::vector<Requester> requesters_;
   std::size_t turn_ = 0;            // index of the requester whose turn it is
   std::int64_t room_from_ns_ = 0;   // when the rate has paid off all bytes sent

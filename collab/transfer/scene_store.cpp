@@ -23,6 +23,8 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kUnfinished = "unfinished-";
+constexpr const char* kPlain = "plain";
+constexpr std::string_view kOfAuthority = "authority-";
 constexpr std::size_t kMostScenes = 1000;  // scenes read from a folder
 // age at which unfinished scenes are removed
 constexpr std::chrono::hours kLeftFor{24 * 7};
@@ -36,11 +38,21 @@ bool IsHex(std::string_view text, std::size_t digits) {
          text.find_first_not_of("0123456789abcdef") == std::string_view::npos;
 }
 bool IsWholeName(const std::string& name) {
+  return IsHex(name, 64);
+}
+/// Returns whether a folder of all scenes may hold this one of a scene: earlier versions put scenes
+/// there, which no session uses any more.
+bool IsEarlierName(const std::string& name) {
   return IsHex(name, 16);
 }
 bool IsUnfinishedName(const std::string& name) {
   return name.starts_with(kUnfinished) &&
          IsHex(std::string_view(name).substr(std::char_traits<char>::length(kUnfinished)), 64);
+}
+
+bool IsGroupName(const std::string& name) {
+  return name == kPlain || (name.starts_with(kOfAuthority) &&
+                            IsHex(std::string_view(name).substr(kOfAuthority.size()), 64));
 }
 
 /// Returns whether the file or folder is this user's, and only this user may write to it.
@@ -61,17 +73,22 @@ int OpenFolder(int above, const char* name) {
   return -1;
 }
 
-/// Opens the folder of all scenes, and makes it if there is none.
-int OpenRoot(const fs::path& folder) {
+/// Opens the folder of a group in the folder of all scenes, and makes both if there are none.
+int OpenGroup(const fs::path& folder, const std::string& group) {
   std::error_code failed;
   fs::create_directories(folder.parent_path(), failed);
   const int above = open(folder.parent_path().c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (above < 0) return -1;
   const int root = OpenFolder(above, folder.filename().c_str());
-  const int fault = errno;
+  int fault = errno;
   close(above);
+  const int opened = root < 0 ? -1 : OpenFolder(root, group.c_str());
+  if (root >= 0) {
+    fault = errno;
+    close(root);
+  }
   errno = fault;
-  return root;
+  return opened;
 }
 
 std::uint64_t SizeOf(const fs::path& folder) {
@@ -124,13 +141,13 @@ bool ReadAll(int descriptor, std::span<char> bytes, std::uint64_t at) {
 
 /// Makes room for a scene: removes old unfinished scenes, then the least recently used scenes.
 void MakeRoom(const SceneStore& store, std::uint64_t wanted, std::uint64_t most_bytes,
-              const std::string& but) {
+              const fs::path& but) {
   std::vector<FetchedScene> scenes = store.Scenes();
   std::uint64_t sum = wanted;
   for (const FetchedScene& scene : scenes) sum += scene.bytes;
   const auto now = fs::file_time_type::clock::now();
   for (auto scene = scenes.rbegin(); scene != scenes.rend(); ++scene) {
-    if (scene->folder.filename() == but) continue;
+    if (scene->folder == but) continue;
     const bool left = !scene->whole && now - scene->used > kLeftFor;
     if (!left && sum <= most_bytes) continue;
     if (RemoveUnlessHeld(scene->folder)) sum -= std::min(sum, scene->bytes);
@@ -139,26 +156,41 @@ void MakeRoom(const SceneStore& store, std::uint64_t wanted, std::uint64_t most_
 
 }  // namespace
 
-fs::path SceneStore::SceneFileOf(std::uint64_t content_hash) const {
-  return folder_ / Hex(content_hash) / kSceneFile;
+SceneStore::SceneStore(fs::path folder, const std::optional<Sha256>& authority)
+    : folder_(std::move(folder)),
+      group_(authority ? std::string(kOfAuthority) + HexOfBytes(*authority) : kPlain) {}
+
+fs::path SceneStore::SceneFileOf(const Sha256& content) const {
+  return group() / HexOfBytes(content) / kSceneFile;
 }
 
 std::vector<FetchedScene> SceneStore::Scenes() const {
   std::vector<FetchedScene> scenes;
-  std::error_code unreadable;
-  for (fs::directory_iterator entry(folder_, unreadable), end; !unreadable && entry != end;
-       entry.increment(unreadable)) {
-    const std::string name = entry->path().filename().string();
-    const bool whole = IsWholeName(name);
+  const auto visit = [](const fs::path& folder, const auto& see) {
+    std::error_code unreadable;
+    for (fs::directory_iterator entry(folder, unreadable), end; !unreadable && entry != end;
+         entry.increment(unreadable)) {
+      std::error_code unknown;
+      const bool is_folder =
+          fs::symlink_status(entry->path(), unknown).type() == fs::file_type::directory;
+      if (is_folder) see(entry->path());
+    }
+  };
+  const auto add = [&scenes](const fs::path& folder, bool whole) {
     std::error_code unknown;
-    const bool is_folder =
-        fs::symlink_status(entry->path(), unknown).type() == fs::file_type::directory;
-    if ((!whole && !IsUnfinishedName(name)) || !is_folder) continue;
-    const auto used = fs::last_write_time(entry->path(), unknown);
-    if (unknown) continue;
-    scenes.push_back({entry->path(), SizeOf(entry->path()), used, whole});
-    if (scenes.size() == kMostScenes) break;
-  }
+    const auto used = fs::last_write_time(folder, unknown);
+    if (unknown || scenes.size() == kMostScenes) return;
+    scenes.push_back({folder, SizeOf(folder), used, whole});
+  };
+  visit(folder_, [&](const fs::path& group) {
+    const std::string name = group.filename().string();
+    if (IsEarlierName(name) || IsUnfinishedName(name)) add(group, IsEarlierName(name));
+    if (!IsGroupName(name)) return;
+    visit(group, [&](const fs::path& scene) {
+      const bool whole = IsWholeName(scene.filename().string());
+      if (whole || IsUnfinishedName(scene.filename().string())) add(scene, whole);
+    });
+  });
   std::ranges::sort(scenes, std::greater(), &FetchedScene::used);
   return scenes;
 }
@@ -168,26 +200,32 @@ std::size_t SceneStore::Clear() const {
   for (const FetchedScene& scene : Scenes()) {
     if (RemoveUnlessHeld(scene.folder)) ++removed;
   }
+  // folders of senders without scenes; one that has a scene stays
+  std::error_code unreadable;
+  for (fs::directory_iterator entry(folder_, unreadable), end; !unreadable && entry != end;
+       entry.increment(unreadable)) {
+    if (IsGroupName(entry->path().filename().string())) rmdir(entry->path().c_str());
+  }
   return removed;
 }
 
-void SceneStore::Touch(std::uint64_t content_hash) const {
+void SceneStore::Touch(const Sha256& content) const {
   std::error_code ignored;
-  fs::last_write_time(folder_ / Hex(content_hash), fs::file_time_type::clock::now(), ignored);
+  fs::last_write_time(group() / HexOfBytes(content), fs::file_time_type::clock::now(), ignored);
 }
 
 Result<UnfinishedScene> UnfinishedScene::Open(const SceneStore& store, const SceneList& list,
-                                              const FileDigest& digest, const Limits& limits,
+                                              const Sha256& digest, const Limits& limits,
                                               bool& busy) {
   busy = false;
-  const fs::path& root = store.folder();
-  const std::string shown = PlainLine(root.string());
-  const int root_folder = OpenRoot(root);
+  const fs::path root = store.group();
+  const std::string shown = PlainLine(store.folder().string());
+  const int root_folder = OpenGroup(store.folder(), store.group_name());
   if (root_folder < 0) {
     return Error{shown + ": cannot be used for scenes from sessions: " + Reason(errno) +
                  "; it must be a folder of yours that others cannot write to"};
   }
-  const std::string name = kUnfinished + HexOf(digest);
+  const std::string name = kUnfinished + HexOfBytes(digest);
   int folder = -1;
   // a program that removes leftovers has the lock for a moment, and then the folder is gone
   for (int tries = 0; tries < 3 && folder < 0; ++tries) {
@@ -213,7 +251,7 @@ Result<UnfinishedScene> UnfinishedScene::Open(const SceneStore& store, const Sce
   }
   UnfinishedScene scene(root, list, name, root_folder, folder);
   const std::uint64_t total = list.total_bytes();
-  MakeRoom(store, total, limits.most_bytes, name);
+  MakeRoom(store, total, limits.most_bytes, root / name);
   if (total > limits.most_bytes) {
     scene.Remove();
     return Error{"the scene is larger than the " + std::to_string(limits.most_bytes / 1'000'000) +
@@ -238,7 +276,7 @@ std::optional<Error> UnfinishedScene::OpenFiles() {
   for (std::size_t f = 0; f < list_.files.size(); ++f) {
     const ListedFile& file = list_.files[f];
     // the scene file as sent does not fit this machine
-    names_.push_back(f == 0 ? "sent" : HexOf(file.digest) + file.kind);
+    names_.push_back(f == 0 ? "sent" : HexOfBytes(file.digest) + file.kind);
     const int opened = openat(folder_, names_.back().c_str(),
                               O_RDWR | O_CREAT | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC, 0600);
     struct stat facts {};
@@ -281,7 +319,7 @@ Result<fs::path> UnfinishedScene::WriteScene() {
   std::vector<char> block(1U << 20U);
   for (std::size_t f = 0; f < list_.files.size(); ++f) {
     const ListedFile& file = list_.files[f];
-    RunningDigest digest;
+    RunningSha256 digest;
     for (std::uint64_t at = 0; at < file.bytes; at += block.size()) {
       const auto bytes =
           static_cast<std::size_t>(std::min<std::uint64_t>(block.size(), file.bytes - at));
@@ -305,8 +343,8 @@ Result<fs::path> UnfinishedScene::WriteScene() {
   return root_ / name_ / SceneStore::kSceneFile;
 }
 
-Result<fs::path> UnfinishedScene::Commit(std::uint64_t content_hash) {
-  const std::string whole = Hex(content_hash);
+Result<fs::path> UnfinishedScene::Commit(const Sha256& content) {
+  const std::string whole = HexOfBytes(content);
   int fault = 0;
   for (const int file : files_) {
     if (fault == 0 && fsync(file) != 0 && errno != EINVAL) fault = errno;

@@ -9,6 +9,7 @@
 
 #include "collab/transfer/scene_fetch.h"
 #include "collab/transfer/scene_list.h"
+#include "engine/base/files/sha256.h"
 #include "engine/base/result.h"
 
 namespace tandem {
@@ -25,27 +26,36 @@ struct FetchedScene {
 /// network becomes a path. A folder or file that is not the user's own, that others may write to,
 /// or that is a link is not used.
 ///
-/// A scene is in the folder of its content hash, as `scene.json` and files named after their
-/// digests. It is written in a folder beside it, named after its list of files and locked by one
-/// program at a time. So the next program goes on where a killed one stopped.
+/// The scenes of plain sessions, and those of each authority, have a folder each: what a stranger
+/// sent never serves a secured session. In it a scene is in the folder of its content's digest, as
+/// `scene.json` and files named after their digests. It is written in a folder beside it, named
+/// after its list of files and locked by one program at a time. So the next program goes on where a
+/// killed one stopped.
 class SceneStore {
  public:
   static constexpr const char* kSceneFile = "scene.json";
 
-  explicit SceneStore(std::filesystem::path folder) : folder_(std::move(folder)) {}
+  /// `authority`: digest of the authorities whose members send the scenes; nullopt: anybody does,
+  /// in plain sessions.
+  explicit SceneStore(std::filesystem::path folder, const std::optional<Sha256>& authority = {});
 
+  /// The folder of all scenes.
   const std::filesystem::path& folder() const noexcept { return folder_; }
+  /// The folder of these senders' scenes.
+  std::filesystem::path group() const { return folder_ / group_; }
+  const std::string& group_name() const noexcept { return group_; }
   /// Returns the path of the scene file of that content, even if it is not there.
-  std::filesystem::path SceneFileOf(std::uint64_t content_hash) const;
-  /// Returns all scenes in the folder, the last used first.
+  std::filesystem::path SceneFileOf(const Sha256& content) const;
+  /// Returns all scenes in the folder, whoever sent them, the last used first.
   std::vector<FetchedScene> Scenes() const;
-  /// Removes all scenes except those being written; returns how many.
+  /// Removes all scenes, whoever sent them, except those being written; returns how many.
   std::size_t Clear() const;
   /// Notes that the scene is in use.
-  void Touch(std::uint64_t content_hash) const;
+  void Touch(const Sha256& content) const;
 
  private:
   std::filesystem::path folder_;
+  std::string group_;  // name of a folder in folder_
 };
 
 /// The files of a scene on their way into a store.
@@ -59,7 +69,7 @@ class UnfinishedScene final : public PieceStore {
   /// Makes its folder, or takes over that of a program which ended. The error is a line: another
   /// program has it (`busy`), the disk is too full, or others can write to the folder.
   static Result<UnfinishedScene> Open(const SceneStore& store, const SceneList& list,
-                                      const FileDigest& digest, const Limits& limits, bool& busy);
+                                      const Sha256& digest, const Limits& limits, bool& busy);
   UnfinishedScene(UnfinishedScene&& other) noexcept;
   UnfinishedScene& operator=(UnfinishedScene&&) = delete;
   /// Leaves the files for the next run.
@@ -73,7 +83,7 @@ class UnfinishedScene final : public PieceStore {
   Result<std::filesystem::path> WriteScene();
   /// Waits until the disk has all files, and moves the scene to its place. Returns the scene file's
   /// path.
-  Result<std::filesystem::path> Commit(std::uint64_t content_hash);
+  Result<std::filesystem::path> Commit(const Sha256& content);
   /// Removes all files and the folder.
   void Remove();
 

@@ -10,6 +10,8 @@
 #include <sys/prctl.h>
 #include <unistd.h>
 
+#include "engine/base/text/clean_text.h"
+
 namespace tandem {
 namespace {
 
@@ -50,6 +52,10 @@ LineWriter::LineWriter(int fd) : fd_(fd) {
   pthread_create(&thread, &attributes, &LineWriter::Run, this);
   pthread_sigmask(SIG_SETMASK, &before, nullptr);
   pthread_attr_destroy(&attributes);
+}
+
+void LineWriter::WriteLine(std::string_view line) {
+  Write(CleanText(line) + '\n');
 }
 
 void LineWriter::Write(std::string text) {

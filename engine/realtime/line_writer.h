@@ -7,6 +7,7 @@
 #include <deque>
 #include <mutex>
 #include <string>
+#include <string_view>
 
 namespace tandem {
 
@@ -24,8 +25,9 @@ class LineWriter {
   LineWriter(const LineWriter&) = delete;
   LineWriter& operator=(const LineWriter&) = delete;
 
-  /// Writes a line, given without its end.
-  void WriteLine(const std::string& line) { Write(line + '\n'); }
+  /// Writes a line, given without its end. The line stays one line of plain text, whatever it says:
+  /// CleanText() replaces its line ends and control characters.
+  void WriteLine(std::string_view line);
   /// Writes text as it is.
   void Write(std::string text);
   /// Waits until all is written, at most for `patience`. Returns whether all is.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <string>
 #include <string_view>
 
@@ -105,13 +106,17 @@ Constraint MakeConstraint(const SceneConstraint& constraint, const Pose& X_WB0) 
   return {};
 }
 
-void AddTo(Hash64& hash, const SceneConstraint& constraint) {
-  hash.Add(static_cast<std::uint64_t>(constraint.kind));
-  hash.Add(static_cast<std::uint64_t>(constraint.turn));
+std::array<std::uint64_t, 8> ContentOf(const SceneConstraint& constraint) {
+  std::array<std::uint64_t, 8> content{static_cast<std::uint64_t>(constraint.kind),
+                                       static_cast<std::uint64_t>(constraint.turn)};
+  std::size_t at = 2;
   for (const Vec3& v : {constraint.p_W, constraint.axis_W}) {
     // adding 0 turns a negative zero, which means the same, into 0
-    for (const double x : {v.x(), v.y(), v.z()}) hash.Add(x + 0.0);
+    for (const double x : {v.x(), v.y(), v.z()}) {
+      content[at++] = std::bit_cast<std::uint64_t>(x + 0.0);
+    }
   }
+  return content;
 }
 
 }  // namespace tandem

@@ -1,6 +1,8 @@
 #pragma once
 
-#include "engine/base/hash.h"
+#include <array>
+#include <cstdint>
+
 #include "engine/base/text/json_reader.h"
 #include "engine/dynamics/constraint.h"
 
@@ -22,7 +24,7 @@ SceneConstraint ReadConstraint(const JsonNode& node);
 /// Makes the constraint of a body whose first pose is `X_WB0`. Its kind must not be kNone.
 Constraint MakeConstraint(const SceneConstraint& constraint, const Pose& X_WB0);
 
-/// Adds what affects forces to the scene's hash.
-void AddTo(Hash64& hash, const SceneConstraint& constraint);
+/// Returns what affects forces, for the scene's hashes: equal for constraints that mean the same.
+std::array<std::uint64_t, 8> ContentOf(const SceneConstraint& constraint);
 
 }  // namespace tandem

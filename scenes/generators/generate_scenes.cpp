@@ -1,20 +1,22 @@
 #include <cstdio>
 
 #include "scenes/generators/generated_scene.h"
+#include "scenes/generators/generator_command.h"
 
 // generate_scenes FOLDER: writes the files that the scene files in FOLDER name.
 int main(int argc, char** argv) {
-  if (argc != 2) {
-    std::fprintf(stderr, "usage: generate_scenes FOLDER\n");
-    return 2;
-  }
+  int exit_code = 0;
+  const auto folder =
+      tandem::FolderToFill(argc, argv, "generate_scenes",
+                           "writes the files that the scene files in FOLDER name", exit_code);
+  if (!folder) return exit_code;
   for (const tandem::GeneratedScene& scene : tandem::GeneratedScenes()) {
-    if (const auto fault = tandem::WriteScene(scene, argv[1])) {
+    if (const auto fault = tandem::WriteScene(scene, *folder)) {
       std::fprintf(stderr, "%s\n", fault->what.c_str());
       return 1;
     }
   }
-  const std::filesystem::path stability = std::filesystem::path(argv[1]) / "stability";
+  const std::filesystem::path stability = *folder / "stability";
   if (const auto fault = tandem::WriteScene(tandem::StabilityParts(), stability)) {
     std::fprintf(stderr, "%s\n", fault->what.c_str());
     return 1;

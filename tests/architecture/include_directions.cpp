@@ -26,7 +26,7 @@ const std::map<std::string, std::set<std::string>>& Arrows() {
     may_see("engine/base", {});
     may_see("engine/base/files", {"engine/base"});
     may_see("engine/base/text", {"engine/base/files"});
-    may_see("engine/realtime", {"engine/base"});
+    may_see("engine/realtime", {"engine/base", "engine/base/text"});
     may_see("engine/safety", {"engine/base"});
     may_see("engine/dynamics", {"engine/base"});
     may_see("engine/geometry/mesh", {"engine/base/files"});
@@ -65,7 +65,8 @@ const std::map<std::string, std::set<std::string>>& Arrows() {
     may_see("collab/transfer", {"collab"});
     may_see("collab/trace", {"collab"});
     may_see("collab/dds/cyclone", {"collab/session"});
-    may_see("collab/dds/security", {"collab/dds/cyclone"});
+    may_see("collab/dds/networks", {"collab/dds/cyclone"});
+    may_see("collab/dds/security", {"collab/dds/networks"});
     may_see("collab/dds/wire", {"collab/controller", "collab/transfer"});
     may_see("collab/dds/transport", {"collab/dds/security", "collab/dds/wire"});
     may_see("collab/dds/control", {"collab/dds/transport"});
@@ -98,7 +99,7 @@ const std::map<std::string, std::set<std::string>>& Arrows() {
     may_see("app/capacity", {"app/judgement", "collab/simulated"});
     may_see("app/peer", {"app/process", "app/recording", "app/capacity"});
     may_see("app/join", {"app/peer", "app/invite"});
-    may_see("app/doctor", {"app/recording"});
+    may_see("app/doctor", {"app/process", "app/recording"});
     may_see("app/stability/report", {"app/common", "app/picture", "collab/lab"});
     may_see("app/stability/live", {"app/process", "collab/lab", "scenes"});
     may_see("app/stability/cli",
@@ -113,7 +114,8 @@ const std::map<std::string, std::set<std::string>>& Arrows() {
     may_see("app/bench/comparison", {"app/bench"});
     may_see("app/cli", {"app/join", "app/doctor", "app/stability/cli", "app/study/run", "app/bench",
                         "collab/simulated/hands"});
-    may_see("app/view/model/scene", {"app/connection"});
+    may_see("app/view/model/words", {});
+    may_see("app/view/model/scene", {"app/connection", "app/view/model/words"});
     may_see("app/view/model/session", {"app/view/model/scene"});
     may_see("app/view/model/proximity", {"app/view/model/scene", "engine/proximity"});
     may_see("app/view/model/hand", {"app/view/model/scene"});
@@ -156,7 +158,7 @@ const std::vector<Reserved>& ReservedWords() {
       {std::regex(R"(#\s*include\s*<Q(t|[A-Z]))"), "includes Qt", {"app/view"}},
       {std::regex(R"(#\s*include\s*<openssl/)"),
        "includes OpenSSL",
-       {"app/device/drivers", "app/invite", "collab/transfer"}},
+       {"app/device/drivers", "app/invite", "engine/base/files"}},
       {std::regex(R"(#\s*include\s*<CLI/)"), "includes the command line's library", {"app"}},
       {std::regex(
            R"(\b(clock_gettime|gettimeofday|(steady|system|high_resolution)_clock|MonotonicNowNs)\b)"),

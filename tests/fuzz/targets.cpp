@@ -98,8 +98,7 @@ void FeedResults(std::string_view bytes) {
 }
 void FeedPoses(std::string_view bytes) {
   const std::filesystem::path file = FedFile(bytes);
-  ExpectPlain(ReadPosesFile(file, PosesOf::kPairs));
-  ExpectPlain(ReadPosesFile(file, PosesOf::kSceneBodies));
+  ExpectPlain(ReadPosesFile(file));
 }
 void FeedTrace(std::string_view bytes) {
   const Result<NetworkTrace> trace = ReadNetworkTrace(FedFile(bytes));

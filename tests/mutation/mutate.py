@@ -1,145 +1,157 @@
 #!/usr/bin/env python3
-"""Mutation score of the session's rules: how many small faults, put into them at random, the tests find.
+"""Mutation score: how many small faults, put into the checks of guards, of receivers and of the wire, the tests find.
 
-mutate.py [--count N] [--seed S] [--jobs J] [--work FOLDER] [--json FILE]
+mutate.py [--count N] [--seed S] [--jobs J] [--build FOLDER] [--work FOLDER] [--json FILE] [GROUP...]
 
-It works in a copy of the last commit, in FOLDER, and builds there without unity. Each fault changes one place of
-one of FILES. A fault that does not compile is drawn anew. One that the tests do not find is printed with its place.
+N faults of each group are drawn, without N all are tried. A fault changes one line of a copy of one file. That copy alone is
+compiled and linked in front of the libraries of FOLDER, which is a build of the release preset with the objects of the
+mutated libraries apart (apart.cmake). The tests that lie beside the file run first, then the group's other programs. A fault
+that does not compile is drawn anew. One that no test finds is printed with its place. --only-tests-beside leaves out the
+others. --known JSON repeats the faults that an earlier run did not find.
 """
 import argparse
+import concurrent.futures
 import json
 import pathlib
 import random
-import re
 import subprocess
 import sys
 import time
 
-FILES = """
-collab/ownership/ownership.cpp collab/ownership/ownership_disputes.cpp collab/ownership/ownership_messages.cpp collab/session/peer_directory.cpp
-collab/receive/peer_inbox.cpp collab/receive/sample_validator.cpp collab/session/scene_agreement.cpp collab/mirror/remote_bodies.cpp
-collab/coupling/energy_gate.cpp collab/coupling/force_terms.cpp
-""".split()
+from places import mutants_of
+from programs import Builder, Mutant, tests_beside
 
-# what is looked for, and what takes its place
-OPERATORS = [
-    (r" < ", [" <= ", " > "]),
-    (r" > ", [" >= ", " < "]),
-    (r" <= ", [" < "]),
-    (r" >= ", [" > "]),
-    (r" == ", [" != "]),
-    (r" != ", [" == "]),
-    (r" && ", [" || "]),
-    (r" \|\| ", [" && "]),
-    (r" \+ ", [" - "]),
-    (r" - ", [" + "]),
-    (r"\btrue\b", ["false"]),
-    (r"\bfalse\b", ["true"]),
-    (r"(?<=[(& |])!(?=[a-z(])", [""]),
-    (r"std::max\(", ["std::min("]),
-    (r"std::min\(", ["std::max("]),
-    (r"\+\+(?=[a-z])", ["--"]),
-    (r"\bcontinue;", ["break;"]),
-]
-STATEMENT = re.compile(r"^\s+(?!return\b|const\b|static\b|auto\b|using\b|case\b|break\b)[\w:.>()\[\]-]+(\(| = | \+= ).*;\s*$")
-LEFT_ALONE = re.compile(r"^\s*(//|#|template|namespace|static_assert)|TANDEM_|operator|<<|static constexpr|^constexpr|Tell\(|Notify\(")
+SOURCE = pathlib.Path(__file__).resolve().parents[2]
 
-# the tests that must find them; the second is run only when the first finds nothing
-TESTS = [
-    ["collab_test"],
-    ["simulator_test", "--gtest_filter=Simulator.NoSeed*"],
-]
-SECONDS_FOR_A_TEST = 600
+# files of a group, the program whose tests lie beside them, and what else must find a fault: more programs with filters
+GROUPS = {
+    "guards": ("engine/safety/*", "safety_test", ["safety_test"]),
+    "receive": ("collab/receive/*.cpp", "collab_test", ["collab_test"]),
+    "session": ("collab/session/*.cpp", "collab_test", ["collab_test"]),
+    "wire": ("collab/dds/wire/*.cpp", "dds_wire_test", ["dds_wire_test"]),
+    "ownership": ("collab/ownership/*.cpp", "collab_test", ["collab_test", "simulator_test --gtest_filter=Simulator.NoSeed*"]),
+    "coupling": ("collab/coupling/*.cpp", "collab_test", ["collab_test", "simulator_test --gtest_filter=Simulator.NoSeed*"]),
+}
 
 
-def mutants_of(root):
-    """All places: (file, line number, column, old text, new text)."""
-    found = []
-    for file in FILES:
-        for number, line in enumerate((root / file).read_text().splitlines()):
-            code = line.split("//")[0]
-            if not code.strip() or LEFT_ALONE.search(code):
-                continue
-            for pattern, others in OPERATORS:
-                for match in re.finditer(pattern, code):
-                    found += [(file, number, match.start(), match.group(), other) for other in others]
-            if STATEMENT.match(code):
-                found.append((file, number, 0, line, ""))
-    return found
+def files_of(pattern):
+    found = sorted(path.relative_to(SOURCE).as_posix() for path in SOURCE.glob(pattern))
+    return [file for file in found if file.endswith((".cpp", ".h"))]
 
 
-def run(command, seconds, **more):
-    try:
-        done = subprocess.run(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, timeout=seconds, **more)
-        return done.returncode
-    except subprocess.TimeoutExpired:
-        return -1
+class Group:
+    """A group's faults, the programs that must find them, and how long these take without a fault."""
+
+    def __init__(self, name, builder, beside_only):
+        self.name = name
+        self.pattern, self.program, others = GROUPS[name]
+        self.builder = builder
+        self.others = [] if beside_only else [other.split() for other in others]
+        self.places = [place for file in files_of(self.pattern) for place in mutants_of(SOURCE, file)]
+        self.seconds = {}
+
+    def programs(self):
+        return {self.program, *(other[0] for other in self.others)}
+
+    def commands(self, file):
+        """Returns the runs that must find a fault of the file: program and arguments."""
+        beside = tests_beside(SOURCE, file, self.builder.tests_of(self.program))
+        return ([[self.program, "--gtest_filter=" + beside]] if beside else []) + self.others
+
+    def measure(self):
+        for file in files_of(self.pattern):
+            for command in self.commands(file):
+                if tuple(command) in self.seconds:
+                    continue
+                begun = time.monotonic()
+                if self.builder.run(command, None, 1200) != 0:
+                    sys.exit(f"{' '.join(command)} fails without a fault")
+                self.seconds[tuple(command)] = time.monotonic() - begun
+
+    def judge(self, place, number):
+        """Returns the place with what found it; nothing if the fault does not compile."""
+        begun = time.monotonic()
+        with Mutant(self.builder, place, number) as mutant:
+            if not mutant.compiled:
+                return None
+            finder = None
+            for command in self.commands(place["file"]):
+                program = mutant.link(command[0])
+                if program is None:
+                    return None
+                if self.builder.run(command, program, 20 + 10 * self.seconds[tuple(command)]) != 0:
+                    finder = command[0] if command in self.others else "beside"
+                    break
+        return {**place, "line": place["line"] + 1, "was": place["was"].strip(), "became": place["became"].strip(),
+                "group": self.name, "found_by": finder, "seconds": round(time.monotonic() - begun, 1)}
+
+
+def run_group(group, drawn, count, jobs, keep):
+    rows, not_compiled = [], 0
+    with concurrent.futures.ThreadPoolExecutor(jobs) as pool:
+        waiting = iter(enumerate(drawn))
+        under_way = set()
+        while True:
+            while len(under_way) < jobs and (count is None or len(rows) + len(under_way) < count):
+                following = next(waiting, None)
+                if following is None:
+                    break
+                number, place = following
+                under_way.add(pool.submit(group.judge, place, f"{group.name}{number}"))
+            if not under_way:
+                return rows, not_compiled
+            done, under_way = concurrent.futures.wait(under_way, return_when=concurrent.futures.FIRST_COMPLETED)
+            for row in (future.result() for future in done):
+                if row is None:
+                    not_compiled += 1
+                    continue
+                rows.append(row)
+                keep(rows)
+                if row["found_by"] is None:
+                    print(f"not found: {row['file']}:{row['line']}: {row['was']}\n     became: {row['became']}", flush=True)
+
+
+def drawn_of(group, asked, known):
+    if known is not None:
+        wanted = {(row["file"], row["was"], row["became"]) for row in known if row["found_by"] is None}
+        return [place for place in group.places if (place["file"], place["was"].strip(), place["became"].strip()) in wanted]
+    drawn = list(group.places)
+    random.Random(asked.seed).shuffle(drawn)
+    return drawn
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--count", type=int, default=100)
+    parser.add_argument("groups", nargs="*", metavar="GROUP", help=f"of {', '.join(GROUPS)}; without: the first four")
+    parser.add_argument("--count", type=int)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--jobs", type=int, default=1)
-    parser.add_argument("--work", type=pathlib.Path, default=pathlib.Path("/tmp/tandem-mutation"))
+    parser.add_argument("--work", type=pathlib.Path, default=SOURCE / "build/mutation")
+    parser.add_argument("--build", type=pathlib.Path)
+    parser.add_argument("--only-tests-beside", action="store_true")
+    parser.add_argument("--known", type=pathlib.Path)
     parser.add_argument("--json", type=pathlib.Path)
     asked = parser.parse_args()
 
-    source = pathlib.Path(__file__).resolve().parents[2]
-    root, build = asked.work / "source", asked.work / "build"
-    root.mkdir(parents=True, exist_ok=True)
-    archive = subprocess.run(["git", "-C", source, "archive", "HEAD"], check=True, capture_output=True)
-    subprocess.run(["tar", "-x", "-C", root], input=archive.stdout, check=True)
-    commit = subprocess.run(["git", "-C", source, "rev-parse", "--short", "HEAD"], check=True, capture_output=True, text=True)
+    commit = subprocess.run(["git", "-C", SOURCE, "rev-parse", "--short", "HEAD"], capture_output=True, text=True).stdout.strip()
+    builder = Builder(SOURCE, (asked.build or asked.work / "build").absolute(), (asked.work / "faults").absolute())
+    groups = [Group(name, builder, asked.only_tests_beside) for name in asked.groups or list(GROUPS)[:4]]
+    builder.build(set().union(*(group.programs() for group in groups)), asked.jobs)
+    known = json.loads(asked.known.read_text())["faults"] if asked.known else None
 
-    programs = [test[0] for test in TESTS]
-    make = ["ninja", f"-j{asked.jobs}", "-C", str(build), *programs]
-    configured = subprocess.run(
-        ["cmake", "-S", root, "-B", build, "-G", "Ninja", "-DCMAKE_BUILD_TYPE=Release", "-DCMAKE_CXX_FLAGS_RELEASE=-O1"],
-        stdout=subprocess.DEVNULL)
-    if configured.returncode != 0 or subprocess.run(make, stdout=subprocess.DEVNULL).returncode != 0:
-        sys.exit(f"{root} cannot be built")
+    def keep(rows):
+        if asked.json:
+            asked.json.write_text(json.dumps({"commit": commit, "seed": asked.seed, "faults": rows}, indent=1))
 
-    def found_by():
-        for test in TESTS:
-            program = [str(build / "bin" / test[0]), *test[1:], "--gtest_fail_fast"]
-            if run(program, SECONDS_FOR_A_TEST, cwd=build) != 0:
-                return test[0]
-        return None
-
-    if found_by() is not None:
-        sys.exit("the tests fail without a fault")
-
-    drawn = mutants_of(root)
-    random.Random(asked.seed).shuffle(drawn)
-    print(f"{len(drawn)} places, seed {asked.seed}, commit {commit.stdout.strip()}", flush=True)
-    rows, not_compiled = [], 0
-    for file, number, column, old, new in drawn:
-        if len(rows) == asked.count:
-            break
-        path = root / file
-        whole = path.read_text()
-        lines = whole.splitlines(keepends=True)
-        line = lines[number]
-        lines[number] = line[:column] + new + line[column + len(old):]
-        path.write_text("".join(lines))
-        begun = time.monotonic()
-        try:
-            compiles = run(make, SECONDS_FOR_A_TEST) == 0
-            finder = found_by() if compiles else None
-        finally:
-            path.write_text(whole)
-        if not compiles:
-            not_compiled += 1
-            continue
-        rows.append({"file": file, "line": number + 1, "was": line.strip(), "became": lines[number].strip(),
-                     "found_by": finder, "seconds": round(time.monotonic() - begun, 1)})
-        if finder is None:
-            print(f"not found: {file}:{number + 1}: {line.strip()}\n     became: {lines[number].strip()}", flush=True)
-    found = sum(row["found_by"] is not None for row in rows)
-    print(f"{found} of {len(rows)} faults were found; {not_compiled} more did not compile")
-    if asked.json:
-        asked.json.write_text(json.dumps({"commit": commit.stdout.strip(), "seed": asked.seed, "faults": rows}, indent=1))
+    all_rows = []
+    for group in groups:
+        group.measure()
+        drawn = drawn_of(group, asked, known)
+        print(f"{group.name}: {len(drawn)} of {len(group.places)} places, seed {asked.seed}, commit {commit}", flush=True)
+        rows, not_compiled = run_group(group, drawn, asked.count, asked.jobs, lambda rows: keep(all_rows + rows))
+        all_rows += rows
+        found = sum(row["found_by"] is not None for row in rows)
+        print(f"{group.name}: {found} of {len(rows)} faults were found; {not_compiled} more did not compile", flush=True)
 
 
 if __name__ == "__main__":

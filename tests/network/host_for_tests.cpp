@@ -15,19 +15,24 @@ int main(int argc, char** argv) {
   const auto begin = std::chrono::steady_clock::now();
   tandem::Controller::Options options;
   options.host = "host_for_tests";
-  options.timeout_s = 10;
+  options.timeout_s = 60;
   tandem::Result<tandem::Controller> host = tandem::Controller::Attach(argv[1], options);
   if (!host) {
     std::fprintf(stderr, "%s\n", host.error().what.c_str());
     return 5;
   }
   const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
-  const std::size_t bodies = host->snapshot().bodies.size();
-  const tandem::Answer grabbed = host->Ask(tandem::GrabRequest{argv[2], {}});
+  tandem::Answer grabbed = host->Ask(tandem::GrabRequest{argv[2], {}});
+  // on a loaded machine the controller may still be at its scene
+  for (int i = 0; i < 600 && grabbed.reason == "the scene is being loaded"; ++i) {
+    host->Wait(std::chrono::milliseconds(50));
+    grabbed = host->Ask(tandem::GrabRequest{argv[2], {}});
+  }
   if (!grabbed.ok) {
     std::fprintf(stderr, "%s\n", grabbed.reason.c_str());
     return 1;
   }
+  const std::size_t bodies = host->snapshot().bodies.size();
   while (host->snapshot().hand.body < 0) host->Wait(std::chrono::milliseconds(100));
   tandem::PlainPose goal = host->snapshot().hand.X_WG;
   const double start = goal.p_W[0];
@@ -39,8 +44,8 @@ int main(int argc, char** argv) {
   }
   // a program that waits for the file finds it whole
   const std::string unfinished = std::string(argv[4]) + ".unfinished";
-  std::ofstream(unfinished) << took.count() << ' ' << bodies << ' '
-                            << host->snapshot().peers.size() << std::endl;
+  std::ofstream(unfinished) << took.count() << ' ' << bodies << ' ' << host->snapshot().peers.size()
+                            << std::endl;
   std::filesystem::rename(unfinished, argv[4]);
   for (;;) host->Wait(std::chrono::milliseconds(100));
 }

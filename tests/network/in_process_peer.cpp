@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "collab/session/scene_agreement.h"
 #include "engine/base/check.h"
 #include "engine/haptics/scripted_device.h"
 #include "engine/scene/scene_hash.h"
@@ -19,6 +20,7 @@ void InProcessPeer::Join(const std::string& session, PeerId id) {
   options.peer.id = id;
   options.peer.held_object = object;
   options.name = "own";
+  options.manifest = ManifestOf(*scene, *hash, id);
   node_ = std::make_unique<PeerNode>(
       *model, std::make_unique<ScriptedDevice>(HandScript{}, (*model)->bodies[0].X_WB0),
       hash->content, options);

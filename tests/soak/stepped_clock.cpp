@@ -1,7 +1,8 @@
 // A wall clock that can be set for one program: a library that is loaded before all others
 // (LD_PRELOAD). It adds to CLOCK_REALTIME the nanoseconds that stand in a file, which the variable
 // STEPPED_CLOCK names and which another program writes at any time. Without the variable it adds
-// nothing. The machine's clock is left alone, and so are all other clocks.
+// nothing. The machine's clock is left alone, and so are all other clocks, but with the variable
+// STEPPED_CLOCK_SLEEPS the clock that goes on while a machine sleeps is ahead as much.
 //
 // A wait of a condition variable until a time of that clock ends by the stepped clock, as the
 // kernel does it when a clock is set: earlier after a step forward, later after a step back. The
@@ -71,7 +72,9 @@ std::int64_t Step() noexcept {
 }
 
 bool IsWallClock(clockid_t clock) noexcept {
-  return clock == CLOCK_REALTIME || clock == CLOCK_REALTIME_COARSE;
+  static const bool sleeps = std::getenv("STEPPED_CLOCK_SLEEPS") != nullptr;
+  return clock == CLOCK_REALTIME || clock == CLOCK_REALTIME_COARSE ||
+         (sleeps && clock == CLOCK_BOOTTIME);
 }
 
 /// Counts the signals of condition variables; variables far apart may share a count.

@@ -12,8 +12,10 @@
 #include <vector>
 
 #include <dlfcn.h>
+#include <unistd.h>
 
 #include "app/device/tandem_device.h"
+#include "engine/base/files/trusted_file.h"
 
 /// Helpers that drivers share: options, texts in arrays, and libraries loaded at run time.
 namespace tandem::driver {
@@ -101,6 +103,11 @@ class VendorLibrary {
     bool is_there = false;
     for (const std::string& file : files) {
       if (file.empty()) continue;
+      if (const std::string fault = Distrust(file); !fault.empty()) {
+        why_ = fault;
+        is_there = true;
+        continue;
+      }
       handle_ = dlopen(file.c_str(), RTLD_NOW | (global ? RTLD_GLOBAL : RTLD_LOCAL));
       if (handle_ != nullptr) return true;
       const char* why = dlerror();
@@ -125,6 +132,13 @@ class VendorLibrary {
   const std::string& missing() const { return missing_; }
 
  private:
+  /// Returns why a file must not be loaded; empty: it may, or is not there. The loader finds names
+  /// without a folder in the system's folders.
+  static std::string Distrust(const std::string& file) {
+    const bool named = file.find('/') != std::string::npos && access(file.c_str(), F_OK) == 0;
+    return named ? WhyNotTrusted(file) : "";
+  }
+
   void* handle_ = nullptr;
   std::string why_;
   std::string missing_;

@@ -122,17 +122,17 @@ OrderedJson LiveJson(const LiveArguments& arguments, const LabCase& test, const 
 void PrintLive(const LiveArguments& arguments, const std::string& name, const LiveRun& live,
                const CaseResult& simulated) {
   const Metrics& real = live.run.metrics;
-  std::printf("%-26s %12s %12s %8s\n", name.c_str(), "virtual", "live", "off");
+  PrintLine("%-26s %12s %12s %8s", name.c_str(), "virtual", "live", "off");
   for (const ComparedFigure& figure : ComparedFigures()) {
-    std::printf("%-26s %12.3f %12.3f %+7.1f %% %s%s\n", figure.name,
-                figure.scale * simulated.metrics.*figure.value, figure.scale * real.*figure.value,
-                1e2 * DeviationOf(figure, real, simulated.metrics), figure.unit,
-                figure.judged ? " *" : "");
+    PrintLine("%-26s %12.3f %12.3f %+7.1f %% %s%s", figure.name,
+              figure.scale * simulated.metrics.*figure.value, figure.scale * real.*figure.value,
+              1e2 * DeviationOf(figure, real, simulated.metrics), figure.unit,
+              figure.judged ? " *" : "");
   }
-  std::printf("%-26s %12s %12s\n", "verdict", NameOf(simulated.verdict), NameOf(live.run.verdict));
-  std::printf("* must agree to %.0f %%; frames missed: %.2f %%, %s, delays by the %s\n",
-              1e2 * arguments.bar, 1e2 * live.missed_share(), live.scheduler.c_str(),
-              arguments.tap ? "TAP hub" : "link conditioner");
+  PrintLine("%-26s %12s %12s", "verdict", NameOf(simulated.verdict), NameOf(live.run.verdict));
+  PrintLine("* must agree to %.0f %%; frames missed: %.2f %%, %s, delays by the %s",
+            1e2 * arguments.bar, 1e2 * live.missed_share(), live.scheduler.c_str(),
+            arguments.tap ? "TAP hub" : "link conditioner");
 }
 
 int RunStabilityLive(const LiveArguments& arguments) {
@@ -161,7 +161,7 @@ int RunStabilityLive(const LiveArguments& arguments) {
   const LiveFigures figures = CompareFigures(live.run.metrics, simulated.metrics, arguments.bar);
   if (arguments.json) {
     const OrderedJson out = LiveJson(arguments, test, *tries, simulated, figures);
-    std::printf("%s\n", JsonText(out, 2).c_str());
+    PrintText(JsonText(out, 2));
   } else {
     PrintLive(arguments, test.name, live, simulated);
   }

@@ -120,24 +120,24 @@ std::string Milliseconds(const ordered_json& delays_s) {
 }
 
 void Print(const std::vector<Row>& rows, const ordered_json& claims) {
-  std::printf("%-6s %-14s %6s  %-6s %8s %8s %7s %7s %8s %8s %8s %7s\n", "motion", "mirror", "delay",
-              "", "unrest", "speed", "force", "std", "touches", "peak", "overlap", "lag");
-  std::printf("%-6s %-14s %6s  %-6s %8s %8s %7s %7s %8s %8s %8s %7s\n", "", "", "ms", "", "mm",
-              "mm/s", "N", "N", "1/s", "N", "mm", "mm");
+  PrintLine("%-6s %-14s %6s  %-6s %8s %8s %7s %7s %8s %8s %8s %7s", "motion", "mirror", "delay", "",
+            "unrest", "speed", "force", "std", "touches", "peak", "overlap", "lag");
+  PrintLine("%-6s %-14s %6s  %-6s %8s %8s %7s %7s %8s %8s %8s %7s", "", "", "ms", "", "mm", "mm/s",
+            "N", "N", "1/s", "N", "mm", "mm");
   for (const Row& row : rows) {
     const PressResult& result = **row.result;
-    std::printf("%-6s %-14s %6.0f  %-6s %8.2f %8.1f %7.1f %7.1f %8.1f %8.1f %8.0f %7.0f\n",
-                NameOf(row.test.motion), NameOf(row.test.mirror), row.test.conditions.delay_ms,
-                result.calm ? "calm" : "SHAKES", 1e3 * result.unrest, 1e3 * result.speed,
-                result.mean_force, result.force_std, result.touches_per_s, result.peak_force,
-                1e3 * result.most_overlap, 1e3 * result.most_lag);
+    PrintLine("%-6s %-14s %6.0f  %-6s %8.2f %8.1f %7.1f %7.1f %8.1f %8.1f %8.0f %7.0f",
+              NameOf(row.test.motion), NameOf(row.test.mirror), row.test.conditions.delay_ms,
+              result.calm ? "calm" : "SHAKES", 1e3 * result.unrest, 1e3 * result.speed,
+              result.mean_force, result.force_std, result.touches_per_s, result.peak_force,
+              1e3 * result.most_overlap, 1e3 * result.most_lag);
   }
-  std::printf("\nDo users with bodies of their own come to rest under delay?\n");
+  PrintText("\nDo users with bodies of their own come to rest under delay?");
   for (const ordered_json& claim : claims) {
-    std::printf("%-6s %-14s yes at %s; no at %s\n", claim.at("motion").get<std::string>().c_str(),
-                claim.at("mirror").get<std::string>().c_str(),
-                Milliseconds(claim.at("holds_at_s")).c_str(),
-                Milliseconds(claim.at("refuted_at_s")).c_str());
+    PrintLine("%-6s %-14s yes at %s; no at %s", claim.at("motion").get<std::string>().c_str(),
+              claim.at("mirror").get<std::string>().c_str(),
+              Milliseconds(claim.at("holds_at_s")).c_str(),
+              Milliseconds(claim.at("refuted_at_s")).c_str());
   }
 }
 
@@ -171,7 +171,7 @@ int RunStabilityPress(PressArguments arguments) {
                               {"pass", shaking == 0}}}},
                            {"claim", claims},
                            {"type1", type1}};
-    std::printf("%s\n", JsonText(out, 2).c_str());
+    PrintText(JsonText(out, 2));
   } else {
     Print(rows, claims);
   }

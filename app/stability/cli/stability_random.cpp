@@ -82,29 +82,29 @@ OrderedJson JsonOf(const RandomSummary& summary, std::span<const FailingCase> fa
 }
 
 void Print(const RandomSummary& summary, std::span<const FailingCase> failing, double wall_s) {
-  std::printf("%zu cells: %zu not stable, %zu of %zu predicted stable measured unstable\n",
-              summary.cells, summary.not_stable, summary.predicted_stable_measured_unstable,
-              summary.predicted_stable);
-  std::printf("  energy generated  at most %9.4f mJ, %.0f allowed\n", summary.max_energy_mJ,
-              1e3 * kMostRandomEnergy);
-  std::printf("  tail RMS          at most %9.4f mm/s, %.1f allowed\n", summary.max_tail_rms_mm_s,
-              1e3 * kMostRandomTail);
-  std::printf("  %.0f s simulated in %.0f s (%.0f s of processors), digest %s\n",
-              summary.simulated_s, wall_s, summary.cpu_s, summary.digest.c_str());
+  PrintLine("%zu cells: %zu not stable, %zu of %zu predicted stable measured unstable",
+            summary.cells, summary.not_stable, summary.predicted_stable_measured_unstable,
+            summary.predicted_stable);
+  PrintLine("  energy generated  at most %9.4f mJ, %.0f allowed", summary.max_energy_mJ,
+            1e3 * kMostRandomEnergy);
+  PrintLine("  tail RMS          at most %9.4f mm/s, %.1f allowed", summary.max_tail_rms_mm_s,
+            1e3 * kMostRandomTail);
+  PrintLine("  %.0f s simulated in %.0f s (%.0f s of processors), digest %s", summary.simulated_s,
+            wall_s, summary.cpu_s, summary.digest.c_str());
   for (const FailingCase& one : failing) {
     const RandomRecord& record = *one.record;
     std::string why;
     for (const std::string& reason : record.reasons) why += (why.empty() ? "" : ", ") + reason;
-    std::printf("  seed %llu: %s; tail %.4f mm/s, %.4f with the links cut\n    %s\n",
-                static_cast<unsigned long long>(record.seed), why.c_str(),
-                1e3 * record.outcome.result.metrics.tail_rms, 1e3 * one.tail_without_links,
-                record.case_json.c_str());
+    PrintLine("  seed %llu: %s; tail %.4f mm/s, %.4f with the links cut",
+              static_cast<unsigned long long>(record.seed), why.c_str(),
+              1e3 * record.outcome.result.metrics.tail_rms, 1e3 * one.tail_without_links);
+    PrintLine("    %s", record.case_json.c_str());
   }
 }
 
 int RunStabilityRandom(const RandomArguments& arguments) {
   if (arguments.print >= 0) {
-    std::printf("%s\n", RandomCase(static_cast<std::uint64_t>(arguments.print)).c_str());
+    PrintText(RandomCase(static_cast<std::uint64_t>(arguments.print)));
     return kExitOk;
   }
   const std::vector<SweepCell> cells = RandomCells(arguments.first, arguments.seeds);
@@ -151,7 +151,7 @@ int RunStabilityRandom(const RandomArguments& arguments) {
     failing.push_back({&record, TailWithoutLinks(test, *scene)});
   }
   if (arguments.json) {
-    std::printf("%s\n", JsonText(JsonOf(summary, failing, arguments, wall_s), 2).c_str());
+    PrintText(JsonText(JsonOf(summary, failing, arguments, wall_s), 2));
   } else {
     Print(summary, failing, wall_s);
   }

@@ -75,58 +75,56 @@ void PrintLength(const LabCase& test, const Timed& run) {
   const Metrics& m = run.result.metrics;
   const double lasted_s = kFrame * static_cast<double>(m.frames);
   if (m.diverged) {
-    std::printf(
-        "  ended             %9.2f s after the loops closed, %s\n", lasted_s,
-        std::isfinite(m.last_apart) && m.peak_apart >= 0.5 ? "0.5 m apart" : "not a number");
+    PrintLine("  ended             %9.2f s after the loops closed, %s", lasted_s,
+              std::isfinite(m.last_apart) && m.peak_apart >= 0.5 ? "0.5 m apart" : "not a number");
   } else if (lasted_s > 1.5 * test.Duration()) {
-    std::printf("  extended          %9.2f s instead of %.2f s, because it decayed\n", lasted_s,
-                test.Duration());
+    PrintLine("  extended          %9.2f s instead of %.2f s, because it decayed", lasted_s,
+              test.Duration());
   }
   if (run.result.verdict == Verdict::kUndecided) {
-    std::printf("  undecided         %s\n",
-                DecaysAboveRest(m) ? "it decays but is not at rest: give the case more seconds"
-                                   : "too short to measure growth: give the case more seconds");
+    PrintLine("  undecided         %s",
+              DecaysAboveRest(m) ? "it decays but is not at rest: give the case more seconds"
+                                 : "too short to measure growth: give the case more seconds");
   }
 }
 
 void Print(const LabCase& test, const Timed& run) {
   const Metrics& m = run.result.metrics;
-  std::printf("%s: %s\n", test.name.empty() ? "case" : test.name.c_str(),
-              NameOf(run.result.verdict));
+  PrintLine("%s: %s", test.name.empty() ? "case" : test.name.c_str(), NameOf(run.result.verdict));
   PrintLength(test, run);
   if (m.windows < 2) {
-    std::printf("  growth            not measured: the run ended too early\n");
+    PrintLine("  growth            not measured: the run ended too early");
   } else {
-    std::printf("  growth            %+9.3f /s over %d windows\n", m.growth, m.windows);
+    PrintLine("  growth            %+9.3f /s over %d windows", m.growth, m.windows);
   }
-  std::printf("  tail RMS          %9.4f mm/s\n", 1e3 * m.tail_rms);
-  std::printf("  energy generated  %9.4f mJ\n", 1e3 * m.generated_J);
-  std::printf("  divergence        %9.2f mm at the most, %.2f mm at the end\n", 1e3 * m.peak_apart,
-              1e3 * m.last_apart);
+  PrintLine("  tail RMS          %9.4f mm/s", 1e3 * m.tail_rms);
+  PrintLine("  energy generated  %9.4f mJ", 1e3 * m.generated_J);
+  PrintLine("  divergence        %9.2f mm at the most, %.2f mm at the end", 1e3 * m.peak_apart,
+            1e3 * m.last_apart);
   if (std::isnan(m.settle_s)) {
-    std::printf("  settles               never\n");
+    PrintLine("  settles               never");
   } else {
-    std::printf("  settles           %9.2f s after the last input\n", m.settle_s);
+    PrintLine("  settles           %9.2f s after the last input", m.settle_s);
   }
-  std::printf("  rotated apart     %9.3f rad at the most\n", m.peak_turn);
-  std::printf("  RMS 0.2-5 Hz      %9.4f mm/s, 5-100 Hz %.4f mm/s\n", 1e3 * m.band_low_rms,
-              1e3 * m.band_high_rms);
-  std::printf("  hand's force      %9.2f N, %.0f N/s at the most; limited in %.1f %%\n",
-              m.peak_force, m.peak_force_rate, 1e2 * m.guarded_share);
-  std::printf("  link's force      %9.2f N, %.0f N/s at the most; gate acts in %.1f %%\n",
-              m.link_force, m.link_force_rate, 1e2 * m.clip_share);
-  std::printf("  stiffness         %9.1f N/m of a link at the end, %.1f N/m at the least\n",
-              m.stiffness, m.least_stiffness);
-  std::printf("  loop age          %9.1f ms, gains are for %.1f ms one way\n", 1e3 * m.loop_age_s,
-              1e3 * m.te_s);
+  PrintLine("  rotated apart     %9.3f rad at the most", m.peak_turn);
+  PrintLine("  RMS 0.2-5 Hz      %9.4f mm/s, 5-100 Hz %.4f mm/s", 1e3 * m.band_low_rms,
+            1e3 * m.band_high_rms);
+  PrintLine("  hand's force      %9.2f N, %.0f N/s at the most; limited in %.1f %%", m.peak_force,
+            m.peak_force_rate, 1e2 * m.guarded_share);
+  PrintLine("  link's force      %9.2f N, %.0f N/s at the most; gate acts in %.1f %%", m.link_force,
+            m.link_force_rate, 1e2 * m.clip_share);
+  PrintLine("  stiffness         %9.1f N/m of a link at the end, %.1f N/m at the least",
+            m.stiffness, m.least_stiffness);
+  PrintLine("  loop age          %9.1f ms, gains are for %.1f ms one way", 1e3 * m.loop_age_s,
+            1e3 * m.te_s);
   if (run.predicted) {
-    std::printf(
-        "  theory            %s: %.1f N/m of all links of a user, unstable from %.1f N/m on (%s)\n",
+    PrintLine(
+        "  theory            %s: %.1f N/m of all links of a user, unstable from %.1f N/m on (%s)",
         run.predicted->is_stable() ? "stable" : "not certainly stable", run.predicted->stiffness,
         run.predicted->critical, NameOf(run.predicted->covers));
   }
-  std::printf("%.1f s simulated in %.2f s of processor time: %.0f times as fast\n",
-              run.result.simulated_s, run.cpu_s, run.speed());
+  PrintLine("%.1f s simulated in %.2f s of processor time: %.0f times as fast",
+            run.result.simulated_s, run.cpu_s, run.speed());
 }
 
 int RunStabilityRun(const RunArguments& arguments) {
@@ -158,7 +156,7 @@ int RunStabilityRun(const RunArguments& arguments) {
   }
   run.predicted = Predict(FittedTo(scene->inertia(), *test), scene->inertia());
   if (arguments.json) {
-    std::printf("%s\n", JsonText(JsonOf(*test, run), 2).c_str());
+    PrintText(JsonText(JsonOf(*test, run), 2));
   } else {
     Print(*test, run);
   }
@@ -172,7 +170,8 @@ void AddStabilityRun(CLI::App& stability, int& exit_code) {
   CLI::App* command = stability.add_subcommand(
       "run", "Run one case and print all its measures; exit code 1 if it is not stable");
   command->add_option("case", arguments->file, "case file (JSON, docs/stability.md)")->required();
-  command->add_option("--series", arguments->series, "time series file to write (CSV)");
+  command->add_option("--series", arguments->series, "time series file to write (CSV)")
+      ->check(FileEndingIn({".csv"}));
   command->add_option("--every-ms", arguments->every_ms, "with --series: time between lines, ms")
       ->capture_default_str()
       ->check(WholeNumberFrom(1, 1000));

@@ -124,7 +124,7 @@ int PrintCase(const Sweep& sweep, std::int64_t number) {
   if (index >= sweep.cells.size()) {
     return Fail(kExitUsage, "the sweep has cells 0 to " + std::to_string(sweep.cells.size() - 1));
   }
-  std::printf("%s\n", sweep.cells[index].case_json.c_str());
+  PrintText(sweep.cells[index].case_json);
   return kExitOk;
 }
 

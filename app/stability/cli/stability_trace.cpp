@@ -31,9 +31,9 @@ int RunStabilityTrace(const TraceArguments& arguments) {
     return Fail(kExitFile, failed->what);
   }
   if (arguments.json) {
-    std::printf("%s\n", JsonText(FactsAsJson(*trace), 2).c_str());
+    PrintText(JsonText(FactsAsJson(*trace), 2));
   } else {
-    std::printf("%s", FactsAsText(*trace).c_str());
+    PrintText(FactsAsText(*trace));
   }
   return kExitOk;
 }
@@ -47,8 +47,10 @@ void AddStabilityTrace(CLI::App& stability, int& exit_code) {
   std::string names;
   for (const TraceModel& model : TraceModels()) names += (names.empty() ? "" : ", ") + model.name;
   command->add_option("model", arguments->name, "model of a network, one of " + names)->required();
-  command->add_option("--out", arguments->out, "trace file to write (CSV)")->required();
-  command->add_option("--seconds", arguments->length.seconds, "length")
+  command->add_option("--out", arguments->out, "trace file to write (CSV)")
+      ->required()
+      ->check(FileEndingIn({".csv"}));
+  command->add_option("--seconds", arguments->length.seconds, "length, s")
       ->capture_default_str()
       ->check(NumberAbove(0, 3600));
   command->add_option("--rate", arguments->length.rate_hz, "samples each way, Hz")

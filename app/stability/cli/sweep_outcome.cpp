@@ -20,13 +20,13 @@ constexpr std::size_t kMostTold = 10;  // cells that are told
 void TellCell(const CellRecord& record) {
   const CaseResult& result = record.outcome.result;
   if (result.fault) {
-    std::printf("  cell %zu: %s\n", record.cell.number, result.fault->what.c_str());
+    PrintLine("  cell %zu: %s", record.cell.number, result.fault->what.c_str());
   } else {
-    std::printf("  cell %zu: %s, growth %.3g 1/s, tail %.3g mm/s, energy %.3g mJ\n",
-                record.cell.number, NameOf(result.verdict), result.metrics.growth,
-                1e3 * result.metrics.tail_rms, 1e3 * result.metrics.generated_J);
+    PrintLine("  cell %zu: %s, growth %.3g 1/s, tail %.3g mm/s, energy %.3g mJ", record.cell.number,
+              NameOf(result.verdict), result.metrics.growth, 1e3 * result.metrics.tail_rms,
+              1e3 * result.metrics.generated_J);
   }
-  std::printf("    %s\n", record.cell.case_json.c_str());
+  PrintLine("    %s", record.cell.case_json.c_str());
 }
 
 }  // namespace
@@ -35,21 +35,23 @@ int TellOutcome(const Results& results, const SweepRun& run) {
   const SweepSummary summary = Summarize(results);
   const int exit_code = summary.pass() ? kExitOk : kExitFailed;
   if (run.json) {
-    std::printf("%s\n", JsonOf(summary, run.wall_s, run.jobs).c_str());
+    PrintText(JsonOf(summary, run.wall_s, run.jobs));
     return exit_code;
   }
   for (const SweepRow& row : summary.rows) {
-    std::printf("%s  %-45s %8.4g  %s\n", row.pass ? "pass" : "FAIL", row.name.c_str(), row.value,
-                row.bar.c_str());
+    PrintLine("%s  %-45s %8.4g  %s", row.pass ? "pass" : "FAIL", row.name.c_str(), row.value,
+              row.bar.c_str());
   }
-  std::printf("%zu cells, %.0f s simulated in %.1f s with %u at a time (%.1f s of processor time)",
-              summary.cells, summary.simulated_s, run.wall_s, run.jobs, summary.cpu_s);
-  std::printf(", digest %s\n", summary.digest.c_str());
+  PrintLine(
+      "%zu cells, %.0f s simulated in %.1f s with %u at a time (%.1f s of processor time), digest "
+      "%s",
+      summary.cells, summary.simulated_s, run.wall_s, run.jobs, summary.cpu_s,
+      summary.digest.c_str());
   for (std::size_t i = 0; i < std::min(kMostTold, summary.failing.size()); ++i) {
     TellCell(results.records.at(summary.failing[i]));
   }
   if (summary.failing.size() > kMostTold) {
-    std::printf("  and %zu more\n", summary.failing.size() - kMostTold);
+    PrintLine("  and %zu more", summary.failing.size() - kMostTold);
   }
   return exit_code;
 }

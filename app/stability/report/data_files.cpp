@@ -10,6 +10,7 @@
 
 #include "app/stability/report/cell_facts.h"
 #include "collab/lab/metrics/metrics_table.h"
+#include "engine/base/text/csv_text.h"
 #include "engine/base/text/hex.h"
 
 namespace tandem {
@@ -17,16 +18,6 @@ namespace tandem {
 namespace {
 
 using OrderedJson = nlohmann::ordered_json;
-
-std::string Quoted(const std::string& text) {
-  if (text.find_first_of(",\"\n") == std::string::npos) return text;
-  std::string out = "\"";
-  for (const char c : text) {
-    if (c == '"') out += '"';
-    out += c;
-  }
-  return out + '"';
-}
 
 // the fewest digits that read back to the same number; empty: not finite
 std::string Exact(double value) {
@@ -43,7 +34,7 @@ std::string LineOf(const std::vector<std::string>& values) {
   std::string line;
   for (const std::string& value : values) {
     if (&value != values.data()) line += ',';
-    line += Quoted(value);
+    line += CsvText(value);
   }
   return line + '\n';
 }

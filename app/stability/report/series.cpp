@@ -4,6 +4,8 @@
 #include <charconv>
 #include <cmath>
 #include <limits>
+#include <set>
+#include <system_error>
 
 #include "app/picture/chart.h"
 #include "engine/base/files/regular_file.h"
@@ -26,12 +28,13 @@ std::vector<std::string> Split(const std::string& line) {
   return parts;
 }
 
-// reads an empty text as NaN; false: the text is not a number
+// reads an empty text as NaN; false: the text is not a number that a double holds
 bool ReadNumber(const std::string& text, double& value) {
   value = kNone;
   if (text.empty() || text == "nan" || text == "-nan") return true;
   const char* const end = text.data() + text.size();
-  return std::from_chars(text.data(), end, value).ptr == end;
+  const auto [rest, fault] = std::from_chars(text.data(), end, value);
+  return fault == std::errc() && rest == end && std::isfinite(value);
 }
 
 }  // namespace
@@ -50,6 +53,11 @@ Result<Series> ReadSeries(const std::filesystem::path& csv) {
   if (!lines.Next(line)) return Error{csv.string() + ": cannot be read"};
   Series series;
   series.columns = Split(line);
+  // a picture would show the first of two columns of one name alone
+  const std::set<std::string> names(series.columns.begin(), series.columns.end());
+  if (names.size() < series.columns.size()) {
+    return Error{csv.string() + ": line 1: two columns have one name"};
+  }
   series.values.resize(series.columns.size());
   for (int number = 2; lines.Next(line); ++number) {
     if (static_cast<std::size_t>(number) * series.columns.size() > kMostNumbers) {

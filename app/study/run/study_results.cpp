@@ -7,6 +7,7 @@
 #include <vector>
 
 #include <nlohmann/json.hpp>
+#include <sys/stat.h>
 
 #include "app/common/console.h"
 #include "app/common/exit_codes.h"
@@ -49,7 +50,7 @@ void PrintStudyJson(const StudyRequest& request, const Study& study, const Trial
       {"conditions", conditions},
       {"effect", nlohmann::ordered_json::parse(EffectsJson(study, effects))},
       {"results", (request.folder / "results.csv").string()}};
-  std::printf("%s\n", JsonText(out, 2).c_str());
+  PrintText(JsonText(out, 2));
 }
 
 }  // namespace
@@ -74,6 +75,8 @@ int WriteStudyResults(const StudyRequest& request, const Study& study, const Tri
     if (const auto fault = WriteWholeFile(request.folder / name, content)) {
       return Fail(kExitFile, fault->what);
     }
+    // a file of before keeps its permissions when it is written anew
+    chmod((request.folder / name).c_str(), S_IRUSR | S_IWUSR);
   }
   if (request.json) PrintStudyJson(request, study, log, rows, effects);
   return kExitOk;

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include <nlohmann/json.hpp>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include "app/common/console.h"
@@ -321,6 +322,7 @@ int StudySession::Run() {
 }  // namespace
 
 int RunStudy(const StudyRequest& request) {
+  umask(077);  // participants' data is for the study's user alone
   Result<Study> study = LoadStudy(request.file);
   if (!study) return Fail(kExitFile, study.error().what);
   if (request.partner_site && study->modelled_partner) {

@@ -68,7 +68,9 @@ Result<GlInfo> CheckGl() {
                  ". With LIBGL_ALWAYS_SOFTWARE=1 Mesa draws on the processor instead."};
   }
   if (!draws) return Error{"The OpenGL of " + name + " cannot draw into a framebuffer."};
-  return GlInfo{name, IsSoftware(name)};
+  const std::string version =
+      "OpenGL " + std::to_string(got.majorVersion()) + "." + std::to_string(got.minorVersion());
+  return GlInfo{name, IsSoftware(name), version};
 }
 
 }  // namespace tandem

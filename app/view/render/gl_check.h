@@ -16,6 +16,7 @@ struct GlInfo {
   std::string renderer;  // "llvmpipe (LLVM 15.0.6, 256 bits)"
   bool software =
       false;  // drawn by the processor: a frame takes long and uses cores that others need
+  std::string version{};  // "OpenGL 4.5"
 };
 
 /// Tries whether a context of RendererFormat() can be made and can draw into a framebuffer, without

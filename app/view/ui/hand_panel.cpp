@@ -222,7 +222,9 @@ void HandPanel::OnSession() {
   if (waiting_ && scene_.state() == SceneModel::State::kReady) {
     HandRequest request = *std::exchange(waiting_, std::nullopt);
     request.scene = scene_.scene()->file.string();
-    session_.Leave();  // the controller is a peer itself
+    // the controller is a peer itself; the hand's state is shown from the start, not the goodbye
+    const QSignalBlocker quiet(session_);
+    session_.Leave();
     hand_.Start(request);
   } else if (waiting_ && session_.state() == SessionModel::State::kFailed) {
     waiting_.reset();
@@ -313,8 +315,10 @@ QString HandPanel::StateText() const {
       return waiting_ ? tr("Looking for the session\u2019s scene") : QString();
     case HandModel::State::kStarting:
       return tr("Your hand: %1").arg(hand_.trouble());
-    case HandModel::State::kLost:
     case HandModel::State::kEnded:
+      if (hand_.can_start_again()) return tr("You have no hand: press Start again");
+      return hand_.trouble();
+    case HandModel::State::kLost:
       return hand_.trouble();
     case HandModel::State::kReady:
       break;

@@ -32,6 +32,8 @@ class HandPanel : public QObject {
   /// Sets what a request from the window uses where it says nothing else.
   void SetDefaults(const HandRequest& request) { defaults_ = request; }
   const HandRequest& defaults() const { return defaults_; }
+  /// Returns whether the user is to take part once the session's scene is known.
+  bool waits() const { return waiting_.has_value(); }
   /// Chooses the device that moves the hand, NAME[:OPTIONS]; empty: the mouse. A running controller
   /// starts again with it.
   void UseDevice(const QString& device);

@@ -23,7 +23,11 @@ constexpr int kDockWidth = 350;
 
 MainWindow::MainWindow(SessionModel& session, SceneModel& scene, const Result<GlInfo>& gl,
                        HandModel* hand)
-    : session_(session), scene_(scene), centre_(new QStackedWidget), page_(new MessagePage) {
+    : session_(session),
+      scene_(scene),
+      centre_(new QStackedWidget),
+      page_(new MessagePage),
+      notices_(nullptr) {
   setWindowTitle(tr("Tandem"));
   setCentralWidget(centre_);
   centre_->addWidget(page_);
@@ -37,6 +41,7 @@ MainWindow::MainWindow(SessionModel& session, SceneModel& scene, const Result<Gl
   } else {
     gl_error_ = QString::fromStdString(gl.error().what);
   }
+  notices_ = new NoticeBar(centre_);
   connect(page_, &MessagePage::OpenAsked, this, &MainWindow::AskForScene);
   connect(page_, &MessagePage::NamedAsked, &scene_, &SceneModel::OpenOffered);
   connect(page_, &MessagePage::FetchingAsked, &scene_, &SceneModel::Fetch);
@@ -45,6 +50,8 @@ MainWindow::MainWindow(SessionModel& session, SceneModel& scene, const Result<Gl
   if (hand != nullptr) {
     panel_ = new HandPanel(*hand, session_, scene_, *this, view_);
     connect(panel_, &HandPanel::Changed, this, &MainWindow::OnHandChanged);
+    connect(hand, &HandModel::SessionEnded, this, &MainWindow::ShowVerdicts);
+    connect(session_dock_, &SessionDock::AgainAsked, hand, &HandModel::StartAgain);
   }
   setAcceptDrops(true);
   MakeStatusBar();
@@ -129,9 +136,8 @@ void MainWindow::ShowPicture(const QString& gl_error) {
       break;
     case SceneModel::State::kWaiting:
       if (session_.state() == SessionModel::State::kJoined && !session_.has_peers()) {
-        QString text = session_.nobody_heard();  // a sentence here, part of a sentence elsewhere
-        if (!text.isEmpty()) text[0] = text[0].toUpper();
-        page_->Show(tr("Waiting for others"), text);
+        page_->Show(session_.listened() ? tr("Nobody answers") : tr("Looking for others"),
+                    Describe(session_));
       } else if (session_.state() == SessionModel::State::kJoined) {
         page_->Show(tr("Waiting for a peer"),
                     tr("Nobody in session \u201c%1\u201d has offered a scene yet.")
@@ -149,16 +155,9 @@ void MainWindow::ShowPicture(const QString& gl_error) {
 void MainWindow::OnSessionChanged() {
   EnableInvite();
   const SessionModel::State state = session_.state();
-  QString text = Describe(state);
-  if (state == SessionModel::State::kJoined) {
-    text = tr("Joined \u201c%1\u201d").arg(QString::fromStdString(session_.request().session));
-    if (!session_.has_peers()) text += tr("; no peer answers yet");
-  } else if (!session_.error().isEmpty()) {
-    text += ": " + session_.error();
-  }
-  status_session_->setText(text);
+  status_session_->setText(Describe(session_));
   setWindowTitle(
-      state == SessionModel::State::kJoined
+      state == SessionModel::State::kJoined && session_.has_peers()
           ? tr("%1 \u2013 Tandem").arg(QString::fromStdString(session_.request().session))
           : tr("Tandem"));
   if (state == SessionModel::State::kJoined) {
@@ -176,6 +175,7 @@ void MainWindow::OnSessionChanged() {
     RefreshNumbers();
   }
   ShowPicture(gl_error_);
+  UpdateNotices();
 }
 
 void MainWindow::OnSceneChanged() {
@@ -207,7 +207,7 @@ void MainWindow::OnFrameDrawn() {
 }
 
 void MainWindow::ShowFigures() {
-  peers_.Update(shown_.peers, palette_);
+  peers_.Update(shown_.peers);
   status_proximity_->setText(proximity_.message());
 }
 
@@ -256,11 +256,12 @@ void MainWindow::HoldFigures(ViewerPicture& picture, bool take_newest) {
 void MainWindow::Refresh() {
   const double now_s = 1e-3 * static_cast<double>(clock_.elapsed());
   const bool own = panel_ != nullptr && panel_->shows();
-  ViewerPicture picture = own ? PictureOf(panel_->hand().snapshot(), panel_->hand().request().name)
+  ViewerPicture picture = own ? PictureOf(panel_->hand().snapshot(), panel_->hand().request().name,
+                                          panel_->hand().alive())
                               : session_.Picture();
   if (session_.state() == SessionModel::State::kJoined) scene_.SetSessionScene(picture.scene);
   HoldFigures(picture, refreshes_++ % kRefreshesPerFigures == 0);
-  DrawList list = composer_.Compose(picture, looks_, now_s, palette_);
+  DrawList list = composer_.Compose(picture, looks_, now_s);
   if (own) {
     panel_->DecoratePicture(looks_, list);
   } else if (view_ != nullptr) {

@@ -17,9 +17,11 @@
 #include "app/view/model/scene/scene_model.h"
 #include "app/view/model/session/peer_table_model.h"
 #include "app/view/model/session/session_model.h"
+#include "app/view/model/words/window_words.h"
 #include "app/view/render/gl_check.h"
 #include "app/view/ui/hand_panel.h"
 #include "app/view/ui/message_page.h"
+#include "app/view/ui/notice_bar.h"
 #include "app/view/ui/session_dock.h"
 #include "app/view/ui/view_widget.h"
 
@@ -95,8 +97,18 @@ class MainWindow : public QMainWindow {
   /// once where it is drawn already.
   void ShowFigures();
   void ShowWarnings();
+  void UpdateNotices();
+  /// Offers sessions that are announced, where nobody answers in the session that was asked for.
+  void OfferOtherSessions();
+  /// Goes to another session, to take part or to look on as the user wanted in the present one.
+  void GoTo(const std::string& session);
+  void OfferHandOver();
+  void WarnOfScene();
+  void ShowVerdicts(const QStringList& lines);
   void AskForScene();
   void AskToJoin();
+  /// Returns the session to propose for joining; empty: none that is known to be there.
+  std::string SessionInMind() const;
   /// Gets keys and addresses by `tandem join LINE --only-keys`, then joins.
   void JoinByInvitation(const QString& line, const HandRequest& request);
   /// Joins as that program's answer says.
@@ -113,11 +125,12 @@ class MainWindow : public QMainWindow {
   QString gl_error_;  // reason for no OpenGL; empty: there is OpenGL
   QStackedWidget* centre_;
   MessagePage* page_;
+  NoticeBar* notices_;
+  QString warned_;  // warnings of the scene that were shown
   ViewWidget* view_ = nullptr;
   SessionDock* session_dock_ = nullptr;
   QTableView* peers_view_ = nullptr;
   PeerTableModel peers_;
-  PeerPalette palette_;
   PictureComposer composer_;
   ProximityModel proximity_;
   std::vector<BodyLook> looks_;

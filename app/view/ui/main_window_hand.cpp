@@ -11,6 +11,7 @@
 #include "app/view/ui/dialogs/invite_dialog.h"
 #include "app/view/ui/dialogs/join_dialog.h"
 #include "app/view/ui/main_window.h"
+#include "engine/realtime/private_process.h"
 
 // How the window takes part in sessions. main_window.cpp shows them.
 
@@ -43,7 +44,12 @@ void MainWindow::OnHandChanged() {
                                       .arg(QString::fromStdString(session),
                                            QString::fromStdString(hand.request().name));
   }
+  if (hand.state() == HandModel::State::kStarting && !hand.request().session.empty()) {
+    dock_text = tr("Joining \u201c%1\u201d with a hand\u2026")
+                    .arg(QString::fromStdString(hand.request().session));
+  }
   session_dock_->ShowHand(dock_text);
+  UpdateNotices();
   if (hand.ready() && !numbers_.isActive()) numbers_.start();
   if (hand.state() != HandModel::State::kNone || !panel_->StateText().isEmpty()) {
     QString text = panel_->StateText();
@@ -72,7 +78,7 @@ void MainWindow::AskToJoin() {
   auto* dialog = new JoinDialog(this);
   dialog->setAttribute(Qt::WA_DeleteOnClose);
   HandRequest request = panel_->defaults();
-  if (request.session.empty()) request.session = session_dock_->Request().session;
+  request.session = SessionInMind();
   dialog->SetRequest(request, true);
   dialog->Look(TandemProgram());
   connect(dialog, &QDialog::accepted, this, [this, dialog] {
@@ -85,9 +91,21 @@ void MainWindow::AskToJoin() {
   dialog->open();
 }
 
+std::string MainWindow::SessionInMind() const {
+  const HandModel& hand = panel_->hand();
+  if (hand.ready()) return hand.request().session;
+  using State = SessionModel::State;
+  if (session_.state() == State::kJoined) {
+    return session_.has_peers() ? session_.request().session : std::string();
+  }
+  // a name that was typed or given and not tried yet
+  return session_.state() == State::kIdle ? session_dock_->Request().session : std::string();
+}
+
 void MainWindow::JoinByInvitation(const QString& line, const HandRequest& request) {
   if (invited_ != nullptr) return;  // one invitation at a time
-  QStringList words{QStringLiteral("join"), line, QStringLiteral("--only-keys"),
+  // the line goes through stdin: other users of the machine read the words of a command
+  QStringList words{QStringLiteral("join"), QStringLiteral("-"), QStringLiteral("--only-keys"),
                     QStringLiteral("--json")};
   if (!request.scene.empty()) {
     words << QStringLiteral("--scene") << QString::fromStdString(request.scene);
@@ -96,6 +114,7 @@ void MainWindow::JoinByInvitation(const QString& line, const HandRequest& reques
     words << QStringLiteral("--interface") << QString::fromStdString(request.interface);
   }
   invited_ = new QProcess(this);
+  invited_->setChildProcessModifier(&CloseOthersOnExec);
   status_session_->setText(tr("Asking the inviter\u2026"));
   const auto end = [this, request](int exit_code) {
     const QByteArray answer = invited_->readAllStandardOutput();
@@ -124,6 +143,8 @@ void MainWindow::JoinByInvitation(const QString& line, const HandRequest& reques
     if (error == QProcess::FailedToStart) end(1);
   });
   invited_->start(TandemProgram(), words);
+  invited_->write(line.toUtf8() + '\n');
+  invited_->closeWriteChannel();
 }
 
 void MainWindow::JoinAsInvited(const QByteArray& answer, HandRequest request) {

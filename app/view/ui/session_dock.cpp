@@ -147,7 +147,21 @@ JoinRequest SessionDock::Request() const {
 }
 
 void SessionDock::Join() {
-  session_model_.Join(Request());
+  if (again_) {
+    Q_EMIT AgainAsked();
+  } else {
+    session_model_.Join(Request());
+  }
+}
+
+void SessionDock::OfferAgain(bool offered) {
+  if (again_ == offered) return;
+  again_ = offered;
+  join_->setText(again_ ? tr("Start &again") : tr("&Join"));
+  join_->setToolTip(again_
+                        ? tr("Start a new hand in the same scene and session")
+                        : tr("Look on at the session; Session > Join (Ctrl+J) gives you a hand"));
+  ShowSession();
 }
 
 void SessionDock::ShowHand(const QString& text) {
@@ -158,18 +172,15 @@ void SessionDock::ShowHand(const QString& text) {
 
 void SessionDock::ShowSession() {
   const SessionModel::State state = session_model_.state();
-  const bool free = hand_text_.isEmpty() && state != SessionModel::State::kJoining &&
+  const bool free = hand_text_.isEmpty() && !again_ && state != SessionModel::State::kJoining &&
                     state != SessionModel::State::kJoined;
   for (QWidget* field : std::initializer_list<QWidget*>{session_, name_, domain_, interface_}) {
     field->setEnabled(free);
   }
-  join_->setEnabled(free && !session_->text().trimmed().isEmpty());
+  join_->setEnabled(again_ || (free && !session_->text().trimmed().isEmpty()));
   leave_->setEnabled(state == SessionModel::State::kJoined);
-  QString text = Describe(state);
-  if (!session_model_.error().isEmpty()) text += ": " + session_model_.error();
-  if (state == SessionModel::State::kJoined && !session_model_.has_peers()) {
-    text += QStringLiteral("; ") + session_model_.nobody_heard();
-  } else if (state == SessionModel::State::kJoined) {
+  QString text = Describe(session_model_);
+  if (state == SessionModel::State::kJoined && session_model_.has_peers()) {
     text += session_model_.request().secured ? tr("; secured: members only")
                                              : tr("; plain: anyone on the network can look on");
   } else if (state == SessionModel::State::kLeft) {

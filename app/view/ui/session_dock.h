@@ -24,6 +24,11 @@ class SessionDock : public QDockWidget {
   /// Shows the hand's state instead of the viewer's while the user takes part, and disables joining
   /// as a viewer. Empty: the user looks on.
   void ShowHand(const QString& text);
+  /// Makes the button that joins start a hand again that has ended.
+  void OfferAgain(bool offered);
+
+ Q_SIGNALS:
+  void AgainAsked();
 
  private:
   void ShowSession();
@@ -31,7 +36,8 @@ class SessionDock : public QDockWidget {
   void Join();
 
   QString hand_text_;
-  JoinRequest given_;  // request as given, for what the form does not ask
+  bool again_ = false;  // true: the button starts the hand again
+  JoinRequest given_;   // request as given, for what the form does not ask
   SessionModel& session_model_;
   SceneModel& scene_model_;
   QLineEdit* session_;

@@ -3,6 +3,7 @@
 #include <array>
 #include <chrono>
 #include <mutex>
+#include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
@@ -14,25 +15,44 @@
 namespace tandem {
 namespace {
 
-constexpr int kLinesPerSecond = 3;  // and one line that counts the rest
+// A line of one meaning is written at most once in this time.
+constexpr auto kQuiet = std::chrono::minutes(1);
 
-// A part of Cyclone's message, and its meaning. The first that matches counts.
-constexpr std::array<std::pair<const char*, const char*>, 12> kMeanings{{
+// A part of Cyclone's message, and its meaning with what to do. The first that matches counts; the
+// last matches all.
+constexpr std::array<std::pair<const char*, const char*>, 20> kMeanings{{
     {"Certificate not valid", "somebody with keys of another session was refused"},
     {"PKCS7", "somebody's permissions, or our own, are not signed by the session's authority"},
     {"Could not get remote participant", "somebody's permissions were refused"},
     {"not allowed", "somebody tried what its permissions do not allow, and was refused"},
     {"Not Allowed By Security", "our own permissions do not allow this"},
     {"handshake", "somebody could not prove who it is"},
-    {"free participant index", "too many programs take part on this machine"},
-    {"socket buffer size", "the system keeps packets for less long than it could"},
-    {"using network interface", "this machine has several networks; --interface chooses one"},
-    {"multicast", "multicast does not work here; name the others with --peers"},
+    {"free participant index",
+     "too many programs take part on this machine: end some, or give another --domain"},
+    {"socket buffer size",
+     "the system keeps packets for less long than it could: see 'tandem doctor'"},
+    {"does not match an available interface",
+     "the network interface is not there: see 'tandem doctor'"},
+    {"failed to find interfaces", "this machine has no network: see 'tandem doctor'"},
+    {"failed to bind", "a UDP port is taken by another program: give another with --port"},
+    {"conn_write", "packets cannot be sent at the moment: see 'tandem doctor'"},
+    {"sendmsg", "packets cannot be sent at the moment: see 'tandem doctor'"},
+    {"recvmsg", "packets cannot be received at the moment: see 'tandem doctor'"},
+    {"truncated", "a packet that is too long was dropped"},
+    {"multicast", "multicast does not work here: name the others with --peers"},
     {"malformed", "a damaged or hostile packet was dropped"},
     {"deserialization", "a message that this version cannot read was dropped"},
+    {"using network interface", "this machine has several networks: --interface chooses one"},
+    {"", "the network layer reports a fault of an unknown kind: see 'tandem doctor'"},
 }};
 constexpr std::size_t kMaxKept = 100;
 constexpr std::size_t kLongestMessage = 400;  // bytes
+
+std::size_t MeaningOf(const std::string& message) {
+  std::size_t i = 0;
+  while (message.find(kMeanings[i].first) == std::string::npos) ++i;
+  return i;
+}
 
 // Cyclone calls it from any of its threads, also the receive thread, so nothing here waits.
 class CycloneLog {
@@ -57,28 +77,31 @@ class CycloneLog {
   }
 
  private:
+  // A line that says how often says so of those that were not written.
+  struct Said {
+    bool ever = false;
+    std::chrono::steady_clock::time_point at;
+    long since = 0;
+  };
+
   void Print(const std::string& line) {
+    const std::size_t meaning = MeaningOf(line);
+    Said& said = said_[meaning];
     const auto now = std::chrono::steady_clock::now();
-    if (now - second_ >= std::chrono::seconds(1)) {
-      if (dropped_ > 0) ReportDdsMessage("(" + std::to_string(dropped_) + " more messages)");
-      second_ = now;
-      printed_ = 0;
-      dropped_ = 0;
+    if (said.ever && now - said.at < kQuiet) {
+      ++said.since;
+      return;
     }
-    if (printed_ < kLinesPerSecond) {
-      ++printed_;
-      ReportDdsMessage(ExplainMessage(line));
-    } else {
-      ++dropped_;
-    }
+    const std::string often =
+        said.since > 0 ? " (" + std::to_string(said.since) + " times since the last line)" : "";
+    said = {true, now, 0};
+    ReportDdsMessage(kMeanings[meaning].second + often);
   }
 
   std::mutex mutex_;
   bool capturing_ = false;
   std::vector<std::string> kept_;
-  std::chrono::steady_clock::time_point second_;
-  int printed_ = 0;
-  long dropped_ = 0;
+  std::array<Said, kMeanings.size()> said_;
 };
 
 // Never destroyed, because Cyclone's threads may outlive main().
@@ -97,12 +120,7 @@ void OnCycloneMessage(void* /*unused*/, const dds_log_data_t* data) {
 }  // namespace
 
 std::string ExplainMessage(const std::string& message) {
-  for (const auto& [piece, meaning] : kMeanings) {
-    if (message.find(piece) != std::string::npos) {
-      return std::string(meaning) + " (" + message + ")";
-    }
-  }
-  return "the network layer says: " + message;
+  return kMeanings[MeaningOf(message)].second;
 }
 
 void ReportDdsMessage(const std::string& line) {

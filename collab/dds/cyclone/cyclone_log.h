@@ -4,15 +4,15 @@
 
 namespace tandem {
 
-/// Sends Cyclone's messages to stderr, one line each, at most four a second; further messages are
-/// counted. Hostile packets make Cyclone write thousands. Call it before the domain is made; a
+/// Sends the meanings of Cyclone's messages to stderr, a line each, and each at most once a minute.
+/// Hostile packets make Cyclone write thousands of messages. Call it before the domain is made; a
 /// second call in a process changes nothing.
 void RedirectCycloneLog();
 
 /// Writes a line about DDS for a person. Does not wait for stderr.
 void ReportDdsMessage(const std::string& line);
 
-/// Returns one of Cyclone's messages, with its meaning for a person before it.
+/// Returns the meaning of one of Cyclone's messages for a person, without the message.
 std::string ExplainMessage(const std::string& message);
 
 /// Keeps Cyclone's messages back while it lives, so that one line of Tandem's can report a failure.

@@ -42,7 +42,7 @@ std::int64_t MostWaiting(const ddsi_serdata* sample) noexcept {
   const std::string_view type = sample->type->type_name;
   const bool comes_again = type == "tandem::ObjectState" || type == "tandem::LinkedState" ||
                            type == "tandem::ViewFrame" || type == "tandem::FileAsk" ||
-                           type == "tandem::FilePiece" || type.starts_with("tandem_control::");
+                           type == "tandem::FilePiece";
   return comes_again ? kMostWaitingInstances : kMostWaitingOfAll;
 }
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "collab/trace/path_record.h"
-#include "collab/transfer/digest.h"
+#include "engine/base/files/sha256.h"
 #include "engine/base/units.h"
 
 namespace tandem {
@@ -38,7 +38,7 @@ PathToken PathResponder::TokenOf(const Address& to, std::uint64_t nonce,
   const TokenContent content{secret_, nonce, terms, to.host, to.port, 0};
   std::array<char, sizeof content> bytes;
   std::memcpy(bytes.data(), &content, sizeof content);
-  const FileDigest digest = FileDigestOf(bytes);
+  const Sha256 digest = Sha256Of(bytes);
   PathToken token;
   std::copy_n(digest.begin(), token.size(), token.begin());
   return token;

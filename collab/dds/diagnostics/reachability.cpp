@@ -20,6 +20,7 @@
 #include <unistd.h>
 
 #include "collab/dds/diagnostics/udp_stamps.h"
+#include "collab/dds/networks/usable_networks.h"
 #include "engine/base/units.h"
 #include "engine/realtime/clock.h"
 
@@ -117,6 +118,17 @@ std::array<std::uint8_t, 32> RandomSecret() {
   return secret;
 }
 
+// Returns the name of the interface that has the socket's own address.
+std::string InterfaceOf(const Socket& socket) {
+  sockaddr_in own{};
+  socklen_t size = sizeof own;
+  getsockname(socket.get(), reinterpret_cast<sockaddr*>(&own), &size);
+  for (const NetworkAddress& one : UsableNetworks()) {
+    if (one.address == own.sin_addr.s_addr) return one.name;
+  }
+  return {};
+}
+
 int RouteMtu(const Socket& socket) {
   int mtu = 0;
   socklen_t size = sizeof mtu;
@@ -171,17 +183,11 @@ std::vector<InterfaceFacts> UsableInterfaces() {
                      .address = Text(reinterpret_cast<const sockaddr_in*>(i->ifa_addr)->sin_addr),
                      .mtu = has_mtu ? request.ifr_mtu : 0,
                      .loopback = (i->ifa_flags & IFF_LOOPBACK) != 0,
-                     .multicast = (i->ifa_flags & IFF_MULTICAST) != 0});
+                     .multicast = (i->ifa_flags & IFF_MULTICAST) != 0,
+                     .carrier = (i->ifa_flags & (IFF_LOOPBACK | IFF_RUNNING)) != 0});
   }
   freeifaddrs(list);
   return found;
-}
-
-std::string InterfaceFor(const DdsOptions& options, const std::vector<InterfaceFacts>& usable) {
-  const bool elsewhere = !options.peers.empty() || !options.external_address.empty();
-  if (!options.interface.empty() || elsewhere || usable.empty()) return options.interface;
-  const bool loopback_alone = std::ranges::all_of(usable, &InterfaceFacts::loopback);
-  return loopback_alone ? usable.front().name : std::string();
 }
 
 bool MulticastWorks(const InterfaceFacts& interface) {
@@ -219,7 +225,7 @@ std::vector<std::uint16_t> PortsTaken(std::uint32_t domain, std::uint32_t count)
   return taken;
 }
 
-PathFacts ProbePath(const std::string& host, std::uint16_t port) {
+PathFacts ProbePath(const std::string& host, std::uint16_t port, const std::string& interface) {
   PathFacts facts;
   const std::optional<in_addr> address = Resolve(host);
   if (!address) {
@@ -230,10 +236,12 @@ PathFacts ProbePath(const std::string& host, std::uint16_t port) {
   const Socket socket;
   const sockaddr_in to = Address(*address, port);
   socket.Set(IPPROTO_IP, IP_MTU_DISCOVER, IP_PMTUDISC_DO);
-  if (connect(socket.get(), reinterpret_cast<const sockaddr*>(&to), sizeof to) != 0) {
+  if ((!interface.empty() && !BindToInterface(socket.get(), interface, 0)) ||
+      connect(socket.get(), reinterpret_cast<const sockaddr*>(&to), sizeof to) != 0) {
     facts.error = std::strerror(errno);
     return facts;
   }
+  facts.interface = InterfaceOf(socket);
   for (const int size : kProbeSizes) {
     const int before = facts.answered;
     for (int i = 0; i < kProbesOfASize; ++i) {
@@ -247,9 +255,9 @@ PathFacts ProbePath(const std::string& host, std::uint16_t port) {
   return facts;
 }
 
-Result<ProbeResponder> ProbeResponder::Open(std::uint16_t port) {
+Result<ProbeResponder> ProbeResponder::Open(std::uint16_t port, const std::string& interface) {
   Socket socket;
-  if (!Bind(socket, in_addr{INADDR_ANY}, port)) {
+  if (!BindToInterface(socket.get(), interface, port)) {
     return Error{"UDP port " + std::to_string(port) + ": " + std::strerror(errno)};
   }
   socket.Set(IPPROTO_IP, IP_MTU_DISCOVER, IP_PMTUDISC_DO);

@@ -12,20 +12,17 @@
 
 namespace tandem {
 
-/// A network interface that is up and has an IPv4 address.
+/// A network interface that is up and has an IPv4 address. Without carrier it reaches nobody, and a
+/// session passes it over.
 struct InterfaceFacts {
   std::string name;
   std::string address;
   int mtu = 0;  // bytes
   bool loopback = false;
   bool multicast = false;  // its flags say so
+  bool carrier = true;
 };
 std::vector<InterfaceFacts> UsableInterfaces();
-
-/// Returns the interface to use: the given one, or loopback's if no other is up and no address
-/// elsewhere is given. Else it is empty, and DDS chooses. DDS would look for multicast on loopback
-/// and warn that there is none.
-std::string InterfaceFor(const DdsOptions& options, const std::vector<InterfaceFacts>& usable);
 
 /// Returns whether a packet that this interface sends to DDS's discovery group comes back to a
 /// listener on it.
@@ -37,18 +34,20 @@ std::vector<std::uint16_t> PortsTaken(std::uint32_t domain, std::uint32_t count)
 
 /// The measured path to another machine.
 struct PathFacts {
-  std::string error;     // reason why nothing can be sent at all; else empty
-  std::string address;   // address of the host's name
-  int route_mtu = 0;     // bytes of the IP packet, as the kernel knows it
-  bool refused = false;  // the machine answers that no program listens at that port
-  int answered = 0;      // number of probes that came back, out of `sent`
+  std::string error;      // reason why nothing can be sent at all; else empty
+  std::string address;    // address of the host's name
+  std::string interface;  // the interface that the route to it takes
+  int route_mtu = 0;      // bytes of the IP packet, as the kernel knows it
+  bool refused = false;   // the machine answers that no program listens at that port
+  int answered = 0;       // number of probes that came back, out of `sent`
   int sent = 0;
   int largest_answered = 0;  // bytes of UDP payload, unfragmented
   double least_round_trip_ms = 0;
 };
 
 /// Sends unfragmentable packets of growing size, several of each, to a ProbeResponder there.
-PathFacts ProbePath(const std::string& host, std::uint16_t port);
+/// `interface`: the only one that the session uses; empty: the route decides, as in a session.
+PathFacts ProbePath(const std::string& host, std::uint16_t port, const std::string& interface = {});
 
 /// Answers probes, to the address that they came from. It does not answer answers, nor packets from
 /// its own port number, and sends at most kMostAnswersPerSecond. It also records a line
@@ -57,8 +56,9 @@ class ProbeResponder {
  public:
   static constexpr int kMostAnswersPerSecond = 200;
 
-  /// Port 0: any free port. Error: the port is taken.
-  static Result<ProbeResponder> Open(std::uint16_t port);
+  /// Port 0: any free port. `interface`: the only one, beside this machine itself, that reaches it;
+  /// empty: all. Error: the port is taken.
+  static Result<ProbeResponder> Open(std::uint16_t port, const std::string& interface = {});
   ProbeResponder(ProbeResponder&& other) noexcept;
   ProbeResponder& operator=(ProbeResponder&&) = delete;
   ~ProbeResponder();

@@ -236,21 +236,4 @@ Result<PeerId> MakeRelayKeys(const fs::path& session, const std::string& name, c
                   });
 }
 
-Result<bool> MakeControlKeys(const fs::path& folder) {
-  constexpr int kDays = 365;  // longer than a controller runs
-  if (const Result<bool> made = MakeSessionKeys(folder, {}, {}, kDays); !made) return made;
-  for (const bool controller : {true, false}) {
-    const std::string name = controller ? "controller" : "host";
-    const Result<PeerId> member =
-        MakeKeys(folder, name, "peer", folder / name, kDays,
-                 [&](PeerId id, std::time_t from, std::time_t until) {
-                   return ControlPermissionsXml(name, id, controller, from, until);
-                 });
-    if (!member) return member.error();
-  }
-  fs::remove(IdentityAuthority(folder).key);
-  fs::remove(PermissionsAuthority(folder).key);
-  return true;
-}
-
 }  // namespace tandem

@@ -47,11 +47,6 @@ Result<std::map<std::string, std::string>> SignMember(const std::filesystem::pat
 Result<PeerId> MakeRelayKeys(const std::filesystem::path& session, const std::string& name,
                              const std::filesystem::path& out, int days = 365);
 
-/// Makes the keys of one controller and its hosts, for as long as it runs. `folder`, which must be
-/// empty or missing, gets authorities of its own and the members' folders `controller` and `host`.
-/// The authorities' private keys are removed again, so no keys can be made later.
-Result<bool> MakeControlKeys(const std::filesystem::path& folder);
-
 /// A checked member's folder. It is complete, only its owner can read the private key, and it has
 /// two authorities. It is of this protocol and valid now, and its member.txt is well-formed.
 struct MemberKeys {

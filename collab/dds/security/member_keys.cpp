@@ -15,6 +15,7 @@
 #include "collab/dds/security/revocation.h"
 #include "collab/dds/security/signing.h"
 #include "engine/base/files/regular_file.h"
+#include "engine/realtime/private_process.h"
 
 // Loads the keys of a member and says how long they are valid; keys.cpp makes them.
 
@@ -79,7 +80,8 @@ Result<MemberKeys> ReadMember(const fs::path& folder) {
       keys.peer == 0 || (role != "peer" && role != "viewer" && role != "relay")) {
     return Error{(folder / "member.txt").string() + ": not as 'tandem keys' wrote it"};
   }
-  if (protocol != kProtocol) {
+  // the permissions are those of protocol 5
+  if (protocol != kProtocol && protocol != 5) {
     return Error{folder.string() + ": these keys are for protocol " +
                  (protocol == 0 ? "4 or before" : std::to_string(protocol)) +
                  ", this program speaks " + std::to_string(kProtocol) +
@@ -93,6 +95,7 @@ Result<MemberKeys> ReadMember(const fs::path& folder) {
 }  // namespace
 
 Result<MemberKeys> LoadMemberKeys(const fs::path& folder, std::time_t now) {
+  KeepProcessPrivate();  // the caller is about to use the keys
   if (!fs::is_directory(folder)) {
     return Error{folder.string() +
                  ": no such folder; 'tandem keys peer' or 'tandem keys viewer' makes it"};

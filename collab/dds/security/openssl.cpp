@@ -8,6 +8,8 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "engine/realtime/private_process.h"
+
 namespace tandem {
 namespace {
 
@@ -46,6 +48,7 @@ Result<std::string> Openssl(std::vector<std::string> arguments) {
     dup2(nothing, STDIN_FILENO);
     dup2(out[1], STDOUT_FILENO);
     dup2(out[1], STDERR_FILENO);
+    CloseOthersOnExec();
     for (const char* program : kPrograms) execve(program, argv.data(), environment.data());
     _exit(127);
   }

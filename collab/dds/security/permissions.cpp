@@ -99,17 +99,4 @@ std::string RelayPermissionsXml(const std::string& name, PeerId peer, std::time_
                    Allow("publish", {"scene"}, kEveryScene) + "\n");
 }
 
-std::string ControlPermissionsXml(const std::string& name, PeerId id, bool controller,
-                                  std::time_t from, std::time_t until) {
-  const std::vector<std::string> of_hosts{"request/1", "goal/1"};
-  const std::vector<std::string> of_controllers{"answer/1", "scene/1", "snapshot/1"};
-  // the format wants publish rules first
-  const std::string rules =
-      controller ? Allow("publish", of_controllers, kControllerPartition) + "\n" +
-                       Allow("subscribe", of_hosts, kHostPartition) + "\n"
-                 : Allow("publish", of_hosts, kHostPartition) + "\n" +
-                       Allow("subscribe", of_controllers, kControllerPartition) + "\n";
-  return Grant(name, id, from, until, rules);
-}
-
 }  // namespace tandem

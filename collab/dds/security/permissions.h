@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <ctime>
 #include <string>
 
@@ -31,15 +30,5 @@ std::string PermissionsXml(const std::string& name, PeerId peer, Role role, std:
 /// nothing to gain there, so these permissions are for a separate session.
 std::string RelayPermissionsXml(const std::string& name, PeerId peer, std::time_t from,
                                 std::time_t until);
-
-/// The topics of a controller's command interface, and the partitions of hosts and controllers.
-inline constexpr std::array<const char*, 5> kControlTopics{"request/1", "answer/1", "goal/1",
-                                                           "scene/1", "snapshot/1"};
-inline constexpr const char* kHostPartition = "host";
-inline constexpr const char* kControllerPartition = "controller";
-
-/// Returns what a controller, or else a host of it, may do in the domain of its command interface.
-std::string ControlPermissionsXml(const std::string& name, PeerId id, bool controller,
-                                  std::time_t from, std::time_t until);
 
 }  // namespace tandem

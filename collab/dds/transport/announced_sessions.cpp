@@ -4,12 +4,11 @@
 #include <vector>
 
 #include <arpa/inet.h>
-#include <ifaddrs.h>
-#include <net/if.h>
 #include <netinet/in.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include "collab/dds/networks/usable_networks.h"
 #include "collab/dds/transport/announcements.h"
 #include "collab/dds/transport/domain.h"
 #include "engine/realtime/clock.h"
@@ -47,17 +46,14 @@ class ListeningSocket {
 
 /// Joins the group on the interface of that name, or on all interfaces.
 void JoinGroup(int descriptor, const std::string& interface) {
-  ifaddrs* list = nullptr;
-  if (getifaddrs(&list) != 0) return;
-  for (const ifaddrs* i = list; i != nullptr; i = i->ifa_next) {
-    if (i->ifa_addr == nullptr || i->ifa_addr->sa_family != AF_INET) continue;
-    if ((i->ifa_flags & IFF_UP) == 0 || (!interface.empty() && interface != i->ifa_name)) continue;
-    ip_mreq request{};
+  for (const NetworkAddress& one : UsableNetworks()) {
+    if (!interface.empty() && interface != one.name) continue;
+    ip_mreqn request{};
     inet_pton(AF_INET, kGroup, &request.imr_multiaddr);
-    request.imr_interface = reinterpret_cast<const sockaddr_in*>(i->ifa_addr)->sin_addr;
+    request.imr_ifindex = static_cast<int>(one.interface);
+    // fails where it is a member already
     setsockopt(descriptor, IPPROTO_IP, IP_ADD_MEMBERSHIP, &request, sizeof request);
   }
-  freeifaddrs(list);
 }
 
 /// Returns this process's own participants in a domain.
@@ -78,25 +74,35 @@ std::set<ProgramId> OwnPrograms(std::uint32_t domain) {
 
 class AnnouncedSessions final : public SessionsNearby {
  public:
-  explicit AnnouncedSessions(const DdsOptions& options) : domain_(options.domain) {
+  explicit AnnouncedSessions(const DdsOptions& options)
+      : domain_(options.domain), interface_(options.interface) {
     if (options.interface != "lo" && options.peers.empty()) {
       const int yes = 1;
       setsockopt(multicast_.get(), SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
+      // else packets of the group come from all interfaces on which any program has joined it
+      const int no = 0;
+      setsockopt(multicast_.get(), IPPROTO_IP, IP_MULTICAST_ALL, &no, sizeof no);
       in_addr group{};
       inet_pton(AF_INET, kGroup, &group);
       if (multicast_.Bind(group.s_addr, 7400 + 250 * domain_)) {
-        JoinGroup(multicast_.get(), options.interface);
+        JoinGroup(multicast_.get(), interface_);
+        joins_ = true;
       }
       return;
     }
     // without multicast each program announces itself at every port that a program may have
     for (std::uint32_t i = 0; i <= kLastProgramIndex; ++i) {
-      if (unicast_.Bind(htonl(INADDR_ANY), DiscoveryPort(domain_, i))) return;
+      if (BindToInterface(unicast_.get(), interface_,
+                          static_cast<std::uint16_t>(DiscoveryPort(domain_, i)))) {
+        return;
+      }
     }
   }
 
   std::vector<AnnouncedSession> Heard() override {
     own_.merge(OwnPrograms(domain_));
+    // networks come and go
+    if (joins_) JoinGroup(multicast_.get(), interface_);
     const std::int64_t now_ns = MonotonicNowNs();
     for (const ListeningSocket* socket : {&multicast_, &unicast_}) Take(socket->get(), now_ns);
     return programs_.Sessions(own_, now_ns);
@@ -114,6 +120,8 @@ class AnnouncedSessions final : public SessionsNearby {
   }
 
   const std::uint32_t domain_;
+  const std::string interface_;
+  bool joins_ = false;
   ListeningSocket multicast_;
   ListeningSocket unicast_;
   std::set<ProgramId> own_;

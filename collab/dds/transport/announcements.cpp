@@ -30,6 +30,11 @@ constexpr std::uint16_t kLeaseDuration = 0x0002;
 constexpr std::uint16_t kParticipantId = 0x0050;
 constexpr std::uint16_t kBuiltinEndpoints = 0x0058;
 constexpr std::uint16_t kStatusInfo = 0x0071;
+constexpr std::uint16_t kDefaultUnicastLocator = 0x0031;
+constexpr std::uint16_t kMetatrafficUnicastLocator = 0x0032;
+constexpr std::uint32_t kUdp4Locator = 1;
+constexpr std::size_t kLocatorBytes = 24;
+constexpr std::size_t kLocatorAddressAt = 20;
 constexpr std::uint16_t kDomainTag = 0x4014;
 constexpr std::uint16_t kIdentityToken = 0x1001;
 constexpr std::uint16_t kParametersLittle = 0x0003;
@@ -258,6 +263,30 @@ AnnouncedIn WhatIsAnnounced(std::span<const std::uint8_t> packet) {
     return false;
   });
   return announced;
+}
+
+void ReplaceAnnouncedAddresses(std::span<std::uint8_t> packet, std::uint32_t address,
+                               const std::function<bool(std::uint32_t announced)>& replaces) {
+  AnyData(packet, [&](const DataFound& data) {
+    if (data.writer != kSpdpWriter || !data.whole) return false;
+    ByteCursor head(data.body, false);
+    const std::uint32_t encoding = head.Take(2);
+    head.Take(2);
+    if (encoding != kParametersLittle && encoding != kParametersBig) return false;
+    const bool little = encoding == kParametersLittle;
+    ByteCursor list(head.rest(), little);
+    ForEachParameter(list, [&](std::uint16_t parameter, std::span<const std::uint8_t> value) {
+      const bool locates =
+          parameter == kDefaultUnicastLocator || parameter == kMetatrafficUnicastLocator;
+      if (!locates || value.size() < kLocatorBytes) return;
+      if (ByteCursor(value, little).Take(4) != kUdp4Locator) return;
+      const auto at = static_cast<std::size_t>(value.data() - packet.data()) + kLocatorAddressAt;
+      std::uint32_t announced = 0;
+      std::memcpy(&announced, &packet[at], sizeof announced);
+      if (replaces(announced)) std::memcpy(&packet[at], &address, sizeof address);
+    });
+    return false;
+  });
 }
 
 }  // namespace tandem

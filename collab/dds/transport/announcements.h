@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <set>
@@ -38,6 +39,11 @@ struct AnnouncedIn {
 /// lease and with the writers that announce its endpoints. Without the lease or those writers
 /// Cyclone would remember the program for longer than its lease.
 AnnouncedIn WhatIsAnnounced(std::span<const std::uint8_t> packet);
+
+/// Puts `address` (in network byte order) in the place of each IPv4 unicast address that the packet
+/// announces for its program, if replaces(announced) is true.
+void ReplaceAnnouncedAddresses(std::span<std::uint8_t> packet, std::uint32_t address,
+                               const std::function<bool(std::uint32_t announced)>& replaces);
 
 /// Returns the name of the session that has this tag; control characters are '?'. Nothing: the tag
 /// is not Tandem's.

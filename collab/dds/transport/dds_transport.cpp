@@ -130,9 +130,8 @@ class DdsTransport final : public Transport {
   void Publish(const Event& event) override { PublishFast<tandem_Event>(writers_.event, event); }
   void Publish(const SceneManifest& manifest) override {
     tandem_SceneManifest wire{};
-    std::vector<tandem_BodyDecl> bodies;
-    CountUnless(ToWire(manifest, wire, bodies) &&
-                dds_write(writers_.scene, &wire) == DDS_RETCODE_OK);
+    ManifestBuffers room;
+    CountUnless(ToWire(manifest, wire, room) && dds_write(writers_.scene, &wire) == DDS_RETCODE_OK);
   }
 
   void Leave() override {
@@ -357,7 +356,7 @@ Result<std::unique_ptr<Transport>> JoinOverDds(const DdsOptions& options, Inbox&
     const std::string logged = log.Take();
     if (qos != nullptr) return Error{ExplainRefusal(error->what + " " + logged, keys)};
     return Error{"cannot join session '" + options.session + "': " + error->what +
-                 (logged.empty() ? "" : " (" + logged + ")")};
+                 (logged.empty() ? "" : " (" + ExplainMessage(logged) + ")")};
   }
   return std::unique_ptr<Transport>(std::move(transport));
 }

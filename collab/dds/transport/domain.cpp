@@ -18,7 +18,10 @@
 #include "collab/dds/cyclone/cyclone_threads.h"
 #include "collab/dds/cyclone/socket_drops.h"
 #include "collab/dds/cyclone/waiting_instances.h"
+#include "collab/dds/networks/domain_networks.h"
+#include "collab/dds/networks/network_watch.h"
 #include "collab/dds/transport/receive_thread.h"
+#include "engine/base/files/regular_file.h"
 #include "engine/base/text/markup.h"
 
 extern "C" {
@@ -113,6 +116,28 @@ std::optional<Error> CheckPort(std::uint16_t port) {
   return std::nullopt;
 }
 
+// Returns the address of the network that leads to the others, as far as that can be known.
+std::uint32_t AnnouncedAddress(const DdsOptions& options) {
+  const NetworkTable& networks = CurrentNetworks();
+  for (const NetworkTable::Row& row : networks.used()) {
+    if (options.interface == row.name.data()) return row.address;
+  }
+  for (const std::string& text : options.peers) {
+    const Result<PeerAddress> peer = ParsePeerAddress(text);
+    in_addr address{};
+    if (!peer || inet_pton(AF_INET, peer->host.c_str(), &address) != 1) continue;
+    if (const std::uint32_t own = SourceTowards(address.s_addr); own != 0) return own;
+  }
+  // where the default route leads, and where the discovery group would be looked for
+  for (const char* const far : {"192.0.2.1", "239.255.0.1"}) {
+    if (const std::uint32_t own = SourceTowards(inet_addr(far)); own != 0) return own;
+  }
+  for (const NetworkTable::Row& row : networks.used()) {
+    if (!row.loopback) return row.address;
+  }
+  return htonl(INADDR_LOOPBACK);
+}
+
 std::string PortsXml(std::uint16_t port) {
   // index 0 of a domain without an offset: exactly `port` and the next
   return "<Ports><Base>" + std::to_string(port) +
@@ -153,10 +178,21 @@ Result<PeerAddress> ParsePeerAddress(const std::string& text) {
   return peer;
 }
 
+std::string WhyNoSessionName(const std::string& name) {
+  if (name.empty()) return "a session needs a name";
+  if (name.size() > kMaxSessionName) {
+    return "the session's name is longer than " + std::to_string(kMaxSessionName) + " bytes";
+  }
+  if (!IsPlainText(name)) {
+    return "the session's name is no plain text: it has control characters, or bytes that are no "
+           "UTF-8";
+  }
+  return {};
+}
+
 std::optional<Error> CheckOptions(const DdsOptions& options) {
-  if (options.session.empty()) return Error{"a session needs a name"};
-  if (options.session.size() > kMaxSessionName) {
-    return Error{"the session's name is longer than " + std::to_string(kMaxSessionName) + " bytes"};
+  if (std::string fault = WhyNoSessionName(options.session); !fault.empty()) {
+    return Error{std::move(fault)};
   }
   if (options.domain > kMaxDomain) {
     return Error{"there is no DDS domain " + std::to_string(options.domain) +
@@ -195,10 +231,8 @@ std::string DomainXml(const DdsOptions& options, bool real_time_receive) {
   const bool loopback = options.interface == kLoopback;
   const bool multicast = !loopback && options.peers.empty();
   std::string xml = "<Domain Id=\"any\"><General>";
-  if (!options.interface.empty()) {
-    xml += "<Interfaces><NetworkInterface name=\"" + EscapedMarkup(options.interface) +
-           "\"/></Interfaces>";
-  }
+  // elsewhere Cyclone sees one network, which leads to all that the domain is on (networks)
+  if (loopback) xml += "<Interfaces><NetworkInterface name=\"lo\"/></Interfaces>";
   xml += std::string("<AllowMulticast>") + (multicast ? "true" : "false") + "</AllowMulticast>";
   if (!options.external_address.empty()) {
     xml += "<ExternalNetworkAddress>" + options.external_address + "</ExternalNetworkAddress>";
@@ -251,9 +285,11 @@ Result<Entity> CreateDomain(const DdsOptions& options) {
     ReportDdsMessage(
         "CYCLONEDDS_URI is set; a session brings its own DDS configuration, so it is ignored");
   }
+  if (options.interface != kLoopback) WatchNetworks();
   BoundWaitingInstances();
   SetCycloneStackSize();
   CycloneLogCapture log;
+  const NewDomainNetworks networks(options.interface, AnnouncedAddress(options));
   const std::string xml = DomainXml(options, RealTimeIsPermitted());
   const dds_entity_t domain = dds_create_domain(options.domain, xml.c_str());
   if (domain > 0) return Entity(domain);
@@ -266,7 +302,8 @@ Result<Entity> CreateDomain(const DdsOptions& options) {
   if (logged.find("free participant index") != std::string::npos) {
     return Error{"no free UDP port on " + name + ": too many programs take part in it already"};
   }
-  return Error{"cannot use " + name + ": " + (logged.empty() ? dds_strretcode(domain) : logged)};
+  return Error{"cannot use " + name + ": " +
+               (logged.empty() ? dds_strretcode(domain) : ExplainMessage(logged))};
 }
 
 }  // namespace tandem

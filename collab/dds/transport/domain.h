@@ -27,6 +27,10 @@ constexpr std::uint32_t DiscoveryPort(std::uint32_t domain, std::uint32_t index)
   return 7400 + 250 * domain + 10 + 2 * index;
 }
 
+/// Returns why a session cannot have this name; empty: it can. A name is plain text, since it goes
+/// to terminals.
+std::string WhyNoSessionName(const std::string& name);
+
 /// Returns why these options cannot work, in words, or nothing if they can.
 std::optional<Error> CheckOptions(const DdsOptions& options);
 

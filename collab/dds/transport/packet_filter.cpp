@@ -10,6 +10,8 @@
 #include <dlfcn.h>
 #include <netinet/in.h>
 
+#include "collab/dds/networks/domain_networks.h"
+#include "collab/dds/networks/usable_networks.h"
 #include "collab/dds/transport/announcements.h"
 #include "collab/dds/transport/fast_reader.h"
 #include "engine/base/units.h"
@@ -38,6 +40,8 @@ const char* NameOf(PacketDrop reason) noexcept {
       return "endpoints";
     case PacketDrop::kFlood:
       return "flood";
+    case PacketDrop::kNetwork:
+      return "network";
     case PacketDrop::kCount:
       break;
   }
@@ -87,11 +91,26 @@ int PacketFilter::SendersOf(std::uint32_t address, std::int64_t now_ns) const no
   }));
 }
 
-PacketFilter::Sender* PacketFilter::SenderOf(std::span<const std::uint8_t> id,
-                                             std::uint32_t address, std::int64_t now_ns) noexcept {
+std::size_t PacketFilter::SetOf(std::span<const std::uint8_t> id,
+                                std::uint32_t address) const noexcept {
   std::uint64_t hash = seed_ ^ address;
   for (const std::uint8_t byte : id) hash = (hash ^ byte) * 0x9E3779B97F4A7C15U;
-  const std::span<Sender> set(&senders_[((hash >> 40U) % kSets) * kWays], kWays);
+  return ((hash >> 40U) % kSets) * kWays;
+}
+
+bool PacketFilter::Knows(std::span<const std::uint8_t> packet, std::uint32_t address,
+                         std::int64_t now_ns) const noexcept {
+  if (packet.size() < kHeaderBytes) return false;
+  const std::span<const std::uint8_t> id = packet.subspan(kIdAt, kIdBytes);
+  return std::ranges::any_of(
+      std::span(&senders_[SetOf(id, address)], kWays), [&](const Sender& one) {
+        return IsHere(one, now_ns) && one.address == address && std::ranges::equal(one.id, id);
+      });
+}
+
+PacketFilter::Sender* PacketFilter::SenderOf(std::span<const std::uint8_t> id,
+                                             std::uint32_t address, std::int64_t now_ns) noexcept {
+  const std::span<Sender> set(&senders_[SetOf(id, address)], kWays);
   Sender* place = nullptr;
   for (Sender& one : set) {
     if (!IsHere(one, now_ns)) {
@@ -152,7 +171,44 @@ SharedFilter& Shared() {
   return shared;
 }
 
-PacketDrop JudgeShared(const msghdr& message, std::size_t size) noexcept {
+// Returns the way a packet came, from what the kernel says beside it.
+Arrival ArrivalOf(const msghdr& message, std::uint32_t from) noexcept {
+  Arrival arrival{.from = from};
+  msghdr readable = message;  // the macros want no const
+  for (cmsghdr* one = CMSG_FIRSTHDR(&readable); one != nullptr; one = CMSG_NXTHDR(&readable, one)) {
+    if (one->cmsg_level != IPPROTO_IP || one->cmsg_type != IP_PKTINFO) continue;
+    in_pktinfo way{};
+    std::memcpy(&way, CMSG_DATA(one), sizeof way);
+    arrival.at = way.ipi_spec_dst.s_addr;
+    arrival.interface = static_cast<unsigned>(way.ipi_ifindex);
+    arrival.to_group = IsMulticastAddress(way.ipi_addr.s_addr);
+  }
+  return arrival;
+}
+
+// Others are answered at the address that their announcements come from. The address that they
+// announce may be of a network that does not lead here, or may have changed.
+void CorrectAnnouncedAddress(std::span<std::uint8_t> packet, std::uint32_t from,
+                             const PacketFilter& filter, std::int64_t now_ns) {
+  // programs of this machine reach one another whatever becomes of its networks
+  const bool is_here = IsLoopbackAddress(from) || CurrentNetworks().Has(from);
+  const std::uint32_t way = is_here ? htonl(INADDR_LOOPBACK) : from;
+  struct Known {
+    std::span<const std::uint8_t> packet;
+    std::uint32_t from;
+    const PacketFilter& filter;
+    std::int64_t now_ns;
+  };
+  const Known known{packet, from, filter, now_ns};
+  // one reference: the function needs no memory
+  ReplaceAnnouncedAddresses(packet, way, [&known](std::uint32_t announced) {
+    // a router that translates addresses may send from others than it is reached at
+    return !IsPublicAddress(announced) || !IsPublicAddress(known.from) ||
+           known.filter.Knows(known.packet, announced, known.now_ns);
+  });
+}
+
+PacketDrop JudgeShared(const msghdr& message, std::size_t size, DomainNetworks* networks) noexcept {
   // Cyclone wakes its own threads with one byte
   if (size <= 1) return PacketDrop::kNone;
   if (message.msg_iovlen != 1 || message.msg_name == nullptr) return PacketDrop::kNone;
@@ -160,14 +216,19 @@ PacketDrop JudgeShared(const msghdr& message, std::size_t size) noexcept {
   if (message.msg_namelen < sizeof from) return PacketDrop::kNone;
   std::memcpy(&from, message.msg_name, sizeof from);
   if (from.sin_family != AF_INET) return PacketDrop::kNone;
-  const std::span<const std::uint8_t> packet(
-      static_cast<const std::uint8_t*>(message.msg_iov[0].iov_base),
-      std::min(size, message.msg_iov[0].iov_len));
+  const std::span<std::uint8_t> packet(static_cast<std::uint8_t*>(message.msg_iov[0].iov_base),
+                                       std::min(size, message.msg_iov[0].iov_len));
   SharedFilter& shared = Shared();
-  PacketDrop drop{};
-  {
+  const Arrival arrival = ArrivalOf(message, from.sin_addr.s_addr);
+  const std::int64_t now_ns = MonotonicNow_ns();
+  PacketDrop drop = PacketDrop::kNetwork;
+  if (networks == nullptr || (networks->Hears(arrival) && !networks->IsCut(now_ns))) {
     const std::scoped_lock lock(shared.mutex);
-    drop = shared.filter.Judge(packet, from.sin_addr.s_addr, MonotonicNow_ns());
+    drop = shared.filter.Judge(packet, arrival.from, now_ns);
+    if (drop == PacketDrop::kNone && networks != nullptr) {
+      networks->Note(arrival, now_ns);
+      CorrectAnnouncedAddress(packet, arrival.from, shared.filter, now_ns);
+    }
   }
   shared.judged[static_cast<std::size_t>(drop)].fetch_add(1, std::memory_order_relaxed);
   return drop;
@@ -193,9 +254,16 @@ dds_return_t ddsrt_recvmsg(ddsrt_socket_t socket, ddsrt_msghdr_t* message, int f
                            ssize_t* received) {
   static const auto cyclones =
       reinterpret_cast<decltype(&ddsrt_recvmsg)>(dlsym(RTLD_NEXT, "ddsrt_recvmsg"));
-  const dds_return_t code = cyclones(socket, message, flags, received);
+  tandem::DomainNetworks* const networks = tandem::NetworksOfSocket(socket);
+  alignas(cmsghdr) std::array<std::byte, CMSG_SPACE(sizeof(in_pktinfo))> beside;
+  ddsrt_msghdr_t with_way = *message;
+  with_way.msg_control = beside.data();
+  with_way.msg_controllen = beside.size();
+  const dds_return_t code = cyclones(socket, &with_way, flags, received);
+  message->msg_namelen = with_way.msg_namelen;
+  message->msg_flags = with_way.msg_flags;
   if (code == DDS_RETCODE_OK && *received > 0 &&
-      tandem::JudgeShared(*message, static_cast<std::size_t>(*received)) !=
+      tandem::JudgeShared(with_way, static_cast<std::size_t>(*received), networks) !=
           tandem::PacketDrop::kNone) {
     *received = 0;
     return DDS_RETCODE_NO_CONNECTION;

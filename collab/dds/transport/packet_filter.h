@@ -16,6 +16,7 @@ enum class PacketDrop : std::uint8_t {
   kForged,     // announces as no program of Tandem does, or asks to be remembered for long
   kEndpoints,  // announces more readers and writers than a program has
   kFlood,      // more packets than a program sends
+  kNetwork,    // came by a network that the domain is not on
   kCount
 };
 const char* NameOf(PacketDrop reason) noexcept;  // "not_rtps" …
@@ -47,6 +48,9 @@ class PacketFilter {
 
   PacketDrop Judge(std::span<const std::uint8_t> packet, std::uint32_t address,
                    std::int64_t now_ns) noexcept;
+  /// Returns whether the program in the packet's header was heard lately from that address.
+  bool Knows(std::span<const std::uint8_t> packet, std::uint32_t address,
+             std::int64_t now_ns) const noexcept;
 
  private:
   // Lets so many through at once, and further ones at a pace.
@@ -69,6 +73,7 @@ class PacketFilter {
 
   Sender* SenderOf(std::span<const std::uint8_t> id, std::uint32_t address,
                    std::int64_t now_ns) noexcept;
+  std::size_t SetOf(std::span<const std::uint8_t> id, std::uint32_t address) const noexcept;
   Pace& PaceOf(std::uint32_t address, std::int64_t now_ns) noexcept;
   static bool IsHere(const Sender& sender, std::int64_t now_ns) noexcept;
   int SendersOf(std::uint32_t address, std::int64_t now_ns) const noexcept;

@@ -172,7 +172,7 @@ class DdsRelay final : public Relay {
   // Writes the scene that the peer offers; there must be one.
   void SayScene(const Relayed& relayed, PeerId peer) {
     tandem_SceneManifest wire{};
-    if (ToWire(scenes_.at(peer), wire, bodies_)) dds_write(relayed.scene.get(), &wire);
+    if (ToWire(scenes_.at(peer), wire, scene_room_)) dds_write(relayed.scene.get(), &wire);
   }
 
   /// Takes the peer out. The caller closes its writers without the lock, so that no picture waits
@@ -214,7 +214,7 @@ class DdsRelay final : public Relay {
   std::map<PeerId, Relayed> peers_;
   std::map<PeerId, SceneManifest> scenes_;  // key: author
   InfoBuffers info_room_;
-  std::vector<tandem_BodyDecl> bodies_;
+  ManifestBuffers scene_room_;
 };
 
 }  // namespace

@@ -11,6 +11,10 @@ namespace tandem {
 
 namespace {
 
+constexpr std::uint8_t kAnyNews = 0;
+constexpr std::uint8_t kAskedNews = 1;
+constexpr std::size_t kMostWarnings = 16;  // bound of idl/tandem_control.idl
+
 template <std::size_t N>
 bool SetWords(char (&to)[N], const std::string& text) {
   std::size_t length = std::min(text.size(), N - 1);
@@ -287,6 +291,8 @@ void ToWire(const ControllerSnapshot& snapshot, std::uint64_t controller,
     contact.force = from.force_N;
   }
   room.peers.clear();
+  room.colours.clear();
+  room.stopped.clear();
   for (const SnapshotPeer& from : snapshot.peers) {
     tandem_control_Peer& peer = room.peers.emplace_back();
     peer.id = from.id;
@@ -297,7 +303,23 @@ void ToWire(const ControllerSnapshot& snapshot, std::uint64_t controller,
     peer.delay = from.delay_s;
     peer.link_force = from.link_force_N;
     peer.held = {};  // the bodies' holders have it
+    room.colours.push_back(from.colour);
+    room.stopped.push_back(from.stopped ? 1 : 0);
   }
+  wire.colour = snapshot.colour;
+  wire.news_kind = snapshot.asked ? kAskedNews : kAnyNews;
+  wire.news_body = snapshot.asked ? static_cast<std::int32_t>(snapshot.asked->body) : -1;
+  wire.news_peer = snapshot.asked ? snapshot.asked->peer : 0;
+  room.warnings.clear();
+  for (const std::string& warning : snapshot.warnings) {
+    if (room.warnings.size() == kMostWarnings) break;
+    SetWords(room.warnings.emplace_back().text, warning);
+  }
+  LendList(room.colours, wire.peer_colours);
+  LendList(room.stopped, wire.peers_stopped);
+  wire.warnings._maximum = wire.warnings._length = static_cast<std::uint32_t>(room.warnings.size());
+  wire.warnings._buffer = room.warnings.empty() ? nullptr : &room.warnings.data()->text;
+  wire.warnings._release = false;
   LendList(room.bodies, wire.bodies);
   LendList(room.instances, wire.instances);
   LendList(room.contacts, wire.contacts);
@@ -357,6 +379,16 @@ bool FromWire(const tandem_control_Snapshot& wire, const tandem_control_Scene& s
     peer.refused = TextFromWire(from.refused);
     peer.delay_s = from.delay;
     peer.link_force_N = from.link_force;
+    if (i < wire.peer_colours._length) peer.colour = wire.peer_colours._buffer[i];
+    if (i < wire.peers_stopped._length) peer.stopped = wire.peers_stopped._buffer[i] != 0;
+  }
+  snapshot.colour = wire.colour;
+  const bool known_body = wire.news_body >= 0 && wire.news_body < std::int64_t{wire.bodies._length};
+  if (wire.news_kind == kAskedNews && known_body) {
+    snapshot.asked = {wire.news_peer, static_cast<std::size_t>(wire.news_body)};
+  }
+  for (std::uint32_t i = 0; i < wire.warnings._length; ++i) {
+    snapshot.warnings.push_back(TextFromWire(wire.warnings._buffer[i]));
   }
   for (std::uint32_t i = 0; i < wire.bodies._length; ++i) {
     const tandem_control_Body& from = wire.bodies._buffer[i];

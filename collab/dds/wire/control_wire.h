@@ -29,11 +29,19 @@ bool FromWire(const tandem_control_Goal& wire, HostGoal& goal);
 void ToWire(const ControlScene& scene, bool loading, tandem_control_Scene& wire,
             std::vector<tandem_control_SceneBody>& room);
 
+/// A line as idlc has it in a list.
+struct WarningLine {
+  char text[513];
+};
+
 struct SnapshotBuffers {
   std::vector<tandem_control_Body> bodies;
   std::vector<tandem_control_Instance> instances;
   std::vector<tandem_control_Contact> contacts;
   std::vector<tandem_control_Peer> peers;
+  std::vector<std::uint8_t> colours;
+  std::vector<std::uint8_t> stopped;
+  std::vector<WarningLine> warnings;
 };
 void ToWire(const ControllerSnapshot& snapshot, std::uint64_t controller,
             tandem_control_Snapshot& wire, SnapshotBuffers& room);

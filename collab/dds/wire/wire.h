@@ -77,10 +77,15 @@ Wire GoodbyeOf(PeerId peer, std::uint64_t incarnation) {
   return wire;
 }
 
+/// Holds the lists of a manifest that is sent.
+struct ManifestBuffers {
+  std::vector<tandem_BodyDecl> bodies;
+  std::vector<tandem_Sha256> digests;
+};
+
 /// Leaves out a file name that is too long, because half of one is no hint. False: there are more
-/// bodies than the wire holds. The wire's list of bodies lies in `room` and lives as long as it.
-bool ToWire(const SceneManifest& manifest, tandem_SceneManifest& wire,
-            std::vector<tandem_BodyDecl>& room);
+/// bodies than the wire holds. The wire's lists lie in `room` and live as long as it.
+bool ToWire(const SceneManifest& manifest, tandem_SceneManifest& wire, ManifestBuffers& room);
 /// Returns false also for force parameters that no scene file may have, and for an invalid
 /// revision.
 bool FromWire(const tandem_SceneManifest& wire, SceneManifest& manifest);

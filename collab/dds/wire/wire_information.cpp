@@ -1,9 +1,11 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <iterator>
 #include <string_view>
 
 #include "collab/dds/wire/wire.h"
+#include "collab/session/person_colour.h"
 #include "engine/base/text/clean_text.h"
 #include "engine/contact/pair/friction.h"
 #include "engine/scene/scene.h"
@@ -31,6 +33,16 @@ std::string GetText(const char (&in)[size]) {
   return CleanText(std::string_view(in, strnlen(in, size)));
 }
 
+void PutDigest(const Sha256& digest, tandem_Sha256& out) {
+  std::copy(digest.begin(), digest.end(), std::begin(out.bytes));
+}
+
+Sha256 GetDigest(const tandem_Sha256& in) {
+  Sha256 digest{};
+  std::copy(std::begin(in.bytes), std::end(in.bytes), digest.begin());
+  return digest;
+}
+
 // Lets a sequence use `room`, which is only read: dds_write's samples are const.
 template <typename Item, typename Sequence>
 void Lend(std::vector<Item>& room, Sequence& out) {
@@ -40,6 +52,11 @@ void Lend(std::vector<Item>& room, Sequence& out) {
 }
 
 // NOLINTEND(modernize-avoid-c-arrays)
+
+// A number that no colour has counts as no choice.
+PersonColour GetColour(std::uint8_t number) {
+  return number <= kPersonColours ? number : PersonColour{0};
+}
 
 }  // namespace
 
@@ -52,6 +69,7 @@ bool ToWire(const PeerInfo& info, tandem_PeerInfo& wire, InfoBuffers& room) {
   PutText(info.name, wire.name);
   wire.scene_hash = info.scene_hash;
   wire.params_hash = info.params_hash;
+  PutDigest(info.scene_digest, wire.scene_digest);
   room.claims.clear();
   for (const Claim& claim : info.claims) {
     room.claims.push_back({.object = claim.object, .epoch = claim.epoch, .held = claim.held});
@@ -59,6 +77,8 @@ bool ToWire(const PeerInfo& info, tandem_PeerInfo& wire, InfoBuffers& room) {
   Lend(room.claims, wire.claims);
   wire.incarnation = info.incarnation;
   wire.leaving = info.leaving;
+  wire.colour = info.colour;
+  wire.stopped = info.stopped;
   PutText(info.terms.law, wire.law);
   PutText(info.terms.gains, wire.gains);
   wire.gate = info.terms.gate;
@@ -87,8 +107,11 @@ bool FromWire(const tandem_PeerInfo& wire, PeerInfo& info) {
   info.name = GetText(wire.name);
   info.scene_hash = wire.scene_hash;
   info.params_hash = wire.params_hash;
+  info.scene_digest = GetDigest(wire.scene_digest);
   info.incarnation = wire.incarnation;
   info.leaving = wire.leaving;
+  info.colour = GetColour(wire.colour);
+  info.stopped = wire.stopped;
   info.terms = {.law = GetText(wire.law),
                 .gains = GetText(wire.gains),
                 .gate = wire.gate,
@@ -115,6 +138,7 @@ void ToWire(const PeerInfo& info, tandem_ViewerInfo& wire) {
   wire.beat = info.beat;
   wire.incarnation = info.incarnation;
   wire.leaving = info.leaving;
+  wire.colour = info.colour;
   PutText(info.name, wire.name);
 }
 
@@ -127,12 +151,12 @@ bool FromWire(const tandem_ViewerInfo& wire, PeerInfo& info) {
   info.role = Role::kViewer;
   info.incarnation = wire.incarnation;
   info.leaving = wire.leaving;
+  info.colour = GetColour(wire.colour);
   info.name = GetText(wire.name);
   return true;
 }
 
-bool ToWire(const SceneManifest& manifest, tandem_SceneManifest& wire,
-            std::vector<tandem_BodyDecl>& room) {
+bool ToWire(const SceneManifest& manifest, tandem_SceneManifest& wire, ManifestBuffers& room) {
   if (manifest.bodies.size() > kMaxSceneBodies) return false;
   wire.offered_by = manifest.offered_by;
   wire.revision = manifest.revision;
@@ -144,14 +168,18 @@ bool ToWire(const SceneManifest& manifest, tandem_SceneManifest& wire,
   wire.force_layer = manifest.force_layer;
   wire.contact_model = manifest.contact_model;
   wire.friction = manifest.friction;
-  room.clear();
+  room.bodies.clear();
+  room.digests.clear();
   for (const BodyDecl& body : manifest.bodies) {
-    tandem_BodyDecl& decl = room.emplace_back();
+    tandem_BodyDecl& decl = room.bodies.emplace_back();
     PutText(body.name, decl.name);
     decl.values_hash = body.values_hash;
     decl.mesh_hash = body.mesh_hash;
+    PutDigest(body.mesh_digest, room.digests.emplace_back());
   }
-  Lend(room, wire.bodies);
+  Lend(room.bodies, wire.bodies);
+  Lend(room.digests, wire.mesh_digests);
+  PutDigest(manifest.content_digest, wire.content_digest);
   return true;
 }
 
@@ -159,12 +187,15 @@ bool FromWire(const tandem_SceneManifest& wire, SceneManifest& manifest) {
   const auto not_negative = [](double x) {
     return std::isfinite(x) && x >= 0;
   };
-  const bool sound = wire.offered_by != 0 && wire.revision <= SceneManifest::kUnderWay &&
-                     wire.bodies._length <= kMaxSceneBodies && not_negative(wire.voxel_size) &&
-                     wire.voxel_size > 0 && not_negative(wire.contact_stiffness) &&
-                     not_negative(wire.friction) && wire.friction <= kMostFriction &&
-                     wire.contact_model <= static_cast<std::uint8_t>(ContactModel::kRefined) &&
-                     wire.force_layer >= 0 && wire.force_layer <= WidestRange(8) - kWarningQueues;
+  const bool sound =
+      wire.offered_by != 0 && wire.revision <= SceneManifest::kUnderWay &&
+      wire.bodies._length <= kMaxSceneBodies &&
+      (wire.mesh_digests._length == wire.bodies._length || wire.mesh_digests._length == 0) &&
+      not_negative(wire.voxel_size) && wire.voxel_size > 0 &&
+      not_negative(wire.contact_stiffness) && not_negative(wire.friction) &&
+      wire.friction <= kMostFriction &&
+      wire.contact_model <= static_cast<std::uint8_t>(ContactModel::kRefined) &&
+      wire.force_layer >= 0 && wire.force_layer <= WidestRange(8) - kWarningQueues;
   if (!sound) return false;
   manifest.offered_by = wire.offered_by;
   manifest.revision = wire.revision;
@@ -179,8 +210,16 @@ bool FromWire(const tandem_SceneManifest& wire, SceneManifest& manifest) {
   manifest.bodies.clear();
   for (std::uint32_t i = 0; i < wire.bodies._length; ++i) {
     const tandem_BodyDecl& decl = wire.bodies._buffer[i];
-    manifest.bodies.push_back({GetText(decl.name), decl.values_hash, decl.mesh_hash});
+    BodyDecl& body = manifest.bodies.emplace_back();
+    body.name = GetText(decl.name);
+    body.values_hash = decl.values_hash;
+    body.mesh_hash = decl.mesh_hash;
+    // a program of an older protocol has none
+    if (i < wire.mesh_digests._length) {
+      body.mesh_digest = GetDigest(wire.mesh_digests._buffer[i]);
+    }
   }
+  manifest.content_digest = GetDigest(wire.content_digest);
   return true;
 }
 

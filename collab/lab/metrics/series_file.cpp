@@ -73,7 +73,11 @@ void SeriesFile::Add(double t_s, std::span<const UserFrame> users) {
 
 std::optional<Error> SeriesFile::Close() {
   out_.close();
-  if (!out_) return Error{file_.string() + ": could not be written to its end"};
+  if (!out_) {
+    std::error_code ignored;
+    if (std::filesystem::is_regular_file(file_, ignored)) std::filesystem::remove(file_, ignored);
+    return Error{file_.string() + ": could not be written to its end, and is removed"};
+  }
   return std::nullopt;
 }
 

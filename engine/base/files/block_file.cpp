@@ -80,6 +80,9 @@ std::uint64_t HashOfMany(std::span<const std::byte> bytes) {
   return hash.value();
 }
 
+namespace {
+
+/// Adds the hashes of one megabyte after another, computed in parallel.
 void AddPieces(std::span<const std::byte> bytes, Hash64& hash) {
   std::vector<std::uint64_t> pieces((bytes.size() + kPiece - 1) / kPiece);
   tbb::parallel_for(std::size_t{0}, pieces.size(), [&](std::size_t i) {
@@ -87,6 +90,8 @@ void AddPieces(std::span<const std::byte> bytes, Hash64& hash) {
   });
   for (const std::uint64_t piece : pieces) hash.Add(piece);
 }
+
+}  // namespace
 
 std::uint64_t BlockFileChecksum(std::span<const std::byte> file) {
   BlockFileHeader header;

@@ -8,6 +8,7 @@
 #include <span>
 
 #include "engine/base/files/image_bytes.h"
+#include "engine/base/files/sha256.h"
 #include "engine/base/hash.h"
 #include "engine/base/result.h"
 
@@ -26,12 +27,12 @@ struct BlockFileHeader {
   std::uint32_t unused = 0;
   std::uint64_t bytes = 0;     // size of the whole file
   std::uint64_t checksum = 0;  // checksum of all other bytes
-  std::uint64_t mesh = 0;      // BlockFileSources
-  std::uint64_t settings = 0;
+  Sha256 mesh{};               // BlockFileSources
+  Sha256 settings{};
   double voxel_size = 0;  // m
   std::array<std::uint64_t, 2> block_bytes{};
 };
-static_assert(sizeof(BlockFileHeader) == 72);
+static_assert(sizeof(BlockFileHeader) == 120);
 
 /// A kind of file.
 struct BlockFileKind {
@@ -40,10 +41,10 @@ struct BlockFileKind {
   const char* what;       // name for people, as "surface"
 };
 
-/// The sources of a file's content: the same numbers mean the same content.
+/// The sources of a file's content: the same digests mean the same content, whoever made the mesh.
 struct BlockFileSources {
-  std::uint64_t mesh = 0;      // hash of the mesh as it stands in W
-  std::uint64_t settings = 0;  // hash of the options, and of what is fixed besides them
+  Sha256 mesh{};      // digest of the mesh as it stands in W
+  Sha256 settings{};  // digest of the options, and of what is fixed besides them
 
   bool operator==(const BlockFileSources&) const = default;
 };
@@ -73,13 +74,11 @@ Result<BlockFile> MapBlocks(const BlockFileKind& kind, const std::filesystem::pa
 /// Returns the error for a file whose bytes are those that were saved and yet make no sense.
 Error DamagedFile(const BlockFileKind& kind, const std::string& file);
 
-/// Returns the checksum of a file's bytes, which are at least a header.
+/// Returns the checksum of a file's bytes, which are at least a header. It finds accidents: who can
+/// write to the file can also give it another checksum.
 std::uint64_t BlockFileChecksum(std::span<const std::byte> file);
 
-/// Returns a hash as Hash64, eight words at a time: for gigabytes.
+/// Returns a hash as Hash64, eight words at a time: for gigabytes. It finds accidents, too.
 std::uint64_t HashOfMany(std::span<const std::byte> bytes);
-
-/// Adds the hashes of one megabyte after another, computed in parallel.
-void AddPieces(std::span<const std::byte> bytes, Hash64& hash);
 
 }  // namespace tandem

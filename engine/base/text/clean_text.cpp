@@ -35,8 +35,8 @@ Character FirstOf(std::string_view text) {
 bool MayStay(char32_t c) {
   const bool control = c < 0x20 || (c >= 0x7F && c <= 0x9F);
   const bool line_end = c == 0x2028 || c == 0x2029;
-  const bool direction = c == 0x061C || c == 0x200E || c == 0x200F || (c >= 0x202A && c <= 0x202E) ||
-                         (c >= 0x2066 && c <= 0x2069);
+  const bool direction = c == 0x061C || c == 0x200E || c == 0x200F ||
+                         (c >= 0x202A && c <= 0x202E) || (c >= 0x2066 && c <= 0x2069);
   return !control && !line_end && !direction;
 }
 
@@ -60,6 +60,17 @@ std::string CleanText(std::string_view text) {
     text.remove_prefix(next.bytes);
   }
   return clean;
+}
+
+std::string CleanLines(std::string_view text) {
+  std::string clean;
+  for (;;) {
+    const std::size_t end = text.find('\n');
+    clean += CleanText(text.substr(0, end));
+    if (end == std::string_view::npos) return clean;
+    clean += '\n';
+    text.remove_prefix(end + 1);
+  }
 }
 
 }  // namespace tandem

@@ -10,4 +10,7 @@ namespace tandem {
 /// writing. Each other byte or character becomes a '?'.
 std::string CleanText(std::string_view text);
 
+/// Returns a text of several lines in the same form. Its line ends stay.
+std::string CleanLines(std::string_view text);
+
 }  // namespace tandem

@@ -38,4 +38,17 @@ inline std::string HexOfBytes(std::span<const std::uint8_t> bytes) {
   return text;
 }
 
+/// Reads two lowercase hexadecimal digits for each byte. Returns false for any other text.
+inline bool FromHexOfBytes(std::string_view text, std::span<std::uint8_t> bytes) {
+  constexpr std::string_view kDigits = "0123456789abcdef";
+  if (text.size() != 2 * bytes.size()) return false;
+  for (std::size_t i = 0; i < bytes.size(); ++i) {
+    const std::size_t high = kDigits.find(text[2 * i]);
+    const std::size_t low = kDigits.find(text[2 * i + 1]);
+    if (high == std::string_view::npos || low == std::string_view::npos) return false;
+    bytes[i] = static_cast<std::uint8_t>(high << 4U | low);
+  }
+  return true;
+}
+
 }  // namespace tandem

@@ -83,8 +83,4 @@ class JsonFile {
   std::shared_ptr<JsonNode::Content> content_;
 };
 
-/// Returns the word nearest to `word` by edit distance, if it is near enough for a typing error;
-/// else empty.
-std::string_view NearestWord(std::string_view word, const std::vector<std::string_view>& words);
-
 }  // namespace tandem

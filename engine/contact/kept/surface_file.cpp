@@ -3,7 +3,6 @@
 #include <string>
 #include <utility>
 
-#include "engine/base/hash.h"
 #include "engine/contact/features/feature_image.h"
 #include "engine/field/build/field_builder.h"
 #include "engine/field/query/field_image.h"
@@ -31,13 +30,13 @@ Result<SurfaceBlocks> ReadBlocks(Result<BlockFile> mapped, const std::filesystem
 }  // namespace
 
 BlockFileSources KeyOf(const TriangleMesh& mesh_W, const SurfaceOptions& options) {
-  Hash64 settings;
+  RunningSha256 settings;
   settings.Add(options.voxel_size);
   settings.Add(options.flatness_voxels);
   settings.Add(options.spacing_voxels);
   settings.Add(options.band_voxels);
   settings.Add(options.range_voxels);
-  return {HashOf(mesh_W), settings.value()};
+  return {DigestOf(mesh_W), settings.Value()};
 }
 
 std::optional<Error> SaveSurface(const BodySurface& surface, const TriangleMesh& mesh_W,

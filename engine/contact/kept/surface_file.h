@@ -12,7 +12,7 @@ namespace tandem {
 /// A surface in a file (block_file.h): a field as in field_image.h, and features as in
 /// feature_image.h. The same mesh and options give the same bytes. The version grows by one when
 /// they come to give other bytes: by another format, or by other rules of how a surface is made.
-inline constexpr BlockFileKind kSurfaceFile{{'t', 'a', 'n', 'd', 'e', 'm', 'S', 'F'}, 2, "surface"};
+inline constexpr BlockFileKind kSurfaceFile{{'t', 'a', 'n', 'd', 'e', 'm', 'S', 'F'}, 3, "surface"};
 
 BlockFileSources KeyOf(const TriangleMesh& mesh_W, const SurfaceOptions& options);
 

@@ -1,8 +1,7 @@
 #include "engine/contact/kept/voxel_cache.h"
 
 #include <algorithm>
-#include <cinttypes>
-#include <cstdio>
+#include <span>
 #include <string>
 #include <system_error>
 #include <utility>
@@ -11,6 +10,7 @@
 #include <unistd.h>
 
 #include "engine/base/files/unfinished.h"
+#include "engine/base/text/hex.h"
 #include "engine/voxel/pages/computed_pages.h"
 #include "engine/voxel/pages/kept_voxmap.h"
 #include "engine/voxel/points/kept_points.h"
@@ -57,10 +57,13 @@ VoxelCache::VoxelCache(fs::path folder, std::uint64_t most_bytes)
 
 fs::path VoxelCache::FileOf(const BlockFileSources& key, unsigned version,
                             const char* ending) const {
-  char name[64];
-  std::snprintf(name, sizeof name, "%016" PRIx64 "-%016" PRIx64 "-v%u%s", key.mesh, key.settings,
-                version, ending);
-  return folder_ / name;
+  // half of each digest, because some file systems take names of 143 bytes at most; the file has
+  // all
+  const auto half = [](const Sha256& digest) {
+    return HexOfBytes(std::span(digest).first(digest.size() / 2));
+  };
+  return folder_ /
+         (half(key.mesh) + "-" + half(key.settings) + "-v" + std::to_string(version) + ending);
 }
 
 bool VoxelCache::MayRead(const fs::path& file) const {

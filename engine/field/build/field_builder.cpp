@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <optional>
+#include <utility>
 
 #include <tbb/parallel_for.h>
 
@@ -12,6 +13,7 @@
 #include "engine/field/build/field_packer.h"
 #include "engine/field/build/hyperbrick_maker.h"
 #include "engine/geometry/mesh/closest_on_triangle.h"
+#include "engine/voxel/build/inside_winding.h"
 #include "engine/voxel/build/voxelize.h"
 
 namespace tandem {
@@ -231,6 +233,11 @@ Result<DistanceField> BuildField(const TriangleMesh& mesh_W, const FieldOptions&
   if (std::optional<Error> fault = VoxelSizeFault(mesh_W, size)) return *fault;
   const MeshSides sides(mesh_W);
   const MeshFacing facing = FindFacing(mesh_W, sides);
+  // both sides of each face, and of the parts that others cut it into
+  const std::size_t places = 2 * mesh_W.triangles.size();
+  if (auto fault = WindingCostFault(mesh_W, facing, options.voxel_size, places)) {
+    return *std::move(fault);
+  }
   return FieldBuilder(mesh_W, facing, options).Build();
 }
 

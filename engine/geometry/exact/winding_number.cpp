@@ -62,7 +62,7 @@ WindingNumber::WindingNumber(const TriangleMesh& mesh) {
   }
 }
 
-double WindingNumber::At(const Vec3& p) const {
+double WindingNumber::At(const Vec3& p, std::size_t& steps) const {
   if (tree_.nodes.empty()) return 0;
   double winding = 0;
   std::array<std::uint32_t, BoxTree::kMaxDepth + 1> stack;
@@ -74,11 +74,13 @@ double WindingNumber::At(const Vec3& p) const {
     const Vec3 away = dipole.p - p;
     const double squared = away.squaredNorm();
     if (squared > dipole.near_squared) {
+      ++steps;
       winding += dipole.area.dot(away) / (4.0 * kPi * squared * std::sqrt(squared));
       continue;
     }
     const BoxTree::Node& node = tree_.nodes[i];
     if (node.leaf()) {
+      steps += node.count;
       for (std::uint32_t k = node.first; k < node.first + node.count; ++k) {
         winding += WindingOf(triangles_[k].a, triangles_[k].b, triangles_[k].c, p);
       }

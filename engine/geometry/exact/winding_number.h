@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <vector>
 
 #include "engine/geometry/exact/box_tree.h"
@@ -18,7 +19,12 @@ class WindingNumber {
  public:
   explicit WindingNumber(const TriangleMesh& mesh);
 
-  double At(const Vec3& p) const;
+  double At(const Vec3& p) const {
+    std::size_t steps = 0;
+    return At(p, steps);
+  }
+  /// Adds to `steps` the number of triangles and clusters that it takes together.
+  double At(const Vec3& p, std::size_t& steps) const;
 
  private:
   struct Corners {

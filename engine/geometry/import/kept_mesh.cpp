@@ -23,13 +23,6 @@ bool IsWhole(const std::filesystem::path& file) {
   return std::find(kWhole.begin(), kWhole.end(), ending) != kWhole.end();
 }
 
-std::uint64_t HashOf(const ImageBytes& image) {
-  Hash64 hash;
-  hash.Add(static_cast<std::uint64_t>(image.size()));
-  AddPieces({image.data(), image.size()}, hash);
-  return hash.value();
-}
-
 Result<ImportedMesh> Read(const Result<BlockFile>& mapped, const std::filesystem::path& file) {
   if (!mapped) return mapped.error();
   ImportedMesh mesh;
@@ -65,13 +58,13 @@ std::optional<BlockFileSources> KeyOf(const std::filesystem::path& file,
   if (!IsWhole(file)) return std::nullopt;
   const Result<ImageBytes> bytes = ImageBytes::Map(file);
   if (!bytes) return std::nullopt;
-  Hash64 settings;
+  RunningSha256 settings;
   settings.Add(std::int64_t{options.scale ? 1 : 0});
   settings.Add(options.scale.value_or(0));
   settings.Add(options.weld_tolerance);
-  const std::string text = file.extension().string() + "|" + options.part;
-  settings.AddBytes(text.data(), text.size());
-  return BlockFileSources{HashOf(*bytes), settings.value()};
+  settings.AddText(file.extension().string());
+  settings.AddText(options.part);
+  return BlockFileSources{Sha256OfMany({bytes->data(), bytes->size()}), settings.Value()};
 }
 
 std::optional<Error> KeepMesh(const ImportedMesh& mesh, const BlockFileSources& made_of,

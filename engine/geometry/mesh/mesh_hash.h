@@ -3,20 +3,18 @@
 #include <cstdint>
 #include <span>
 
-#include "engine/base/files/block_file.h"
-#include "engine/base/hash.h"
+#include "engine/base/files/sha256.h"
 #include "engine/geometry/mesh/triangle_mesh.h"
 
 namespace tandem {
 
-/// Returns a hash of a mesh: its vertices and triangles, in their order.
-inline std::uint64_t HashOf(const TriangleMesh& mesh) {
+/// Returns the digest of a mesh: its vertices and triangles, in their order.
+inline Sha256 DigestOf(const TriangleMesh& mesh) {
   static_assert(sizeof(Vec3) == 3 * sizeof(double));
-  Hash64 hash;
-  hash.Add(std::uint64_t{mesh.vertices.size()});
-  hash.Add(HashOfMany(std::as_bytes(std::span(mesh.vertices))));
-  hash.Add(HashOfMany(std::as_bytes(std::span(mesh.triangles))));
-  return hash.value();
+  RunningSha256 digest;
+  digest.Add(Sha256OfMany(std::as_bytes(std::span(mesh.vertices))));
+  digest.Add(Sha256OfMany(std::as_bytes(std::span(mesh.triangles))));
+  return digest.Value();
 }
 
 }  // namespace tandem

@@ -91,14 +91,7 @@ void InsideRows::CountCrossings(const SurfaceBricks& bricks) {
 
 void InsideRows::AddOpenBodies(const SurfaceBricks& bricks, const TriangleMesh& mesh_W,
                                const MeshFacing& facing, double voxel_size) {
-  TriangleMesh open;
-  open.vertices = mesh_W.vertices;
-  for (std::size_t t = 0; t < mesh_W.triangles.size(); ++t) {
-    if (facing.open[t] == 0) continue;
-    TriangleMesh::Triangle corners = mesh_W.triangles[t];
-    if (facing.of_triangle[t] < 0) std::swap(corners[1], corners[2]);
-    open.triangles.push_back(corners);
-  }
+  const TriangleMesh open = OpenBodies(mesh_W, facing);
   const Bounds bounds = BoundsOf(open);
   const WindingNumber winding(open);
   const HyperchunkBox& box = bricks.box();

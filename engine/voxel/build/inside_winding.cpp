@@ -1,8 +1,11 @@
 #include "engine/voxel/build/inside_winding.h"
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cmath>
+#include <cstdio>
+#include <utility>
 
 namespace tandem {
 
@@ -116,6 +119,82 @@ void AddWindingVoxels(const WindingNumber& winding, const Bounds& box_W, double 
       }
     }
   }
+}
+
+TriangleMesh OpenBodies(const TriangleMesh& mesh_W, const MeshFacing& facing) {
+  TriangleMesh open{mesh_W.vertices, {}};
+  for (std::size_t t = 0; t < facing.open.size(); ++t) {
+    if (facing.open[t] == 0) continue;
+    TriangleMesh::Triangle corners = mesh_W.triangles[t];
+    if (facing.of_triangle[t] < 0) std::swap(corners[1], corners[2]);
+    open.triangles.push_back(corners);
+  }
+  return open;
+}
+
+namespace {
+
+/// The cost of winding numbers, as found at some places.
+struct WindingCost {
+  double steps = 0;    // average number of one place
+  double unclear = 0;  // share of the places where a chunk cannot be decided at once
+};
+
+/// Looks at places all over a box, the same ones in each run.
+WindingCost CostIn(const WindingNumber& winding, const Bounds& box) {
+  constexpr std::size_t kPlaces = 256;
+  constexpr std::size_t kMostSteps = 20'000'000;
+  // multiples of the powers of the root of x^4 = x + 1 fill a cube evenly, modulo 1
+  const Vec3 stride(0.8191725133961645, 0.6710436067037893, 0.5497004779019703);
+  std::size_t steps = 0;
+  std::size_t unclear = 0;
+  std::size_t places = 0;
+  for (; places < kPlaces && steps < kMostSteps; ++places) {
+    Vec3 share = static_cast<double>(places + 1) * stride;
+    for (double& x : share) x -= std::floor(x);
+    const double number = winding.At(box.min + share.cwiseProduct(box.size()), steps);
+    if (std::abs(number - kInside) <= kClear) ++unclear;
+  }
+  const auto count = static_cast<double>(places);
+  return {static_cast<double>(steps) / count, static_cast<double>(unclear) / count};
+}
+
+}  // namespace
+
+std::optional<Error> WindingCostFault(const TriangleMesh& mesh_W, const MeshFacing& facing,
+                                      double voxel_size, std::size_t places) {
+  constexpr double kSteps = 4e8;  // some 16 s of a processor
+  // more voxels may cost more: so much takes a voxel where clusters stand for what is far
+  constexpr double kStepsOfAChunk = 64.0 * kVoxelsPerChunk;
+  constexpr double kSecondsOfAStep = 4e-8;
+  const TriangleMesh open = OpenBodies(mesh_W, facing);
+  if (open.triangles.empty()) return std::nullopt;
+  const Bounds box = BoundsOf(open);
+  const WindingCost cost = CostIn(WindingNumber(open), box);
+  const auto chunks = [&](double size) {
+    return (box.size() / (kChunkSide * size) + Vec3::Ones()).prod();
+  };
+  const auto steps = [&](double size) {
+    const double of_chunk = 1 - cost.unclear + kVoxelsPerChunk * cost.unclear;
+    return cost.steps * (chunks(size) * of_chunk + static_cast<double>(places));
+  };
+  const auto is_too_much = [&](double size) {
+    return steps(size) > kSteps + kStepsOfAChunk * chunks(size);
+  };
+  if (!is_too_much(voxel_size)) return std::nullopt;
+  double fits = voxel_size;
+  while (is_too_much(fits) && fits < 1e6) fits *= 1.05;
+  char text[300];
+  const int length = std::snprintf(
+      text, sizeof text,
+      "%zu triangles are of open bodies, and long ones face all ways: to find what is inside would "
+      "take about %.0f s of a processor: close the bodies",
+      open.triangles.size(), kSecondsOfAStep * steps(voxel_size));
+  if (fits < 1e6) {
+    std::snprintf(text + length, sizeof text - static_cast<std::size_t>(length),
+                  ", or use voxels of %.2g m", 1.05 * fits);
+  }
+  return Error{text};
 }
 
 }  // namespace tandem

@@ -4,9 +4,11 @@
 #include <cmath>
 #include <cstdio>
 #include <string>
+#include <utility>
 
 #include "engine/geometry/mesh/facets.h"
 #include "engine/geometry/mesh/mesh_facing.h"
+#include "engine/voxel/build/inside_winding.h"
 #include "engine/voxel/build/mark_source.h"
 #include "engine/voxel/build/voxmap_builder.h"
 
@@ -139,7 +141,9 @@ Result<Voxmap> VoxelizeFitting(const TriangleMesh& mesh_W, const MeshSides& side
     if (options.progress) options.progress(share);
   };
   tell(0.0);
-  return VoxelizeLayers({mesh_W, features, FindFacing(mesh_W, sides), options, tell}, {});
+  const MeshFacing facing = FindFacing(mesh_W, sides);
+  if (auto fault = WindingCostFault(mesh_W, facing, options.voxel_size)) return *std::move(fault);
+  return VoxelizeLayers({mesh_W, features, facing, options, tell}, {});
 }
 
 }  // namespace
@@ -177,6 +181,7 @@ std::optional<Error> VoxelizeInParts(
   const Features features =
       FindFeatures(mesh_W, sides, options.flatness_voxels * options.voxel_size);
   const MeshFacing facing = FindFacing(mesh_W, sides);
+  if (auto fault = WindingCostFault(mesh_W, facing, options.voxel_size)) return fault;
   const auto first = static_cast<std::int32_t>(std::floor(box.min.z() / side)) - 1;
   for (double part = 0; part < parts; ++part) {
     const auto border = [&](double number) {

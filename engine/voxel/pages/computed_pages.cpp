@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "engine/geometry/mesh/mesh_sides.h"
+#include "engine/voxel/build/inside_winding.h"
 #include "engine/voxel/build/mark_source.h"
 
 namespace tandem {
@@ -124,8 +125,9 @@ Result<std::shared_ptr<const PageSource>> ComputePages(const TriangleMesh& mesh_
   const MeshSides sides(mesh_W);
   const Features features =
       FindFeatures(mesh_W, sides, options.flatness_voxels * options.voxel_size);
-  auto source =
-      MarkSource::Make(mesh_W, features, FindFacing(mesh_W, sides), options, {}, [](double) {});
+  const MeshFacing facing = FindFacing(mesh_W, sides);
+  if (auto fault = WindingCostFault(mesh_W, facing, options.voxel_size)) return *std::move(fault);
+  auto source = MarkSource::Make(mesh_W, features, facing, options, {}, [](double) {});
   if (!source) return source.error();
   auto pages = std::make_shared<ComputedPages>(std::move(*source));
   if (auto fault = pages->Survey(options)) return *fault;

@@ -338,12 +338,12 @@ class KeptPages final : public PageSource {
 }  // namespace
 
 BlockFileSources KeyOf(const TriangleMesh& mesh_W, const VoxelizeOptions& options) {
-  Hash64 settings;
+  RunningSha256 settings;
   settings.Add(options.voxel_size);
   settings.Add(std::int64_t{options.range});
   settings.Add(std::int64_t{options.bits});
   settings.Add(options.flatness_voxels);
-  return {HashOf(mesh_W), settings.value()};
+  return {DigestOf(mesh_W), settings.Value()};
 }
 
 Result<Voxmap> LoadKeptVoxmap(const std::filesystem::path& file, const BlockFileSources& made_of) {

@@ -24,7 +24,7 @@ namespace tandem {
 /// The whole map takes the first pieces alone. Each page has its own checksum, so that no page is
 /// read for the sake of another. The version grows by one when the same mesh and options come to
 /// give other voxels or another file.
-inline constexpr std::uint32_t kKeptVoxmapVersion = 2;
+inline constexpr std::uint32_t kKeptVoxmapVersion = 3;
 
 BlockFileSources KeyOf(const TriangleMesh& mesh_W, const VoxelizeOptions& options);
 

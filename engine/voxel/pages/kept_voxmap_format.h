@@ -54,7 +54,7 @@ struct Tail {
   std::uint64_t outline_checksum = 0;
   std::uint64_t checksum = 0;  // checksum of all of the tail before it
 };
-static_assert(sizeof(Tail) == 240);
+static_assert(sizeof(Tail) == 288);
 
 inline std::uint64_t ChecksumOf(const Tail& tail) {
   Hash64 hash;

@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "engine/base/files/byte_archive.h"
-#include "engine/base/hash.h"
 #include "engine/geometry/mesh/mesh_hash.h"
 
 namespace tandem {
@@ -129,7 +128,7 @@ Result<Pointshell> Read(const Result<BlockFile>& mapped, const std::filesystem::
 
 BlockFileSources KeyOf(const TriangleMesh& mesh_W, const Pose& X_WB,
                        const PointshellOptions& options) {
-  Hash64 settings;
+  RunningSha256 settings;
   for (const double x : X_WB.q.coeffs()) settings.Add(x);
   for (const double x : X_WB.p) settings.Add(x);
   settings.Add(options.spacing);
@@ -138,7 +137,7 @@ BlockFileSources KeyOf(const TriangleMesh& mesh_W, const Pose& X_WB,
   settings.Add(options.flatness_voxels);
   settings.Add(options.most_displacement);
   settings.Add(std::int64_t{options.free_layer});
-  return {HashOf(mesh_W), settings.value()};
+  return {DigestOf(mesh_W), settings.Value()};
 }
 
 std::optional<Error> KeepPoints(const Pointshell& points, const BlockFileSources& made_of,

@@ -12,7 +12,7 @@ namespace tandem {
 /// A pointshell in a file of a cache. The version grows by one when the same mesh and options come
 /// to give other points or other bytes.
 inline constexpr BlockFileKind kKeptPointsFile{
-    {'t', 'a', 'n', 'd', 'e', 'm', 'K', 'P'}, 1, "pointshell of a cache"};
+    {'t', 'a', 'n', 'd', 'e', 'm', 'K', 'P'}, 2, "pointshell of a cache"};
 
 BlockFileSources KeyOf(const TriangleMesh& mesh_W, const Pose& X_WB,
                        const PointshellOptions& options);

@@ -2,6 +2,7 @@
 #include <filesystem>
 #include <optional>
 
+#include "scenes/generators/generator_command.h"
 #include "scenes/generators/large/clutter.h"
 #include "scenes/generators/large/seeded_poses.h"
 
@@ -57,11 +58,12 @@ std::optional<Error> Generate(const std::filesystem::path& folder) {
 // generate_clutter FOLDER: writes the files that clutter.json in FOLDER names. For the comparisons
 // with other engines it also writes the poses of this scene and of the bracket's.
 int main(int argc, char** argv) {
-  if (argc != 2) {
-    std::fprintf(stderr, "usage: generate_clutter FOLDER\n");
-    return 2;
-  }
-  if (const auto fault = tandem::Generate(argv[1])) {
+  int exit_code = 0;
+  const auto folder =
+      tandem::FolderToFill(argc, argv, "generate_clutter",
+                           "writes the files that clutter.json in FOLDER names", exit_code);
+  if (!folder) return exit_code;
+  if (const auto fault = tandem::Generate(*folder)) {
     std::fprintf(stderr, "%s\n", fault->what.c_str());
     return 1;
   }

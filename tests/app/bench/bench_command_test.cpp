@@ -289,6 +289,11 @@ TEST(BenchCommand, FidelityReportsContactErrorOnPlanes) {
   ExpectNumbers(reported, kOnPlanes);
   ExpectNumbers(reported, Under("/plain", kOnPlanes));
   EXPECT_TRUE(reported["ball"].is_null());
+  // the bars of docs/results/0041-contact-by-fields.md
+  EXPECT_GT(reported["first_force_gap_voxels"]["min"], 0);
+  EXPECT_LE(reported["first_force_gap_voxels"]["max"], 0.6);
+  EXPECT_LE(reported["direction_error_deg"]["max"], 0.1);
+  EXPECT_LE(reported["sliding_ripple_max"], 0.01);
 }
 
 // Holds exist in refined contact alone.
@@ -306,6 +311,13 @@ TEST(BenchCommand, FidelityReportsRestAndRequestedClearance) {
   // boxes begin at 28 voxels, and come to lie on the sheet
   EXPECT_LT(reported["sheets"]["nearest_voxels"], 24);
   EXPECT_EQ(reported["holds"]["count"], 2);
+  // the bars of docs/results/0041 and 0042
+  EXPECT_EQ(reported["holds"]["moving"], 0);
+  EXPECT_LE(reported["holds"]["largest_force_step_N"], 0.2);
+  EXPECT_LE(reported["clearance"]["error_voxels_max"], 0.05);
+  EXPECT_LE(reported["clearance"]["outer_error_voxels_max"], 0.5);
+  EXPECT_LE(reported["clearance"]["force_step_N"], 0.088);
+  EXPECT_EQ(reported["dropped_frames"], 0);
   EXPECT_EQ(reported["frames_over_1ms"], reported["holds"]["frames_over_1ms"]);
   EXPECT_TRUE(reported["plain"]["holds"].is_null());
   EXPECT_TRUE(reported["plain"]["clearance"].is_null());

@@ -1,9 +1,11 @@
 #include <algorithm>
+#include <chrono>
 #include <csignal>
 #include <filesystem>
 #include <memory>
 #include <random>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include <gmock/gmock.h>
@@ -232,6 +234,77 @@ TEST_F(InviteCommand, MemberIsMadeByTwoFilesWithoutAConnection) {
   ASSERT_TRUE(keys) << keys.error().what;
   EXPECT_EQ(keys->name, "ben");
   EXPECT_FALSE(std::filesystem::exists(In("ben.request")));
+}
+
+TEST_F(InviteCommand, EmptySessionIsReported) {
+  for (const std::string more : {"", " --scene peg_in_slot"}) {
+    const std::string session = RandomSession();
+    const ProgramOutput output = RunTandem("invite " + session + " --interface lo" + more);
+    EXPECT_EQ(output.exit_code, 0);
+    EXPECT_THAT(output.err, HasSubstr("nobody is in session " + session));
+    EXPECT_TRUE(ReadInvitation(output.out));
+  }
+}
+
+/// Returns the arguments of a process as all users of the machine see them.
+std::string ArgumentsOf(pid_t pid) {
+  return testing::TextOf("/proc/" + std::to_string(pid) + "/cmdline");
+}
+
+// The program waits for an inviter who never answers, so that its words can be read.
+TEST_F(InviteCommand, SecretIsNotInTheListOfProcesses) {
+  json printed;
+  const auto inviter = Inviter(RandomSession(), printed);
+  const std::string line = printed.at("line");
+  const std::string secret = line.substr(line.find('#') + 1, 22);
+  inviter->process().Signal(SIGSTOP);
+  for (const std::vector<std::string>& words :
+       {std::vector<std::string>{"join", line, "--only-keys", "--keys-to", In("stolen")},
+        std::vector<std::string>{"doctor", "--invitation", line},
+        std::vector<std::string>{"doctor", "--invitation=" + line}}) {
+    std::vector<std::string> command{TANDEM_PROGRAM};
+    command.insert(command.end(), words.begin(), words.end());
+    Program asks(command, In("asks"));
+    // the shell of the test names the program until it becomes it
+    const std::string shown = "tandem://";
+    std::string seen;
+    for (int i = 0; i < 500; ++i) {
+      seen = ArgumentsOf(asks.process().pid());
+      if (seen.rfind(TANDEM_PROGRAM, 0) == 0 && seen.find("#xxxx") != std::string::npos) break;
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+    EXPECT_THAT(seen, HasSubstr(shown));
+    EXPECT_THAT(seen, Not(HasSubstr(secret)));
+    asks.process().Signal(SIGKILL);
+  }
+  inviter->process().Signal(SIGCONT);
+}
+
+TEST_F(InviteCommand, LineIsReadFromStdinOrAFile) {
+  json printed;
+  const auto inviter = Inviter(RandomSession(), printed);
+  const std::string line = printed.at("line");
+  const std::string secret = line.substr(line.find('#') + 1, 22);
+  const std::string file = folder_.Write("line", line + "\n").string();
+  // the stdin of RunTandem() is empty
+  ExpectRefused(RunTandem("join -"), kExitUsage, "no invitation came from stdin");
+  ExpectRefused(RunTandem("join @" + In("none")), kExitUsage, "there is no such file");
+  ExpectRefused(RunTandem("join @/dev/zero"), kExitUsage, "not a regular file");
+  // the doctor needs no secret
+  const std::string open = PublicLineOf(*ReadInvitation(line));
+  const ProgramOutput looked = RunTandem("doctor --interface lo --invitation '" + open + "'");
+  EXPECT_THAT(looked.out, HasSubstr("is the inviter's program"));
+  EXPECT_THAT(looked.out + looked.err, Not(HasSubstr(secret)));
+  ExpectRefused(RunTandem("join '" + open + "'"), kExitUsage, "public form");
+  Program joins({TANDEM_PROGRAM, "join", "-", "--only-keys", "--keys-to", In("ben")}, In("joins"),
+                file);
+  EXPECT_EQ(joins.Wait(), 0) << joins.output();
+  EXPECT_EQ(inviter->Wait(), 0) << inviter->output();
+  // messages name the line without its secret
+  const ProgramOutput again =
+      RunTandem("join @" + file + " --only-keys", "XDG_DATA_HOME=" + In("other") + " timeout 20 ");
+  EXPECT_THAT(again.err, HasSubstr("tandem doctor --invitation 'tandem://"));
+  EXPECT_THAT(again.err, Not(HasSubstr(secret)));
 }
 
 }  // namespace

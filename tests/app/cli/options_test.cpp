@@ -1,3 +1,4 @@
+#include <cctype>
 #include <functional>
 #include <set>
 
@@ -205,7 +206,7 @@ TEST(Options, EchoedInputIsCleanedAndShortened) {
   Commands commands;
   const std::string line =
       commands.Refusal({"peer", "--seconds=\x1b[2J\n" + std::string(100'000, 'x')});
-  EXPECT_THAT(line, StartsWith("--seconds: expected a number from 0 to 604800, got ' [2J xxx"));
+  EXPECT_THAT(line, StartsWith("--seconds: expected a number from 0 to 604800, got '?[2J?xxx"));
   EXPECT_THAT(line, HasSubstr("(tandem peer --help)"));
   EXPECT_LT(line.size(), 200U);
 }
@@ -224,6 +225,46 @@ TEST(Options, SizesHaveUnits) {
   }
 }
 
+// The name tells the unit, and so must the help. Each unit's own rule: metres per second end in
+// -m-s.
+TEST(Options, HelpNamesTheUnitThatTheNameHas) {
+  Commands commands;
+  std::size_t units = 0;
+  const std::function<void(CLI::App&)> look = [&](CLI::App& app) {
+    for (const CLI::Option* option : app.get_options()) {
+      if (option->get_items_expected_max() == 0 || option->get_group().empty()) continue;
+      const std::string name = option->get_name();
+      const std::string help = option->get_description();
+      if (name.ends_with("-per-s")) continue;
+      for (const auto& [ending, unit] :
+           std::vector<std::pair<std::string, std::string>>{{"-ms", " ms"},
+                                                            {"-hz", "Hz"},
+                                                            {"-mm", " mm"},
+                                                            {"-N", " N"},
+                                                            {"seconds", " s"},
+                                                            {"minutes", "minutes"},
+                                                            {"days", "days"},
+                                                            {"-m", " m"},
+                                                            {"-s", " s"}}) {
+        if (!name.ends_with(ending)) continue;
+        ++units;
+        // the unit as a word: "ms" is not in "messages", nor " s" in " start"
+        bool is_word = false;
+        for (std::size_t at = help.find(unit); at != std::string::npos && !is_word;
+             at = help.find(unit, at + 1)) {
+          const std::size_t end = at + unit.size();
+          is_word = end == help.size() || std::isalnum(static_cast<unsigned char>(help[end])) == 0;
+        }
+        EXPECT_TRUE(is_word) << app.get_name() << " " << name << ": " << help;
+        break;
+      }
+    }
+    for (CLI::App* sub : app.get_subcommands({})) look(*sub);
+  };
+  look(commands.app());
+  EXPECT_GE(units, 15U);
+}
+
 /// The program itself answers with a line of its own and exit code 2.
 TEST(Options, ProgramsReportErrorsInOneLine) {
   for (const auto& [words, line] : std::vector<std::pair<std::string, std::string>>{
@@ -240,7 +281,19 @@ TEST(Options, ProgramsReportErrorsInOneLine) {
            {"nonsense", "tandem: unknown command 'nonsense', expected one of: demo, open, "},
            {"bench nonsense",
             "tandem: unknown command 'nonsense', expected one of: memory, device, "},
-           {"demo --sconds 3", "tandem: unknown option '--sconds' of 'tandem demo' (tandem demo "},
+           {"demo --sconds 3",
+            "tandem: unknown option '--sconds' of 'tandem demo'; did you mean '--seconds'? "
+            "(tandem "},
+           {"opne gear", "tandem: unknown command 'opne'; did you mean 'open'? (tandem --help)"},
+           {"stability swep", "tandem: unknown command 'swep'; did you mean 'sweep'? (tandem st"},
+           {"peer --sesion=s",
+            "tandem: unknown option '--sesion=s' of 'tandem peer'; did you mean '--session'?"},
+           {"stability boundary --delay-s 1",
+            "tandem: unknown option '--delay-s' of 'tandem stability boundary'; did you mean "
+            "'--delays'?"},
+           {"peer --\u00e9\u00e9\u00e9\u00e9\u00e9\u00e9",
+            "tandem: unknown option '--\u00e9\u00e9\u00e9\u00e9\u00e9\u00e9' of 'tandem peer' "
+            "(tandem "},
            {"demo more", "tandem: unexpected word 'more' (tandem demo --help)"},
            {"", "tandem: A subcommand is required"},
            {"view --seconds nan", "tandem-view: --seconds: expected a number from 0 to 604800"},

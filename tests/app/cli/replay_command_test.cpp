@@ -125,6 +125,33 @@ TEST_F(ReplayCommand, ExportedPosesServeTheProximityCommand) {
   EXPECT_NE(along.at("rows")[rows - 1].at("distance_m"), along.at("rows")[0].at("distance_m"));
 }
 
+// the contact of the peg with the plate of its slot, at the recorded poses
+TEST_F(ReplayCommand, ExportedPosesServeTheContactCommand) {
+  const std::string poses = File("poses.csv");
+  const json run = Replayed(File("run") + " --export " + poses);
+  const std::string scenes = std::string(kScenes) + "/";
+  const json scene = json::parse(std::ifstream(scenes + "peg_in_slot.json"));
+  std::string fixed;
+  std::string moving;
+  for (const json& body : scene.at("bodies")) {
+    (body.value("fixed", false) ? fixed : moving) = scenes + body.at("mesh").get<std::string>();
+  }
+  const ProgramOutput output =
+      RunTandem("contact --csv --voxel 0.001 --body peg --scale 0.001 --static " + fixed +
+                    " --dynamic " + moving + " --poses " + poses,
+                "timeout 60 ");
+  ASSERT_EQ(output.exit_code, 0) << output.err;
+  EXPECT_THAT(output.err, HasSubstr("has no column fixed"));
+  EXPECT_THAT(output.out, HasSubstr(",nearest_voxels,t_s\n0,"));
+  EXPECT_THAT(output.out, HasSubstr(",0.010\n"));
+  EXPECT_EQ(static_cast<std::size_t>(std::count(output.out.begin(), output.out.end(), '\n')),
+            1 + (run.at("frames").get<std::size_t>() + 9) / 10);
+  const ProgramOutput other = RunTandem("contact --voxel 0.001 --body pin --static " + fixed +
+                                        " --dynamic " + moving + " --poses " + poses);
+  EXPECT_EQ(other.exit_code, kExitFile);
+  EXPECT_THAT(other.err, HasSubstr("name the body with --body; it has peg"));
+}
+
 TEST_F(ReplayCommand, SinglePeerSessionHasNoNetwork) {
   const std::string network = " --as-network " + File("line.csv");
   ExpectRefused(File("run") + network, kExitFailed, "the recording has no messages of a peer");
@@ -363,6 +390,15 @@ TEST_F(ReplayCommand, ExportsAnMcapFile) {
   const std::string bytes{std::istreambuf_iterator<char>(stream), {}};
   EXPECT_EQ(bytes.substr(0, 8), std::string("\x89MCAP0\r\n", 8));
   EXPECT_THAT(bytes, HasSubstr("/bodies/peg/pose"));
+}
+
+TEST_F(ReplayCommand, ExportOfAnUnknownKindIsRefused) {
+  for (const char* name : {"out.xlsx", "out.csv.gz", "out.txt"}) {
+    ExpectRefused(File("run") + " --export " + File(name), kExitUsage,
+                  "expected the name of a file that ends in .csv or .mcap");
+    EXPECT_FALSE(fs::exists(File(name)));
+  }
+  ExpectRefused(File("run") + " --as-network " + File("out.json"), kExitUsage, "ends in .csv");
 }
 
 TEST_F(ReplayCommand, RecordingIsNeverOverwritten) {

@@ -165,7 +165,7 @@ class Greedy final : public TransferEndpoint {
 
  private:
   const std::uint64_t content_;
-  FileDigest list_{};
+  Sha256 list_{};
   std::uint32_t turns_ = 0;
 };
 

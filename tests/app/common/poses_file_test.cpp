@@ -73,5 +73,20 @@ TEST(PosesFile, ImplausibleNumbersAreRefused) {
   EXPECT_EQ(ErrorOfPoses("a,b,k,0,0,0,0,0,0,0"), "");
 }
 
+// 'tandem replay --export FILE.csv' writes such a file
+TEST(PosesFile, PosesOfASceneHaveTimesAndNoFixedPart) {
+  const ScratchFolder folder;
+  const auto file =
+      folder.Write("p.csv", "t_s,moving,tx,ty,tz,ax,ay,az,angle_deg\n0.010,'=cmd,1,2,3,0,0,1,0\n");
+  const Result<std::vector<FilePose>> poses = ReadPosesFile(file);
+  ASSERT_TRUE(poses) << poses.error().what;
+  ASSERT_EQ(poses->size(), 1U);
+  EXPECT_EQ(poses->at(0).fixed, "");
+  EXPECT_EQ(poses->at(0).moving, "=cmd") << "CSV has a ' before what a spreadsheet would run";
+  EXPECT_EQ(poses->at(0).t_s, 0.01);
+  EXPECT_EQ(SecondsText(0.01), "0.010");
+  EXPECT_EQ(SecondsText(12.3456784), "12.345678");
+}
+
 }  // namespace
 }  // namespace tandem

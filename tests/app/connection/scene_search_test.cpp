@@ -12,6 +12,7 @@
 #include "app/connection/recent_scenes.h"
 #include "engine/scene/scene.h"
 #include "engine/scene/scene_hash.h"
+#include "tests/support/forged_meshes.h"
 #include "tests/support/scratch_folder.h"
 
 namespace tandem {
@@ -46,7 +47,12 @@ class SceneSearch : public ::testing::Test {
   static WantedScene Wanted(const fs::path& like, const fs::path& reported) {
     const Result<Scene> scene = LoadScene(like);
     EXPECT_TRUE(scene) << scene.error().what;
-    return {HashScene(*scene)->content, reported, scene->bodies.size()};
+    const Result<SceneHash> hash = HashScene(*scene);
+    return {.digest = hash->digest,
+            .content_hash = hash->content,
+            .file = reported,
+            .bodies = scene->bodies.size(),
+            .fetched = {}};
   }
   ScratchFolder scratch_;
   const fs::path before_ = fs::current_path();
@@ -83,11 +89,11 @@ TEST_F(SceneSearch, UsesTheNamedFileIfItMatches) {
 TEST_F(SceneSearch, NeverOpensTheSessionsPath) {
   const fs::path reported = MakeScene("theirs/peg.json", 0.2);
   SceneManifest manifest;
-  manifest.content_hash = Wanted(reported, reported).content_hash;
+  manifest.content_digest = *Wanted(reported, reported).digest;
   manifest.file = reported.string();
   manifest.bodies.resize(1);
-  EXPECT_EQ(FindScene(WantedFrom(manifest), {scratch_.path() / "own"}), std::nullopt);
-  EXPECT_EQ(FindScene(WantedFrom(manifest), {reported.parent_path()}), reported);
+  EXPECT_EQ(FindScene(WantedFrom(manifest, {}), {scratch_.path() / "own"}), std::nullopt);
+  EXPECT_EQ(FindScene(WantedFrom(manifest, {}), {reported.parent_path()}), reported);
 }
 
 // A stranger may name any path of this machine: a log, a device, somebody's secrets.
@@ -112,6 +118,73 @@ TEST_F(SceneSearch, ReadsOnlyRegularMeshFiles) {
   fs::remove(own.parent_path() / "part.obj");
   ASSERT_EQ(mkfifo((own.parent_path() / "part.obj").c_str(), 0600), 0);
   EXPECT_EQ(FindScene(wanted, {own.parent_path()}), std::nullopt);
+}
+
+/// Writes a scene of one mesh with these bytes.
+fs::path SceneOf(const ScratchFolder& scratch, const std::string& folder, const std::string& stl) {
+  fs::create_directories(scratch.path() / folder);
+  scratch.Write(folder + "/part.stl", stl);
+  return scratch.Write(folder + "/peg.json",
+                       R"({"name": "s", "voxel_m": 0.001, "bodies": [{"name": "part", "mesh": )"
+                       R"("part.stl", "mass_kg": 1}]})");
+}
+
+SceneManifest ManifestOf(const fs::path& scene) {
+  const Result<Scene> loaded = LoadScene(scene);
+  const Result<SceneHash> hash = HashScene(*loaded);
+  SceneManifest manifest;
+  manifest.name = loaded->name;
+  manifest.file = "/nowhere/peg.json";
+  manifest.content_hash = hash->content;
+  manifest.content_digest = hash->digest;
+  manifest.bodies.resize(1);
+  return manifest;
+}
+
+TEST_F(SceneSearch, ForgedSceneOfTheSameHashIsNotFound) {
+  const fs::path honest = SceneOf(scratch_, "honest", testing::HonestStl());
+  const fs::path forged = SceneOf(scratch_, "forged", testing::ForgedStl());
+  const SceneManifest manifest = ManifestOf(honest);
+  ASSERT_EQ(ManifestOf(forged).content_hash, manifest.content_hash);
+  const WantedScene wanted = WantedFrom(manifest, {});
+  EXPECT_EQ(FindScene(wanted, {forged.parent_path()}), std::nullopt);
+  EXPECT_EQ(FindScene(wanted, {forged.parent_path(), honest.parent_path()}), honest);
+  // a peer that tells no digest, as one of protocol 5, has no scene that this machine could have
+  SceneManifest silent = manifest;
+  silent.content_digest = {};
+  EXPECT_EQ(FindScene(WantedFrom(silent, {}), {honest.parent_path()}), std::nullopt);
+}
+
+TEST_F(SceneSearch, FetchedSceneServesSessionsOfItsOwnSendersOnly) {
+  setenv("TANDEM_CACHE", (scratch_.path() / "cache").c_str(), 1);
+  const fs::path sent = SceneOf(scratch_, "sent", testing::HonestStl());
+  const SceneManifest manifest = ManifestOf(sent);
+  const auto keys = [this](const std::string& name) {
+    fs::create_directories(scratch_.path() / name);
+    scratch_.Write(name + "/identity_ca.pem", "the authority of " + name);
+    scratch_.Write(name + "/permissions_ca.pem", "another of " + name);
+    return scratch_.path() / name;
+  };
+  const fs::path gear = keys("gear");
+  const fs::path wing = keys("wing");
+  const auto put = [&](const fs::path& of) {
+    const fs::path file = FetchedScenes(of)->SceneFileOf(manifest.content_digest);
+    fs::create_directories(file.parent_path());
+    fs::copy_file(sent, file);
+    fs::copy_file(sent.parent_path() / "part.stl", file.parent_path() / "part.stl");
+    return file;
+  };
+  const fs::path plain = put({});
+  EXPECT_EQ(FindScene(WantedFrom(manifest, {}), {}), plain);
+  EXPECT_EQ(FindScene(WantedFrom(manifest, gear), {}), std::nullopt);
+  const fs::path of_gear = put(gear);
+  EXPECT_EQ(FindScene(WantedFrom(manifest, gear), {}), of_gear);
+  EXPECT_EQ(FindScene(WantedFrom(manifest, wing), {}), std::nullopt);
+  // another member of gear has the same authorities in another folder
+  fs::copy(gear, scratch_.path() / "anna");
+  EXPECT_EQ(FindScene(WantedFrom(manifest, scratch_.path() / "anna"), {}), of_gear);
+  EXPECT_FALSE(FetchedScenes(scratch_.path() / "no keys"));
+  unsetenv("TANDEM_CACHE");
 }
 
 TEST_F(SceneSearch, CanBeCancelled) {

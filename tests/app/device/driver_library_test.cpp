@@ -6,7 +6,10 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
+#include "app/device/open_driver.h"
 #include "app/process/child_processes.h"
 
 namespace tandem {
@@ -57,6 +60,30 @@ TEST(DriverLibrary, FindsDriversInTheFirstFolderThatHasThem) {
   EXPECT_EQ(file_of("pen-2"), second.path() / "pen-2.so");
   EXPECT_EQ(file_of("Upper"), "");
   EXPECT_EQ(file_of("note"), "");
+}
+
+// loading a library runs its code as the user
+TEST(DriverLibrary, DriversThatOtherUsersCanWriteAreNotLoaded) {
+  const TemporaryFolder folder;
+  const std::filesystem::path file = folder.path() / "fake.so";
+  std::filesystem::copy_file(std::filesystem::path(TANDEM_DRIVER_FOLDER) / "fake.so", file);
+  const auto refusal = [&] {
+    EXPECT_EQ(setenv("TANDEM_DEVICES", folder.path().c_str(), 1), 0);
+    const Result<const TandemDriver*> driver = DriverNamed("fake");
+    unsetenv("TANDEM_DEVICES");
+    return driver ? "" : driver.error().what;
+  };
+  ASSERT_EQ(chmod(file.c_str(), 0644), 0);
+  EXPECT_EQ(refusal(), "");
+  ASSERT_EQ(chmod(file.c_str(), 0646), 0);
+  EXPECT_THAT(refusal(), HasSubstr("other users can write to it"));
+  ASSERT_EQ(chmod(file.c_str(), 0644), 0);
+  ASSERT_EQ(chmod(folder.path().c_str(), 0777), 0);
+  EXPECT_THAT(refusal(), HasSubstr("other users can write to it"));
+  ASSERT_EQ(chmod(folder.path().c_str(), 0755), 0);
+  if (geteuid() != 0) GTEST_SKIP() << "root alone can give a file to another user";
+  ASSERT_EQ(chown(file.c_str(), 65534, 65534), 0);
+  EXPECT_THAT(refusal(), HasSubstr("belongs to another user"));
 }
 
 }  // namespace

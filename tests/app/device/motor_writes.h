@@ -61,6 +61,22 @@ class Motor {
     for (int i = 0; i < 1000 * seconds && force() < force_N; ++i) Sleep(1e-3);
     return force() >= force_N;
   }
+  /// Waits until there is no force, and then long enough to see that it stays so. A process of the
+  /// device that itself stands still makes it late.
+  void WaitForTheFall() const {
+    for (int i = 0; i < 5000 && force() > 0; ++i) Sleep(1e-3);
+    Sleep(0.03);
+  }
+  /// Returns whether nobody writes to the motor any more, within 20 s.
+  bool WaitForNoWrites() const {
+    std::uint64_t written = count();
+    for (int i = 0; i < 1000; ++i) {
+      Sleep(0.02);
+      if (count() == written) return true;
+      written = count();
+    }
+    return false;
+  }
   /// Waits until there is no force for half a second: a machine that is late may take it away for
   /// some 150 ms before that.
   void WaitForNoForce() const {
@@ -95,6 +111,7 @@ class EmptyLoop {
 
 /// The fall of the force after the controller was gone.
 struct Fall {
+  double held_N = 0;      // force as the controller went
   double damping_ms = 0;  // time until the fall began
   double zero_ms = 0;     // time until there was no force
   double gap_ms = 0;      // longest time between two writes meanwhile
@@ -119,7 +136,10 @@ inline Fall FallAfter(const std::vector<FakeRecord::Write>& writes, std::int64_t
       if (before_ns != 0 && fall.zero_ms == 0) {
         fall.gap_ms = std::max(fall.gap_ms, 1e-6 * static_cast<double>(write.ns - before_ns));
       }
-      if (held < 0) held = before;
+      if (held < 0) {
+        held = before;
+        fall.held_N = before;
+      }
       held = fallen ? held : std::max(held, force);
       if (!fallen && force < held - 1e-9) {
         fallen = true;

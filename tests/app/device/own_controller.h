@@ -86,7 +86,7 @@ class RunningController : public OwnController {
                                          });
   }
   ~RunningController() { thread_.reset(); }
-  bool WaitForEnd(double seconds) {
+  bool WaitForEnd(double seconds = 20) {
     for (int i = 0; i < 200 * seconds; ++i) {
       static_cast<void>(process->News());  // a process that has ended is then gone
       if (kill(process->pid(), 0) != 0) return true;

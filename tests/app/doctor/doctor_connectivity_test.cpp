@@ -123,5 +123,26 @@ TEST_F(DoctorConnectivity, OwnPortIsFreeOrReported) {
   close(taken);
 }
 
+// Qt's platform "offscreen" opens windows without a display, and has no OpenGL
+TEST_F(DoctorConnectivity, DisplayAndOpenGlAreLookedAt) {
+  const auto display = [this](const std::string& environment, const std::string& check) {
+    const ProgramOutput output =
+        RunTandem("doctor --json --interface lo", "env -u WAYLAND_DISPLAY " + environment + " ");
+    exit_code_ = output.exit_code;
+    for (const nlohmann::json& finding : nlohmann::json::parse(output.out)) {
+      if (finding.at("check") == check) return finding;
+    }
+    return nlohmann::json();
+  };
+  const nlohmann::json none = display("-u DISPLAY -u QT_QPA_PLATFORM", "display");
+  EXPECT_EQ(none.at("verdict"), "warning");
+  EXPECT_THAT(none.at("found").get<std::string>(), HasSubstr("no display"));
+  EXPECT_EQ(exit_code_, 0) << "peers need no window";
+  EXPECT_EQ(display("QT_QPA_PLATFORM=offscreen", "display").at("verdict"), "ok");
+  EXPECT_EQ(display("QT_QPA_PLATFORM=offscreen", "OpenGL").at("verdict"), "warning");
+  EXPECT_THAT(display("QT_QPA_PLATFORM=nosuch", "display").at("found").get<std::string>(),
+              HasSubstr("platform plugin"));
+}
+
 }  // namespace
 }  // namespace tandem

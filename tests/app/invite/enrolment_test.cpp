@@ -29,12 +29,20 @@ using Kind = EnrolmentFault::Kind;
 
 constexpr const char* kRequest = "a request";
 
+bool OnLoopback(int socket, std::uint16_t port) {
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_port = htons(port);
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  return bind(socket, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0;
+}
+
 /// Runs an inviter on this machine in a thread. It signs whatever is asked: the signature is a word
 /// and the request.
 class Inviter {
  public:
   explicit Inviter(const std::string& session = "gear", std::time_t for_s = 600) {
-    Result<EnrolmentListener> opened = EnrolmentListener::Open(0, false);
+    Result<EnrolmentListener> opened = EnrolmentListener::Open(0, false, OnLoopback);
     EXPECT_TRUE(opened);
     invitation.session = session;
     invitation.hosts = {"127.0.0.1"};
@@ -197,7 +205,7 @@ TEST(Enrolment, AlteredInvitationIsRefusedWithoutBeingUsed) {
                                          i.domain = 43;
                                        }),
                                        altered([](Invitation& i) {
-                                         i.scene.digest = 7;
+                                         i.scene.digest = Sha256{7};
                                        }),
                                        altered([](Invitation& i) {
                                          i.others = {"evil.example.org"};
@@ -298,13 +306,39 @@ TEST(Enrolment, ProofsAreBoundToOneConnection) {
 TEST(Enrolment, SilentOrInvalidCallersDoNotBlockOthers) {
   Inviter inviter;
   std::vector<std::unique_ptr<Caller>> callers;
-  for (int i = 0; i < EnrolmentListener::kMostConnections + 6; ++i) {
+  for (std::size_t i = 0; i < EnrolmentListener::kMostConnections + 6; ++i) {
     callers.push_back(std::make_unique<Caller>(inviter.invitation.enrolment.port));
     if (i == 1 || i == 3) callers.back()->Send("GET / HTTP/1.1\r\n\r\n");
     if (i == 2 || i == 4) callers.back()->Send(std::string(100'000, '\x16'));
   }
   EXPECT_EQ(WhyNot(inviter.invitation), "");
   EXPECT_EQ(inviter.Wait(), End::kUsed);
+}
+
+// Sixty-five idle connections of one address, as a scanner or a browser makes them.
+TEST(Enrolment, IdleConnectionsKeepNoJoinerOut) {
+  Inviter inviter;
+  std::vector<std::unique_ptr<Caller>> idle;
+  for (int i = 0; i < 65; ++i) {
+    idle.push_back(std::make_unique<Caller>(inviter.invitation.enrolment.port));
+  }
+  EXPECT_EQ(WhyNot(inviter.invitation), "");
+  EXPECT_EQ(inviter.Wait(), End::kUsed);
+}
+
+TEST(Enrolment, TextThatIsNoRequestIsNoWrongProof) {
+  Inviter inviter;
+  for (int i = 0; i < 3 * EnrolmentListener::kMostWrong; ++i) {
+    const Caller caller(inviter.invitation.enrolment.port);
+    TlsEndpoint tls = caller.Greet();
+    ASSERT_TRUE(tls.open());
+    tls.Say("GET / HTTP/1.1\r\n\r\n");
+    caller.Send(tls.TakeToSend());
+    static_cast<void>(caller.Receive(2000));
+  }
+  EXPECT_EQ(WhyNot(inviter.invitation), "");
+  EXPECT_EQ(inviter.Wait(), End::kUsed);
+  EXPECT_EQ(inviter.times_signed(), 1);
 }
 
 TEST(Enrolment, LongOrMalformedRequestIsRefused) {

@@ -1,6 +1,7 @@
 #include "app/invite/invitation.h"
 
 #include <algorithm>
+#include <array>
 #include <random>
 #include <string>
 
@@ -25,7 +26,8 @@ Invitation PlainOne() {
   Invitation invitation;
   invitation.session = "gear";
   invitation.hosts = {"192.0.2.1:17910", "10.0.0.5"};
-  invitation.scene = {.digest = 0x0123456789abcdef, .bodies = 9, .file = "bracket.json"};
+  invitation.scene = {
+      .digest = Sha256Of(std::string("bracket")), .bodies = 9, .file = "bracket.json"};
   return invitation;
 }
 
@@ -51,12 +53,18 @@ TEST(Invitation, LineRoundTrips) {
   for (int i = 0; i < 300; ++i) {
     Invitation invitation = i % 2 == 0 ? PlainOne() : SecuredOne();
     invitation.session.clear();
-    const std::size_t length = 1 + random() % Invitation::kLongestSession;
+    // plain text of any script, with all that a line must encode: names of one to four bytes a
+    // letter
+    const std::size_t length = 1 + random() % (Invitation::kLongestSession / 4);
     for (std::size_t k = 0; k < length; ++k) {
-      invitation.session += static_cast<char>(random());
+      constexpr std::array kLetters{"é", "山", "😀"};
+      const std::size_t letter = random() % 98;
+      invitation.session += letter < 95 ? std::string(1, static_cast<char>(' ' + letter))
+                                        : std::string(kLetters[letter - 95]);
     }
     if (random() % 2 == 0)
-      invitation.scene = {.digest = 1 + random(), .bodies = 3, .file = "a b.c"};
+      invitation.scene = {
+          .digest = Sha256Of(std::to_string(random())), .bodies = 3, .file = "a b.c"};
     if (random() % 3 == 0) invitation.scene = {};
     if (invitation.secured) invitation.enrolment.secret = Drawn(random);
     const Result<Invitation> read = ReadInvitation(LineOf(invitation));
@@ -180,6 +188,43 @@ TEST(Invitation, TimeOnAnotherDayIncludesTheDate) {
   constexpr std::time_t kNoon = 1'767'355'200;  // 2026-01-02 12:00 UTC
   EXPECT_EQ(TimeForAPerson(kNoon, kNoon - 60), "12:00 UTC");
   EXPECT_THAT(TimeForAPerson(kNoon, kNoon - 86'400), StartsWith("2026-01-02 12:00"));
+}
+
+TEST(Invitation, PublicFormHasNoSecretAndServesNoEnrolment) {
+  Invitation whole = PlainOne();
+  whole.secured = true;
+  whole.enrolment.port = 7400;
+  whole.enrolment.until = 1'900'000'000;
+  whole.enrolment.secret.fill(0xA5);
+  whole.enrolment.certificate.fill(0x5A);
+  const std::string line = LineOf(whole);
+  const std::string open = PublicLineOf(whole);
+  // 22 letters of Base64 are the secret's 128 bits
+  const std::string secret = line.substr(line.find('#') + 1, 22);
+  EXPECT_EQ(open.find(secret), std::string::npos);
+  const Result<Invitation> refused = ReadInvitation(open);
+  ASSERT_FALSE(refused);
+  EXPECT_NE(refused.error().what.find("public form"), std::string::npos);
+  const Result<Invitation> read = ReadInvitation(open, LineForm::kWholeOrPublic);
+  ASSERT_TRUE(read) << read.error().what;
+  EXPECT_FALSE(read->enrolment.has_secret);
+  EXPECT_EQ(read->enrolment.certificate, whole.enrolment.certificate);
+  EXPECT_EQ(read->session, whole.session);
+  EXPECT_TRUE(ReadInvitation(line, LineForm::kWholeOrPublic)->enrolment.has_secret);
+}
+
+// CHECK has no secret: anybody can make a line that is whole
+TEST(Invitation, NamesWithControlCharactersAreRefused) {
+  for (const char* name : {"a\x1b]0;PWNED\x07", "a\nb", "a\u202eb", "a\xff", "\x7f"}) {
+    Invitation line = PlainOne();
+    line.session = name;
+    const Result<Invitation> session = ReadInvitation(LineOf(line));
+    ASSERT_FALSE(session);
+    EXPECT_NE(session.error().what.find("control characters"), std::string::npos);
+    line = PlainOne();
+    line.scene = {.digest = 1, .bodies = 2, .file = name};
+    EXPECT_FALSE(ReadInvitation(LineOf(line)));
+  }
 }
 
 }  // namespace

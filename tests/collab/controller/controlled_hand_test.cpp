@@ -197,6 +197,22 @@ TEST_F(ControlledHandTest, ReturnsAlongItsPathRoundACorner) {
   EXPECT_EQ(facts_.held, 0);
 }
 
+TEST_F(ControlledHandTest, ResetLeadsAPartHomeRoundTheCornerThatItCameBy) {
+  ASSERT_TRUE(Ask(GrabRequest{.body = "block"}).ok);
+  for (const Vec3& goal : {Vec3(0, 0.3, 0), Vec3(0.2, 0.3, 0), Vec3(0.2, 0, 0)}) {
+    Mean(goal);
+    Run(1500);
+  }
+  ASSERT_TRUE(Ask(ReleaseRequest{}).ok);
+  ASSERT_NEAR(Block().p.x(), 0.2, 2e-3) << "behind the wall";
+  peak_step_ = 0;
+  const Answer answer = Ask(RetraceRequest{RetraceRequest::To::kReset});
+  EXPECT_EQ(answer.reason, "1 body went back");
+  EXPECT_LT(Block().p.norm(), PathBacktracker::kThere + 1e-3);
+  EXPECT_LT(peak_step_, 0.5e-3) << "0.25 m/s, and what a spring adds";
+  EXPECT_EQ(facts_.held, -1);
+}
+
 TEST_F(ControlledHandTest, UndoReturnsAReleasedPart) {
   ASSERT_TRUE(Ask(GrabRequest{.body = "block"}).ok);
   Mean({0, 0.1, 0});

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <utility>
 #include <vector>
@@ -33,10 +34,12 @@ class FakePeer : public ControlledPeer {
     if (command.kind == Command::Kind::kGrab) {
       facts.held = static_cast<int>(command.object) - 1;
       facts.attached = true;
+      facts.X_WG = facts.bodies[static_cast<std::size_t>(facts.held)].X_WB;
       facts.bodies[static_cast<std::size_t>(facts.held)].holder_count = 1;
       if (!goal.keeps_way) facts.way_body = facts.held;
     }
     if (command.kind == Command::Kind::kRelease || command.kind == Command::Kind::kGive) {
+      if (facts.held >= 0) facts.bodies[static_cast<std::size_t>(facts.held)].holder_count = 0;
       facts.held = -1;
       facts.attached = false;
     }
@@ -46,6 +49,14 @@ class FakePeer : public ControlledPeer {
     goal = order;
     facts.grasp_seq = order.grasp_seq;
     facts.requested = order.X_WG;
+    // a part in hand follows at once, as far as nothing is in its way
+    if (follows && facts.held >= 0 && order.input_seq != input_seq) {
+      Pose& X_WB = facts.bodies[static_cast<std::size_t>(facts.held)].X_WB;
+      X_WB = order.X_WG;
+      if (facts.held == blocked) X_WB.p.x() = std::max(X_WB.p.x(), blocked_at_x);
+      facts.X_WG = X_WB;
+    }
+    input_seq = order.input_seq;
     if (facts.way_seq == order.way_seq) return;
     facts.way_seq = order.way_seq;
     if (order.way == GoalOrder::Way::kDrop) facts.way_body = -1;
@@ -72,6 +83,10 @@ class FakePeer : public ControlledPeer {
   GoalOrder goal;
   SimulationFacts facts{.body_count = 3, .goal_device = true};
   bool deaf = false;  // orders come to nothing
+  bool follows = false;
+  int blocked = -1;         // body that cannot go below blocked_at_x
+  double blocked_at_x = 0;  // m
+  std::uint32_t input_seq = 0;
   bool stopped = false;
   WorkspaceOrder workspace;
   bool quit = false;

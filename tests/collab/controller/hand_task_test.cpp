@@ -75,15 +75,100 @@ TEST_F(HandTaskTest, BlockedPartStopsAndReportsIt) {
   EXPECT_EQ(peer_.facts.way_body, 0) << "the rest of the way is kept, for another try";
 }
 
-TEST_F(HandTaskTest, ResetRunsToTheStartOfThePath) {
-  TakePeg();
+TEST_F(HandTaskTest, ResetLeadsEachBodyHomeWhoeverMovedIt) {
+  peer_.follows = true;
+  Run(1);
+  // by others: the peg in steps, the bolt at once
+  for (int i = 1; i <= 50; ++i) {
+    peer_.facts.bodies[0].X_WB.p = Vec3(1e-3 * i, 0, 0);
+    Run(1);
+  }
+  peer_.facts.bodies[1].X_WB.p = Vec3(0, 0.03, 0);
+  Run(1);
   task_.GoBack(RetraceRequest::To::kReset, now_ns_);
-  Run(10);
-  peer_.facts.way = PathBacktracker::State::kArrived;
-  const std::optional<HandTask::Ended> ended = Run(20);
+  const std::int64_t begun_ns = now_ns_;
+  const std::optional<HandTask::Ended> ended = Run(2000);
   ASSERT_TRUE(ended);
   EXPECT_TRUE(ended->ok);
-  EXPECT_EQ(ended->reason, "1 body went back");
+  EXPECT_EQ(ended->reason, "2 bodies went back");
+  for (int body : {0, 1}) EXPECT_LT(peer_.facts.bodies[body].X_WB.p.norm(), 3e-4) << body;
+  EXPECT_EQ(peer_.facts.held, -1);
+  EXPECT_EQ(peer_.facts.way_body, -1) << "there is nothing to undo";
+  // 80 mm at 0.25 m/s take 0.32 s
+  EXPECT_GT(now_ns_ - begun_ns, 320 * kMs);
+}
+
+TEST_F(HandTaskTest, ResetNamesBodiesThatOthersHold) {
+  peer_.follows = true;
+  Run(1);
+  peer_.facts.bodies[0].X_WB.p = Vec3(0.02, 0, 0);
+  peer_.facts.bodies[1].X_WB.p = Vec3(0.02, 0, 0);
+  peer_.facts.bodies[1].holder_count = 1;
+  peer_.facts.bodies[1].holders[0] = 9;
+  SnapshotPeer ben;
+  ben.id = 9;
+  ben.name = "ben";
+  task_.OnPeers({ben});
+  Run(1);
+  task_.GoBack(RetraceRequest::To::kReset, now_ns_);
+  const std::optional<HandTask::Ended> ended = Run(2000);
+  ASSERT_TRUE(ended);
+  EXPECT_FALSE(ended->ok);
+  EXPECT_EQ(ended->reason, "1 body went back; bolt did not: ben holds it");
+}
+
+TEST_F(HandTaskTest, ResetNamesWhatIsInTheWayOfABodyAndGoesOnWithTheOthers) {
+  peer_.follows = true;
+  Run(1);
+  peer_.facts.bodies[1].X_WB.p = Vec3(0, 0.02, 0);
+  Run(1);
+  peer_.facts.bodies[0].X_WB.p = Vec3(0.02, 0, 0);
+  peer_.blocked = 0;
+  peer_.blocked_at_x = 0.003;
+  peer_.facts.contact_count = 2;
+  peer_.facts.contacts[0] = {.force = 1, .other = -1};
+  peer_.facts.contacts[1] = {.force = 9, .other = 2};
+  Run(1);
+  task_.GoBack(RetraceRequest::To::kReset, now_ns_);
+  const std::optional<HandTask::Ended> ended = Run(10'000);
+  ASSERT_TRUE(ended);
+  EXPECT_FALSE(ended->ok);
+  EXPECT_EQ(ended->reason, "1 body went back; peg did not: frame is in its way");
+  EXPECT_NEAR(peer_.facts.bodies[0].X_WB.p.x(), 0.003, 1e-9) << "it stays there";
+}
+
+TEST_F(HandTaskTest, ResetTriesABlockedBodyAgainWhenAnotherHasArrived) {
+  peer_.follows = true;
+  Run(1);
+  peer_.facts.bodies[1].X_WB.p = Vec3(0, 0.02, 0);
+  Run(1);
+  peer_.facts.bodies[0].X_WB.p = Vec3(0.02, 0, 0);
+  Run(1);
+  peer_.blocked = 0;
+  peer_.blocked_at_x = 0.01;
+  task_.GoBack(RetraceRequest::To::kReset, now_ns_);
+  std::optional<HandTask::Ended> ended;
+  for (int i = 0; i < 10'000 && !ended; ++i) {
+    ended = Run(1);
+    // the bolt was in the peg's way
+    if (peer_.facts.bodies[1].X_WB.p.norm() < 1e-6) peer_.blocked = -1;
+  }
+  ASSERT_TRUE(ended);
+  EXPECT_EQ(ended->reason, "2 bodies went back");
+}
+
+TEST_F(HandTaskTest, ResetGoesOnWhenABodyIsRefused) {
+  peer_.follows = true;
+  Run(1);
+  peer_.facts.bodies[0].X_WB.p = Vec3(0.02, 0, 0);
+  Run(1);
+  peer_.deaf = true;
+  task_.GoBack(RetraceRequest::To::kReset, now_ns_);
+  EXPECT_FALSE(Run(10));
+  task_.OnNews({Notification::Kind::kRefused, 1, 9}, "ben holds peg", scene_);
+  const std::optional<HandTask::Ended> ended = Run(10);
+  ASSERT_TRUE(ended);
+  EXPECT_EQ(ended->reason, "0 bodies went back; peg did not: ben holds peg");
 }
 
 TEST_F(HandTaskTest, GoalCancelsTheWayBack) {

@@ -1,6 +1,7 @@
 #include "collab/coupling/coupling_law.h"
 
 #include <cmath>
+#include <string>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -175,6 +176,17 @@ TEST(CouplingLaw, ReportsItsLimits) {
   }
   EXPECT_EQ(WhyUnused("constant_stiffness", "linear"),
             "the law 'linear' does not use it: it uses linear_stiffness, damping_budget and ratio");
+}
+
+TEST(CouplingLaw, UnknownNameIsRefusedWithAllNames) {
+  for (const std::string& name : LawNames(true)) {
+    EXPECT_TRUE(MakeLaw(name, {}, true)) << name;
+    EXPECT_NE(MakeLaw("konstant", {}, true).error().what.find(name), std::string::npos) << name;
+  }
+  EXPECT_EQ(LawNames(true).size(), 5U);
+  // the laws of a session without --lab
+  EXPECT_EQ(LawNames(false), (std::vector<std::string>{"p+dd", "p+d", "linear", "pdopt"}));
+  EXPECT_EQ(MakeLaw("konstant").error().what.find("constant"), std::string::npos);
 }
 
 }  // namespace

@@ -111,6 +111,7 @@ class Attacker {
                           [this](const tandem_PeerInfo& info) {
                             if (info.peer != victim_) return false;
                             scene_hash_ = info.scene_hash;
+                            scene_digest_ = info.scene_digest;
                             params_hash_ = info.params_hash;
                             return true;
                           });
@@ -148,6 +149,7 @@ class Attacker {
     info.role = tandem_ACTIVE;
     std::snprintf(info.name, sizeof info.name, "mallory");
     info.scene_hash = scene_hash_;
+    info.scene_digest = scene_digest_;
     info.params_hash = params_hash_;
     info.incarnation = 666;
     tandem_Claim claims[4];
@@ -229,6 +231,7 @@ class Attacker {
     info.beat = turn_;
     info.role = tandem_ACTIVE;
     info.scene_hash = scene_hash_;
+    info.scene_digest = scene_digest_;
     info.params_hash = params_hash_;
     info.incarnation = 666;
     PutBadText(info.name);
@@ -346,6 +349,7 @@ class Attacker {
   bool has_learnt_offer_ = false;
   tandem_SceneManifest offer_{};
   std::uint64_t scene_hash_ = 0;
+  tandem_Sha256 scene_digest_{};
   std::uint64_t params_hash_ = 0;
   std::map<std::string, dds_entity_t> topics_;
   std::map<std::string, dds_entity_t> writers_;

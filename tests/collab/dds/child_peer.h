@@ -29,6 +29,7 @@ class ChildPeer {
   ChildPeer(const ChildPeer&) = delete;
   ChildPeer& operator=(const ChildPeer&) = delete;
 
+  pid_t pid() const noexcept { return pid_; }
   void Command(const std::string& line);
   void Signal(int signal);
   /// Returns whether the child has said the line, or says it before the deadline.

@@ -40,6 +40,28 @@ TEST(Recording, HeaderRoundTrips) {
   EXPECT_EQ(read->peer.X_BD.q.coeffs(), header.peer.X_BD.q.coeffs());
 }
 
+// Protocol 6 adds digests to what peers say; what a frame takes in is the same.
+TEST(Recording, HeaderOfProtocolFiveHasNoDigest) {
+  RecordingHeader header = HeaderOf(1, 1);
+  const std::string six = R"("protocol":)" + std::to_string(kProtocol);
+  const auto read_as = [&](const std::string& protocol) {
+    std::string text = AsText(header);
+    const std::size_t at = text.find(six);
+    EXPECT_NE(at, std::string::npos) << text;
+    return ParseHeader(text.replace(at, six.size(), R"("protocol":)" + protocol));
+  };
+  const Result<RecordingHeader> five = read_as("5");
+  ASSERT_TRUE(five) << five.error().what;
+  EXPECT_FALSE(five->scene_digest);
+  header.scene_digest = {1, 2, 3};
+  const Result<RecordingHeader> own = ParseHeader(AsText(header));
+  ASSERT_TRUE(own) << own.error().what;
+  EXPECT_EQ(own->scene_digest, header.scene_digest);
+  std::string cut = AsText(header);
+  cut.erase(cut.find("0102030000") + 2, 2);
+  EXPECT_THAT(ParseHeader(cut).error().what, HasSubstr("expected 64 hexadecimal digits"));
+}
+
 // An earlier protocol has other messages, so it is of no interest what else the header lacks.
 TEST(Recording, EarlierProtocolIsRefusedByVersion) {
   const Result<RecordingHeader> read =

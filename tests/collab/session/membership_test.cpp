@@ -170,6 +170,76 @@ TEST(PeerDirectory, DistinguishesPeersOfEqualNames) {
   EXPECT_THAT(directory.TakeNotifications(), ElementsAre("Anna (2) is lost"));
 }
 
+// Each time the same person comes back, with a new id. Nobody else has the name.
+TEST(PeerDirectory, KeepsOneEntryForAPersonWhoComesAndGoes) {
+  PeerDirectory directory(1, 42, "Ben");
+  PeerInfo info = Anna();
+  for (PeerId id = 2; id < 12; ++id) {
+    info.peer = id;
+    info.role = id % 2 == 0 ? Role::kViewer : Role::kActive;
+    directory.OnPeerInfo(info);
+    EXPECT_EQ(directory.NameOf(id), "Anna") << id;
+    EXPECT_EQ(directory.Entries().size(), 1U) << id;
+    if (id % 3 == 0) {
+      directory.OnPeerLost(id);
+    } else {
+      directory.OnPeerLeft(id);
+    }
+    for (MembershipChange change; directory.changes().TryPop(change);) continue;
+  }
+}
+
+// Her program crashes and is started again before anybody notices. A second Anna who speaks after
+// the newcomer came is another person, and keeps her name.
+TEST(PeerDirectory, NewProgramOfAPersonGetsTheNameOfTheCrashedOne) {
+  PeerDirectory directory(1, 42, "Ben");
+  PeerInfo crashed = Anna();
+  directory.OnPeerInfo(crashed);
+  PeerInfo again = Anna();
+  again.peer = 3;
+  directory.OnPeerInfo(again);
+  EXPECT_EQ(directory.NameOf(3), "Anna (2)");
+  directory.OnPeerLost(2);
+  EXPECT_EQ(directory.NameOf(3), "Anna");
+  EXPECT_THAT(directory.TakeNotifications(),
+              ElementsAre("Anna joined", "another Anna joined, shown as Anna (2)", "Anna is lost",
+                          "Anna (2) is shown as Anna from now on"));
+  PeerInfo other = Anna();
+  other.peer = 4;
+  directory.OnPeerInfo(other);
+  directory.OnPeerInfo(again);
+  directory.OnPeerLost(3);
+  EXPECT_EQ(directory.NameOf(4), "Anna (2)");
+}
+
+TEST(PeerDirectory, WhoLooksOnAndTakesPartHasOneName) {
+  PeerDirectory directory(1, 42, "Ben");
+  PeerInfo info = Anna();
+  directory.OnPeerInfo(info);
+  info.peer = 3;
+  info.role = Role::kViewer;
+  directory.OnPeerInfo(info);
+  info.peer = 4;
+  info.name = "Ben";
+  directory.OnPeerInfo(info);
+  EXPECT_EQ(directory.NameOf(3), "Anna");
+  EXPECT_EQ(directory.NameOf(4), "Ben");
+}
+
+TEST(PeerDirectory, TellsThatAPeerStoppedItsHandAndGoesOn) {
+  PeerDirectory directory(1, 42);
+  PeerInfo info = Anna();
+  directory.OnPeerInfo(info);
+  info.stopped = true;
+  directory.OnPeerInfo(info);
+  directory.OnPeerInfo(info);
+  info.stopped = false;
+  directory.OnPeerInfo(info);
+  EXPECT_THAT(directory.TakeNotifications(),
+              ElementsAre("Anna joined", "Anna stopped: its hand holds and takes nothing",
+                          "Anna goes on after a stop"));
+}
+
 TEST(PeerDirectory, KeepsFewOfTenThousandForgedParticipants) {
   PeerDirectory directory(1, 42);
   PeerInfo info = Anna();
@@ -280,6 +350,32 @@ TEST(PeerDirectory, PeerThatBecomesAViewerLeavesTheHapticThread) {
   MembershipChange change;
   EXPECT_FALSE(directory.changes().TryPop(change));
   EXPECT_THAT(reported, ElementsAre(Change::kJoined, Change::kLost, Change::kBack, Change::kLost));
+}
+
+// A scene with the hash of another is made in a second.
+TEST(PeerDirectory, SceneOfTheSameHashAndAnotherDigestIsAnotherScene) {
+  PeerDirectory directory(1, 42, {}, {.scene_digest = {0xAB}, .parameters = {}, .shared = {}});
+  PeerInfo honest = Anna();
+  honest.scene_digest = {0xAB};
+  honest.params_hash = HashOf(ForceParameters{});
+  directory.OnPeerInfo(honest);
+  EXPECT_THAT(directory.TakeNotifications(), ElementsAre("Anna joined"));
+  PeerInfo forged = honest;
+  forged.peer = 3;
+  forged.name = "Mallory";
+  forged.scene_digest = {0xAC};
+  PeerInfo silent = forged;
+  silent.peer = 4;
+  silent.scene_digest = {};
+  directory.OnPeerInfo(forged);
+  directory.OnPeerInfo(silent);
+  EXPECT_THAT(directory.TakeNotifications(),
+              ElementsAre("Mallory is not accepted: its scene is ac00000000000000 and ours "
+                          "ab00000000000000: open the same scene with the same files",
+                          HasSubstr("its scene is 0000000000000000 and ours ab00000000000000")));
+  for (const PeerDirectory::Entry& entry : directory.Entries()) {
+    EXPECT_EQ(entry.refused.empty(), entry.info.peer == 2) << entry.info.peer;
+  }
 }
 
 TEST(PeerDirectory, ParameterDifferencesAreReportedOnChange) {

@@ -20,7 +20,7 @@ struct Parts {
       body.name = name;
       body.mesh = std::string(name) + ".stl";
     }
-    hash = {.content = 7, .parameters = 8, .bodies = {{1, 2}, {3, 4}}};
+    hash = {.content = 7, .digest = {7}, .parameters = 8, .bodies = {{1, 2, {2}}, {3, 4, {4}}}};
   }
   Scene scene;
   SceneHash hash;
@@ -40,22 +40,35 @@ TEST(SceneAgreement, ManifestDescribesTheScene) {
   EXPECT_EQ(manifest.revision, SceneManifest::kSession);
   EXPECT_EQ(manifest.content_hash, 7U);
   EXPECT_THAT(manifest.bodies,
-              ::testing::ElementsAre(BodyDecl{"plate", 1, 2}, BodyDecl{"peg", 3, 4}));
+              ::testing::ElementsAre(BodyDecl{"plate", 1, 2, {2}}, BodyDecl{"peg", 3, 4, {4}}));
+  EXPECT_EQ(manifest.content_digest, Sha256{7});
   EXPECT_EQ(ParametersOf(manifest), ParametersOf(parts.scene));
   EXPECT_EQ(ContentDifference(parts.scene, parts.hash, manifest), "");
+}
+
+TEST(SceneAgreement, ForgedMeshOfTheSameHashIsNamed) {
+  const Parts parts;
+  const SceneManifest session = ManifestOf(parts.scene, parts.hash, 5);
+  Parts forged;
+  forged.hash.digest = {8};
+  forged.hash.bodies[1].mesh_digest = {5};
+  ASSERT_EQ(forged.hash.content, parts.hash.content);
+  EXPECT_EQ(ContentDifference(forged.scene, forged.hash, session),
+            "parts.json: body \"peg\": its file peg.stl is not the one of the session's scene "
+            "\"parts\"");
 }
 
 TEST(SceneAgreement, DifferenceNamesBodyAndFile) {
   const Parts parts;
   const SceneManifest session = ManifestOf(parts.scene, parts.hash, 5);
   Parts other;
-  other.hash.content = 9;
+  other.hash.digest = {9};
   EXPECT_EQ(ContentDifference(other.scene, other.hash, session),
             "parts.json differs from the session's scene \"parts\" in gravity or pairs");
   other.hash.bodies[1].values = 99;
   EXPECT_THAT(ContentDifference(other.scene, other.hash, session),
               HasSubstr("parts.json: body \"peg\" differs from that of the session's scene"));
-  other.hash.bodies[1].mesh = 99;
+  other.hash.bodies[1].mesh_digest = {99};
   EXPECT_EQ(ContentDifference(other.scene, other.hash, session),
             "parts.json: body \"peg\": its file peg.stl is not the one of the session's scene "
             "\"parts\"");
@@ -64,8 +77,8 @@ TEST(SceneAgreement, DifferenceNamesBodyAndFile) {
 TEST(SceneAgreement, MissingAndExtraBodiesAreNamed) {
   Parts more;
   more.scene.bodies.emplace_back().name = "hose";
-  more.hash.content = 9;
-  more.hash.bodies.push_back({5, 6});
+  more.hash.digest = {9};
+  more.hash.bodies.push_back({5, 6, {}});
   const Parts parts;
   EXPECT_THAT(ContentDifference(more.scene, more.hash, ManifestOf(parts.scene, parts.hash, 5)),
               HasSubstr("body \"hose\" is not in the session's scene \"parts\""));

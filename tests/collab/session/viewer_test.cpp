@@ -46,6 +46,30 @@ PeerInfo Named(PeerId peer, const std::string& name, Role role = Role::kActive) 
   return info;
 }
 
+TEST(Viewer, NumbersPersonsOfOneNameWhoAreHere) {
+  Viewer viewer;
+  viewer.OnPeerInfo(Named(9, "anna"), 1 * kMs);
+  viewer.OnPeerInfo(Named(4, "anna"), 2 * kMs);
+  viewer.OnPeerInfo(Named(5, "anna", Role::kViewer), 3 * kMs);  // one of them looks on, too
+  ViewerPicture picture = viewer.Picture();
+  EXPECT_EQ(picture.peers[0].info.name, "anna (2)");
+  EXPECT_EQ(picture.peers[1].info.name, "anna");
+  EXPECT_EQ(picture.peers[2].info.name, "anna");
+  viewer.OnPeerLeft(9);
+  picture = viewer.Picture();
+  EXPECT_EQ(picture.peers[0].info.name, "anna");
+}
+
+TEST(Viewer, ChoosesAColourThatNobodyHereHas) {
+  Viewer viewer;
+  PeerInfo anna = Named(9, "anna");
+  anna.colour = ColourOfName("dave");
+  anna.beat = 40;
+  viewer.OnPeerInfo(anna, 1 * kMs);
+  EXPECT_NE(viewer.ColourFor(Named(4, "dave", Role::kViewer), 0), anna.colour);
+  EXPECT_EQ(viewer.ColourFor(Named(4, "anna", Role::kViewer), 0), anna.colour);
+}
+
 TEST(Viewer, ReturningPeerWithANewIdIsListedOnce) {
   Viewer viewer;
   viewer.OnPeerInfo(Named(4, "anna"), 1 * kMs);

@@ -67,6 +67,43 @@ TEST(NetworkTraceFile, ErrorsNameTheLine) {
               HasSubstr("too long"));
 }
 
+TEST(NetworkTraceFile, AbsurdFilesAreRefusedInOneLine) {
+  const ScratchFolder folder;
+  const auto expect_refused = [&folder](const std::string& text, const std::string& why) {
+    const Result<NetworkTrace> read = ReadNetworkTrace(folder.Write("bad.csv", text));
+    ASSERT_FALSE(read) << text.substr(0, 100);
+    EXPECT_THAT(read.error().what, HasSubstr(why));
+    for (const char c : read.error().what) {
+      ASSERT_GE(static_cast<unsigned char>(c), 0x20) << read.error().what;
+    }
+  };
+  const std::string columns = std::string(kHeader) + "seq,there_ms,back_ms\n";
+  for (const std::string cell : {"nan", "inf", "-1", "-0.001", "1e308", "1e309", "1e-400", "10001",
+                                 "0x1", "+1", " 1", "=1+1", "\x1b[2J", "1\t"}) {
+    expect_refused(columns + "0," + cell + ",1\n", "bad.csv:3: expected 0 and delays");
+    expect_refused(columns + "0,1," + cell + "\n", "bad.csv:3: expected 0 and delays");
+  }
+  for (const std::string seq : {"-1", "1", "18446744073709551616", "", "0.0", "00x"}) {
+    expect_refused(columns + seq + ",1,1\n", "bad.csv:3: expected 0 and delays");
+  }
+  expect_refused(columns + "0,1,1\n0,1,1\n", "bad.csv:4: expected 1 and delays");
+  expect_refused(columns + "0,1,1,1\n", "bad.csv:3");
+  const auto header = [](const std::string& keys) {
+    return "# {\"tandem_trace\": 1" + keys + "}\nseq,there_ms\n0,1\n";
+  };
+  expect_refused(header(R"(, "rate_hz": 1e308)"), "rate_hz");
+  expect_refused(header(R"(, "rate_hz": -500)"), "rate_hz");
+  expect_refused(header(R"(, "rate_hz": 1e999)"), "bad.csv:1");
+  expect_refused(header(R"(, "rate_hz": 500, "rate_hz": 1)"), "rate_hz");
+  expect_refused(header(R"(, "rate_hz": 500, "clock_bound_ms": -1)"), "clock_bound_ms");
+  expect_refused(header(R"(, "rate_hz": 500, "source": "\u001b]0;owned\u0007")"),
+                 "control character");
+  expect_refused(
+      header(R"(, "rate_hz": 500, "x": )" + std::string(2000, '[') + std::string(2000, ']')),
+      "bad.csv:1");
+  expect_refused("# {" + std::string(10'000, ' ') + "\n", "bad.csv:1: is no trace");
+}
+
 TEST(TraceStore, RereadsAFileOnlyAfterAChange) {
   const ScratchFolder folder;
   const auto file = folder.Write("t.csv", std::string(kHeader) + "seq,there_ms,back_ms\n0,5,6\n");

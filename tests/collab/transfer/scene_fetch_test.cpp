@@ -157,7 +157,7 @@ TEST_F(Fetching, TriesTheMostOfferedListFirst) {
     bench_.Add(peer, std::make_unique<SceneServer>(
                          peer, content_,
                          [forged](const std::atomic<bool>& stop) {
-                           return SceneFiles::Open(forged, ContentOf(forged), stop);
+                           return SceneFiles::Open(forged, testing::HashesOf(forged).digest, stop);
                          },
                          SceneServer::kDefaultRate));
   };

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 #include <zstd.h>
 
+#include "engine/base/text/hex.h"
 #include "tests/collab/transfer/transfer_bench.h"
 
 namespace tandem {
@@ -15,20 +16,18 @@ using ::testing::HasSubstr;
 using testing::NoiseBytes;
 
 // The examples are FIPS 180-4's own.
-TEST(FileDigest, IsSha256) {
-  EXPECT_EQ(HexOf(FileDigestOf(std::string("abc"))),
+TEST(Sha256, IsSha256) {
+  EXPECT_EQ(HexOfBytes(Sha256Of(std::string("abc"))),
             "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
-  EXPECT_EQ(HexOf(FileDigestOf(std::string())),
+  EXPECT_EQ(HexOfBytes(Sha256Of(std::string())),
             "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855");
 }
 
 SceneList TwoFiles() {
   SceneList list;
-  list.files.push_back({".json", 300, FileDigestOf(std::string("a")), {FileDigest{1}}});
-  list.files.push_back({".stl",
-                        70'000,
-                        FileDigestOf(std::string("b")),
-                        {FileDigest{2}, FileDigest{3}, FileDigest{4}}});
+  list.files.push_back({".json", 300, Sha256Of(std::string("a")), {Sha256{1}}});
+  list.files.push_back(
+      {".stl", 70'000, Sha256Of(std::string("b")), {Sha256{2}, Sha256{3}, Sha256{4}}});
   return list;
 }
 
@@ -58,7 +57,7 @@ TEST(SceneList, InvalidListIsRefusedInOneLine) {
   // a million files, or none
   EXPECT_THAT(refusal([](SceneList& list) {
                 for (std::uint32_t i = 0; i < 1'000'000; ++i) {
-                  list.files.push_back({".stl", 1, {}, {FileDigest{}}});
+                  list.files.push_back({".stl", 1, {}, {Sha256{}}});
                 }
               }),
               HasSubstr("1000002 files; a scene has 2 to 257"));

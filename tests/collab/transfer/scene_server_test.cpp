@@ -21,9 +21,10 @@ class Serving : public ::testing::Test {
   ScratchFolder folder_;
   const fs::path scene_ = testing::WriteScene(folder_, "scene", {NoiseBytes(4'000'000, 1)});
   const std::uint64_t content_ = testing::ContentOf(scene_);
+  const Sha256 digest_ = testing::HashesOf(scene_).digest;
   SceneServer server_{1, content_,
                       [this](const std::atomic<bool>& stop) {
-                        return SceneFiles::Open(scene_, content_, stop);
+                        return SceneFiles::Open(scene_, digest_, stop);
                       },
                       kRate};
   std::int64_t now_ns_ = 1'000'000'000;
@@ -67,7 +68,7 @@ class Serving : public ::testing::Test {
     list_ = sent_[1].list;
     sent_.clear();
   }
-  FileDigest list_{};
+  Sha256 list_{};
 };
 
 TEST_F(Serving, RespectsItsRateLimit) {

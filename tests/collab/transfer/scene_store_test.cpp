@@ -10,6 +10,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "engine/base/text/hex.h"
 #include "tests/collab/transfer/transfer_bench.h"
 
 namespace tandem {
@@ -20,6 +21,7 @@ using ::testing::HasSubstr;
 using testing::NoiseBytes;
 
 constexpr std::uint64_t kPlenty = 1U << 30U;
+const Sha256 kContent = Sha256Of(std::string("a scene"));
 
 std::string TextOf(const fs::path& file) {
   std::ostringstream text;
@@ -38,16 +40,16 @@ class Store : public ::testing::Test {
   static SceneList ListOf(const std::vector<std::string>& files) {
     SceneList list;
     for (const std::string& text : files) {
-      ListedFile file{list.files.empty() ? ".json" : ".stl", text.size(), FileDigestOf(text), {}};
+      ListedFile file{list.files.empty() ? ".json" : ".stl", text.size(), Sha256Of(text), {}};
       for (std::size_t at = 0; at < text.size(); at += kPieceBytes) {
-        file.pieces.push_back(FileDigestOf(std::string_view(text).substr(at, kPieceBytes)));
+        file.pieces.push_back(Sha256Of(std::string_view(text).substr(at, kPieceBytes)));
       }
       list.files.push_back(std::move(file));
     }
     return list;
   }
   Result<UnfinishedScene> Open(const SceneList& list, std::uint64_t most_bytes = kPlenty) {
-    return UnfinishedScene::Open(store_, list, FileDigestOf(Encode(list)),
+    return UnfinishedScene::Open(store_, list, Sha256Of(Encode(list)),
                                  {.most_bytes = most_bytes, .spare_bytes = 0}, busy_);
   }
   static void Fill(UnfinishedScene& scene, const std::vector<std::string>& files) {
@@ -69,6 +71,12 @@ class Store : public ::testing::Test {
     if (!written) scene->Remove();
     return answer;
   }
+  /// Makes the folders as a first fetch leaves them.
+  void MakeFolders() const {
+    fs::create_directories(store_.group());
+    fs::permissions(store_.folder(), fs::perms::owner_all);
+    fs::permissions(store_.group(), fs::perms::owner_all);
+  }
   std::set<std::string> All() const {
     std::set<std::string> all;
     for (const auto& entry : fs::recursive_directory_iterator(folder_.path())) {
@@ -76,6 +84,8 @@ class Store : public ::testing::Test {
     }
     return all;
   }
+  /// Returns whether there is no file or folder of a scene.
+  bool IsEmpty() const { return !fs::exists(store_.group()) || fs::is_empty(store_.group()); }
   static std::string SceneWith(const std::string& mesh) {
     return R"({"name": "s", "voxel_m": 0.001, "bodies": [{"name": "b", "mass_kg": 1, "mesh": )" +
            mesh + "}]}";
@@ -90,17 +100,18 @@ TEST_F(Store, StoresAScenesFilesUnderItsOwnNames) {
   ASSERT_TRUE(scene) << scene.error().what;
   Fill(*scene, files);
   ASSERT_TRUE(scene->WriteScene());
-  const Result<fs::path> placed = scene->Commit(0xABC);
+  const Result<fs::path> placed = scene->Commit(kContent);
   ASSERT_TRUE(placed) << placed.error().what;
-  EXPECT_EQ(*placed, store_.SceneFileOf(0xABC));
+  EXPECT_EQ(*placed, store_.SceneFileOf(kContent));
   const Result<Scene> loaded = LoadScene(*placed);
   ASSERT_TRUE(loaded) << loaded.error().what;
-  EXPECT_EQ(loaded->bodies[0].mesh.filename(), HexOf(FileDigestOf(mesh_)) + ".stl");
+  EXPECT_EQ(loaded->bodies[0].mesh.filename(), HexOfBytes(Sha256Of(mesh_)) + ".stl");
   EXPECT_EQ(TextOf(loaded->bodies[0].mesh), mesh_);
-  const std::string place = "cache/fetched/0000000000000abc";
+  const std::string place = "cache/fetched/plain/" + HexOfBytes(kContent);
   EXPECT_THAT(
-      All(), ::testing::UnorderedElementsAre("cache", "cache/fetched", place, place + "/scene.json",
-                                             place + "/" + HexOf(FileDigestOf(mesh_)) + ".stl"));
+      All(), ::testing::UnorderedElementsAre("cache", "cache/fetched", "cache/fetched/plain", place,
+                                             place + "/scene.json",
+                                             place + "/" + HexOfBytes(Sha256Of(mesh_)) + ".stl"));
   struct stat facts {};
   ASSERT_EQ(stat(loaded->bodies[0].mesh.c_str(), &facts), 0);
   EXPECT_EQ(facts.st_mode & 0777U, 0600U);
@@ -114,8 +125,7 @@ TEST_F(Store, StoresAScenesFilesUnderItsOwnNames) {
 
 TEST_F(Store, ReceivedNamesNeverBecomePaths) {
   const fs::path secret = folder_.Write("secret.stl", "solid secret");
-  fs::create_directories(store_.folder());
-  fs::permissions(store_.folder(), fs::perms::owner_all);
+  MakeFolders();
   const std::set<std::string> before = All();
   for (const std::string& mesh : std::vector<std::string>{"\"" + secret.string() + "\"",
                                                           R"("../../secret.stl")",
@@ -146,8 +156,7 @@ TEST_F(Store, ReceivedNamesNeverBecomePaths) {
 }
 
 TEST_F(Store, InvalidSceneFileIsRefusedAndLeavesNothing) {
-  fs::create_directories(store_.folder());
-  fs::permissions(store_.folder(), fs::perms::owner_all);
+  MakeFolders();
   const std::set<std::string> before = All();
   std::string deep;
   for (int i = 0; i < 100'000; ++i) deep += "[";
@@ -184,9 +193,8 @@ TEST_F(Store, FollowsNoSymbolicLink) {
   const SceneList list = ListOf(files);
   const fs::path outside = folder_.path() / "outside";
   fs::create_directories(outside);
-  fs::create_directories(store_.folder());
-  fs::permissions(store_.folder(), fs::perms::owner_all);
-  const fs::path unfinished = store_.folder() / ("unfinished-" + HexOf(FileDigestOf(Encode(list))));
+  MakeFolders();
+  const fs::path unfinished = store_.group() / ("unfinished-" + HexOfBytes(Sha256Of(Encode(list))));
   // the folder is a link
   fs::create_directory_symlink(outside, unfinished);
   EXPECT_FALSE(Open(list));
@@ -195,7 +203,7 @@ TEST_F(Store, FollowsNoSymbolicLink) {
   fs::create_directory(unfinished);
   fs::permissions(unfinished, fs::perms::owner_all);
   const fs::path target = folder_.Write("target", "untouched");
-  const fs::path file = unfinished / (HexOf(FileDigestOf(mesh_)) + ".stl");
+  const fs::path file = unfinished / (HexOfBytes(Sha256Of(mesh_)) + ".stl");
   fs::create_symlink(target, file);
   EXPECT_FALSE(Open(list));
   EXPECT_EQ(TextOf(target), "untouched");
@@ -211,7 +219,7 @@ TEST_F(Store, FollowsNoSymbolicLink) {
   ASSERT_EQ(mkfifo(file.c_str(), 0600), 0);
   EXPECT_FALSE(Open(list));
   EXPECT_TRUE(fs::is_empty(outside));
-  EXPECT_TRUE(fs::is_empty(store_.folder()));
+  EXPECT_TRUE(IsEmpty());
   // the folder of all scenes is one
   fs::remove_all(store_.folder());
   fs::create_directory_symlink(outside, store_.folder());
@@ -225,7 +233,7 @@ TEST_F(Store, RefusesFoldersWritableByOthers) {
   const auto refused = Open(ListOf({SceneWith(R"("file:1")"), mesh_}));
   ASSERT_FALSE(refused);
   EXPECT_THAT(refused.error().what, HasSubstr("a folder of yours that others cannot write to"));
-  EXPECT_TRUE(fs::is_empty(store_.folder()));
+  EXPECT_TRUE(IsEmpty());
 }
 
 TEST_F(Store, PartialFetchSurvivesAndHasOneWriter) {
@@ -248,35 +256,38 @@ TEST_F(Store, PartialFetchSurvivesAndHasOneWriter) {
   EXPECT_TRUE(scene->Read({1, 1, kPieceBytes, piece.size()}, piece));
   EXPECT_EQ(std::string(piece.begin(), piece.end()), mesh_.substr(kPieceBytes, kPieceBytes));
   scene->Remove();
-  EXPECT_TRUE(fs::is_empty(store_.folder()));
+  EXPECT_TRUE(IsEmpty());
 }
 
 TEST_F(Store, RefusesScenesLargerThanTheDisk) {
   const SceneList list = ListOf({SceneWith(R"("file:1")"), mesh_});
   const Result<UnfinishedScene> scene =
-      UnfinishedScene::Open(store_, list, FileDigestOf(Encode(list)),
+      UnfinishedScene::Open(store_, list, Sha256Of(Encode(list)),
                             {.most_bytes = kPlenty, .spare_bytes = UINT64_MAX / 2}, busy_);
   ASSERT_FALSE(scene);
   EXPECT_THAT(scene.error().what, HasSubstr("its disk has no room for 1 MB"));
-  EXPECT_TRUE(fs::is_empty(store_.folder()));
+  EXPECT_TRUE(IsEmpty());
 }
 
 TEST_F(Store, LeastRecentlyUsedScenesAreEvicted) {
-  for (const std::uint32_t content : {1U, 2U, 3U}) {
-    const std::vector<std::string> files{SceneWith(R"("file:1")"), NoiseBytes(100'000, content)};
+  const auto content_of = [](std::uint32_t number) {
+    return Sha256Of(std::to_string(number));
+  };
+  for (const std::uint32_t number : {1U, 2U, 3U}) {
+    const Sha256 content = content_of(number);
+    const std::vector<std::string> files{SceneWith(R"("file:1")"), NoiseBytes(100'000, number)};
     Result<UnfinishedScene> scene = Open(ListOf(files), 250'000);
     ASSERT_TRUE(scene) << scene.error().what;
     Fill(*scene, files);
     ASSERT_TRUE(scene->WriteScene());
     ASSERT_TRUE(scene->Commit(content));
-    fs::last_write_time(
-        store_.SceneFileOf(content).parent_path(),
-        fs::file_time_type::clock::now() - std::chrono::hours(content == 1 ? 1 : 2));
+    fs::last_write_time(store_.SceneFileOf(content).parent_path(),
+                        fs::file_time_type::clock::now() - std::chrono::hours(number == 1 ? 1 : 2));
   }
   // the second was used before the first
-  EXPECT_TRUE(fs::exists(store_.SceneFileOf(1)));
-  EXPECT_FALSE(fs::exists(store_.SceneFileOf(2)));
-  EXPECT_TRUE(fs::exists(store_.SceneFileOf(3)));
+  EXPECT_TRUE(fs::exists(store_.SceneFileOf(content_of(1))));
+  EXPECT_FALSE(fs::exists(store_.SceneFileOf(content_of(2))));
+  EXPECT_TRUE(fs::exists(store_.SceneFileOf(content_of(3))));
   const auto refused = Open(ListOf({SceneWith(R"("file:1")"), mesh_}), 50'000);
   ASSERT_FALSE(refused);
   EXPECT_THAT(refused.error().what, HasSubstr("TANDEM_CACHE_LIMIT allows more"));
@@ -285,7 +296,7 @@ TEST_F(Store, LeastRecentlyUsedScenesAreEvicted) {
 // Two peers have the same files under other names. One of them has a fetched scene.
 TEST_F(Store, FetchedSceneReproducesItsList) {
   const fs::path scene = testing::WriteScene(folder_, "scene", {mesh_, NoiseBytes(500, 2), mesh_});
-  const std::uint64_t content = testing::ContentOf(scene);
+  const Sha256 content = testing::HashesOf(scene).digest;
   const std::atomic<bool> stop{false};
   Result<SceneFiles> files = SceneFiles::Open(scene, content, stop);
   ASSERT_TRUE(files) << files.error().what;
@@ -302,7 +313,7 @@ TEST_F(Store, FetchedSceneReproducesItsList) {
     ASSERT_TRUE(arriving->WriteScene());
     ASSERT_TRUE(arriving->Commit(content));
   }
-  EXPECT_EQ(testing::ContentOf(store_.SceneFileOf(content)), content);
+  EXPECT_EQ(testing::HashesOf(store_.SceneFileOf(content)).digest, content);
   const Result<SceneFiles> again = SceneFiles::Open(store_.SceneFileOf(content), content, stop);
   ASSERT_TRUE(again) << again.error().what;
   EXPECT_EQ(Encode(again->list()), Encode(files->list()));
@@ -315,7 +326,7 @@ TEST_F(Store, MeshesThatNameOtherFilesAreNotShared) {
   folder_.Write("scene/mesh 0.xyz", "x");
   folder_.Write("scene/scene.json", text);
   const std::atomic<bool> stop{false};
-  EXPECT_THAT(SceneFiles::Open(scene, testing::ContentOf(scene), stop).error().what,
+  EXPECT_THAT(SceneFiles::Open(scene, testing::HashesOf(scene).digest, stop).error().what,
               HasSubstr("files of this kind are not handed to joiners"));
   text.replace(text.find("mesh 0.xyz"), 10, "model.gltf");
   folder_.Write("scene/scene.json", text);
@@ -323,8 +334,47 @@ TEST_F(Store, MeshesThatNameOtherFilesAreNotShared) {
       "scene/model.gltf",
       R"({"asset": {"version": "2.0"}, "buffers": [{"uri": "numbers.bin", "byteLength": 4}]})");
   folder_.Write("scene/numbers.bin", "1234");
-  EXPECT_THAT(SceneFiles::Open(scene, testing::ContentOf(scene), stop).error().what,
+  EXPECT_THAT(SceneFiles::Open(scene, testing::HashesOf(scene).digest, stop).error().what,
               HasSubstr("save it as .glb"));
+}
+
+// A stranger's scene of a plain session must not serve a session with keys, nor one session's scene
+// another with other authorities.
+TEST_F(Store, ScenesOfOtherSendersServeNoSession) {
+  const SceneStore anna(store_.folder(), Sha256Of(std::string("anna's authorities")));
+  const SceneStore ben(store_.folder(), Sha256Of(std::string("ben's authorities")));
+  const std::vector<std::string> files{SceneWith(R"("file:1")"), mesh_};
+  const auto fetch = [&](const SceneStore& store) {
+    Result<UnfinishedScene> scene =
+        UnfinishedScene::Open(store, ListOf(files), Sha256Of(Encode(ListOf(files))),
+                              {.most_bytes = kPlenty, .spare_bytes = 0}, busy_);
+    ASSERT_TRUE(scene) << scene.error().what;
+    Fill(*scene, files);
+    ASSERT_TRUE(scene->WriteScene());
+    ASSERT_TRUE(scene->Commit(kContent));
+  };
+  fetch(store_);
+  EXPECT_TRUE(fs::exists(store_.SceneFileOf(kContent)));
+  EXPECT_FALSE(fs::exists(anna.SceneFileOf(kContent)));
+  fetch(anna);
+  EXPECT_TRUE(fs::exists(anna.SceneFileOf(kContent)));
+  EXPECT_FALSE(fs::exists(ben.SceneFileOf(kContent)));
+  // limit and removal count all senders' scenes
+  for (const SceneStore* store : {&store_, &anna, &ben}) EXPECT_EQ(store->Scenes().size(), 2U);
+  EXPECT_EQ(ben.Clear(), 2U);
+  EXPECT_TRUE(fs::is_empty(store_.folder()));
+}
+
+// Version 0.1 named a scene's folder by 16 digits, which anybody could forge.
+TEST_F(Store, ScenesOfEarlierVersionsServeNothingAndCanBeRemoved) {
+  MakeFolders();
+  const fs::path earlier = store_.folder() / "d9ebb59e750f6359";
+  fs::create_directory(earlier);
+  fs::permissions(earlier, fs::perms::owner_all);
+  std::ofstream(earlier / "scene.json") << "{}";
+  ASSERT_EQ(store_.Scenes().size(), 1U);
+  EXPECT_EQ(store_.Clear(), 1U);
+  EXPECT_FALSE(fs::exists(earlier));
 }
 
 }  // namespace

@@ -49,12 +49,15 @@ inline std::filesystem::path WriteScene(const ScratchFolder& folder, const std::
       R"({"name": ")" + name + R"(", "voxel_m": 0.001, "bodies": [)" + bodies + "]}");
 }
 
-inline std::uint64_t ContentOf(const std::filesystem::path& scene) {
+inline SceneHash HashesOf(const std::filesystem::path& scene) {
   const Result<Scene> loaded = LoadScene(scene);
   EXPECT_TRUE(loaded) << loaded.error().what;
   const Result<SceneHash> hash = HashScene(*loaded);
   EXPECT_TRUE(hash);
-  return hash->content;
+  return *hash;
+}
+inline std::uint64_t ContentOf(const std::filesystem::path& scene) {
+  return HashesOf(scene).content;
 }
 
 /// Pieces in memory.
@@ -104,7 +107,7 @@ class TransferBench {
     auto server = std::make_unique<SceneServer>(
         peer, content,
         [scene](const std::atomic<bool>& stop) {
-          return SceneFiles::Open(scene, ContentOf(scene), stop);
+          return SceneFiles::Open(scene, HashesOf(scene).digest, stop);
         },
         rate);
     SceneServer& made = *server;

@@ -80,6 +80,16 @@ TEST(LineWriter, BlockedPipeDelaysNoCallerAndDropsAreCounted) {
   }
 }
 
+// ESC ] 0 ; … BEL sets a terminal's title, ESC [ 2 J clears it, and a line end begins a line that
+// looks like the program's own
+TEST(LineWriter, LineCarriesNoControlsToATerminal) {
+  const Pipe pipe;
+  LineWriter& writer = WriterOf(pipe.writer());
+  writer.WriteLine("session \x1b]0;PWNED\x07\x1b[2J\ntandem: run this\x7f\u009b1m Čeněk");
+  ASSERT_TRUE(writer.Flush(milliseconds(10'000)));
+  EXPECT_EQ(pipe.Read(), "session ?]0;PWNED??[2J?tandem: run this??1m Čeněk\n");
+}
+
 TEST(LineWriter, ClosedReaderIsNoError) {
   Pipe pipe;
   LineWriter& writer = WriterOf(pipe.writer());

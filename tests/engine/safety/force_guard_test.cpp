@@ -147,5 +147,65 @@ TEST(ForceGuard, NoInputExceedsTheLimits) {
   }
 }
 
+TEST(ForceGuard, CountsStopsAndFaultsOnce) {
+  ForceGuard guard = Warm();
+  for (int i = 0; i < 3; ++i) guard.Stop();
+  for (int i = 0; i < 3; ++i) guard.Fail();
+  EXPECT_EQ(guard.counts().stops, 1U);
+  EXPECT_EQ(guard.counts().zeroed, 1U);
+}
+
+TEST(ForceGuard, CountsSlewedFramesAndTheirShare) {
+  ForceGuard guard = Warm();
+  EXPECT_EQ(guard.guarded_share(), 0);
+  EXPECT_EQ(ForceGuard(DeviceLimits{}).guarded_share(), 0) << "of no frames";
+  // 9 N at 2 N a frame: four frames are held back, the fifth arrives
+  for (int i = 0; i < 5; ++i) guard.Pass(WrenchOf(9));
+  EXPECT_EQ(guard.counts().slewed, 4U);
+  EXPECT_EQ(guard.counts().clamped, 0U);
+  EXPECT_NEAR(guard.guarded_share(), 4.0 / (5 + ForceGuard::kRampFrames), 1e-12);
+}
+
+TEST(ForceGuard, IsRampingAsLongAsEitherRampLasts) {
+  ForceGuard guard = Warm();
+  EXPECT_EQ(guard.state(), SafetyState::kOn);
+  guard.Begin();
+  guard.Pass({});
+  EXPECT_EQ(guard.state(), SafetyState::kRamping);
+  for (int i = 1; i < ForceGuard::kRampFrames; ++i) guard.Pass({});
+  EXPECT_EQ(guard.state(), SafetyState::kOn);
+  guard.Stop();
+  guard.Resume();
+  // the long ramp lasts longer than the short one
+  for (int i = 1; i < ForceGuard::kLongRampFrames; ++i) guard.Pass({});
+  EXPECT_EQ(guard.state(), SafetyState::kRamping);
+  guard.Pass({});
+  EXPECT_EQ(guard.state(), SafetyState::kOn);
+}
+
+TEST(ForceGuard, ResumeWithoutACauseBeginsNoRamp) {
+  ForceGuard guard = Warm();
+  guard.Resume();
+  EXPECT_EQ(guard.state(), SafetyState::kOn);
+}
+
+// 2 N and 0.08 N m a frame belong to 12 N and 0.5 N m; half of the limits have half of the steps.
+TEST(ForceGuard, StepsAreInProportionToTheLimits) {
+  EXPECT_DOUBLE_EQ(ForceGuard::ForceStepOf({12, 0.5}), 2.0);
+  EXPECT_DOUBLE_EQ(ForceGuard::ForceStepOf({6, 0.5}), 1.0);
+  EXPECT_DOUBLE_EQ(ForceGuard::MomentStepOf({12, 0.5}), 0.08);
+  EXPECT_DOUBLE_EQ(ForceGuard::MomentStepOf({12, 0.25}), 0.04);
+}
+
+TEST(SafetyCounts, AddUpKindByKind) {
+  SafetyCounts sum{1, 2, 3, 4, 5};
+  sum += SafetyCounts{10, 20, 30, 40, 50};
+  EXPECT_EQ(sum.clamped, 11U);
+  EXPECT_EQ(sum.slewed, 22U);
+  EXPECT_EQ(sum.zeroed, 33U);
+  EXPECT_EQ(sum.expired, 44U);
+  EXPECT_EQ(sum.stops, 55U);
+}
+
 }  // namespace
 }  // namespace tandem

@@ -25,6 +25,7 @@
 #include <chrono>
 #include <csignal>
 #include <cstdio>
+#include <filesystem>
 #include <functional>
 #include <sstream>
 #include <string>
@@ -33,7 +34,9 @@
 #include <dds/dds.h>
 #undef restrict
 
-#include "collab/dds/control/control_domain.h"
+#include "collab/dds/control/control_folder.h"
+#include "collab/dds/control/control_packet.h"
+#include "collab/dds/control/control_socket.h"
 #include "collab/dds/cyclone/cyclone_log.h"
 #include "collab/dds/cyclone/qos.h"
 #include "collab/dds/diagnostics/attack.h"
@@ -49,8 +52,6 @@ namespace {
 using namespace tandem;
 using testing::Attacker;
 using Clock = std::chrono::steady_clock;
-
-constexpr std::uint32_t kControlDomain = 43;  // domain that --control takes
 
 constexpr double kPatienceSeconds = 120;  // longest wait for the signal to begin
 
@@ -87,31 +88,33 @@ void AwaitSignal(Meanwhile meanwhile) {
   begun = false;
 }
 
-/// Floods with requests and goals of ever new hosts, by one writer of each.
+/// Floods with requests and goals of ever new hosts, over one connection.
 int FloodController(const std::string& name, const FloodPlan& plan) {
-  const Result<ControlDomain> control = EnterControlDomain(name, kControlDomain, {});
-  if (!control) return Refused(control.error().what);
-  const dds_entity_t requests = ControlWriter(control->participant.get(), ControlTopic::kRequest);
-  const dds_entity_t goals = ControlWriter(control->participant.get(), ControlTopic::kGoal);
-  if (requests <= 0 || goals <= 0) return Refused("no writer");
+  const Result<std::filesystem::path> folder = ControlFolder();
+  if (!folder) return Refused(folder.error().what);
+  Result<ControlConnection> controller = ControlConnection::To(*folder, name);
+  if (!controller) return Refused(controller.error().what);
   SayJoined();
   AwaitSignal([] {});
   const auto end = Clock::now() + std::chrono::duration<double>(plan.seconds);
   std::uint64_t sent = 0;
-  for (; Clock::now() < end && (plan.most == 0 || sent < plan.most); ++sent) {
+  std::vector<char> ignored;
+  for (std::uint64_t host = 1000; Clock::now() < end && (plan.most == 0 || sent < plan.most);
+       ++host) {
     tandem_control_Request request{};
-    request.host = 1000 + sent;
+    request.host = host;
     request.number = 1;
     request.version = kControlVersion;
     request.kind = tandem_control_SNAPSHOT_RATE;
     request.value = 60;
-    dds_write(requests, &request);
     tandem_control_Goal goal{};
-    goal.host = 1000 + sent;
-    dds_write(goals, &goal);
-    // or this program grows itself
-    dds_unregister_instance(requests, &request);
-    dds_unregister_instance(goals, &goal);
+    goal.host = host;
+    for (const std::vector<char>& packet : {PacketOf(request), PacketOf(goal)}) {
+      if (controller->Send(packet) == ControlConnection::Outcome::kDone) ++sent;
+    }
+    // or the controller gives up a program that reads nothing
+    while (controller->Receive(ignored) == ControlConnection::Outcome::kDone) {
+    }
   }
   return Sent(sent);
 }

@@ -46,6 +46,7 @@ class Attacker {
     info.beat = ++beat_;
     info.role = tandem_ACTIVE;
     info.scene_hash = scene_hash_;
+    info.scene_digest = scene_digest_;
     info.params_hash = params_hash_;
     std::strncpy(info.name, name.c_str(), sizeof info.name - 1);
     dds_write(infos_, &info);
@@ -83,6 +84,7 @@ class Attacker {
         const auto& info = *static_cast<const tandem_PeerInfo*>(sample);
         if (facts.valid_data && info.scene_hash != 0) {
           scene_hash_ = info.scene_hash;
+          scene_digest_ = info.scene_digest;
           params_hash_ = info.params_hash;
           victim_ = info.peer;
         }
@@ -234,6 +236,7 @@ class Attacker {
   std::uint32_t beat_ = 0;
   PeerId victim_ = 0;
   std::uint64_t scene_hash_ = 0;
+  tandem_Sha256 scene_digest_{};
   std::uint64_t params_hash_ = 0;
 };
 

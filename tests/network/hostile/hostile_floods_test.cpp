@@ -153,17 +153,6 @@ TEST_F(HostileFloods, ForgedHostsDoNotFillAController) {
   EXPECT_EQ(anna.Wait(), 0);
 }
 
-TEST_F(HostileFloods, ForgedHostsDoNotFillAControllerWhileGarbageCollectionIsStopped) {
-  Program anna = Peer({"--control", session_});
-  ASSERT_TRUE(anna.Says("is in session"));
-  stopped_thread_ = "gc";
-  ExpectLittle(GrowthUnder("hosts", anna, ""));
-  EXPECT_GT(sent_, 5000);
-  anna.process().Signal(SIGTERM);
-  EXPECT_EQ(anna.Wait(), 0);
-  EXPECT_GT(Report().at("drops").at("many_keys").get<long>(), 1000);
-}
-
 TEST_F(HostileFloods, HostAttachesDuringAFloodOfForgedHosts) {
   Program anna = Peer({"--control", session_});
   ASSERT_TRUE(anna.Says("is in session"));

@@ -4,11 +4,13 @@
 #include <iterator>
 #include <ostream>
 #include <string>
+#include <vector>
 
 #include <gmock/gmock.h>
 
 #include "engine/scene/scene.h"
 #include "scenes/generators/generated_scene.h"
+#include "scenes/generators/generator_command.h"
 #include "tests/scenes/generators/solid_probe.h"
 #include "tests/support/scratch_folder.h"
 
@@ -337,6 +339,31 @@ TEST_F(BracketActuatorScene, SlidingWithoutTheTurnHitsTheWeb) {
   Waypoint slide;
   slide.p_W = Vec3(0, 0, 0.018);
   EXPECT_LT(LeastClearance(part, *solid_, slide), -3.0);
+}
+
+TEST(Generators, TakeOneFolderAndNoOptions) {
+  const ScratchFolder folder;
+  int exit_code = -1;
+  const auto given = [&exit_code](std::vector<const char*> words) {
+    words.insert(words.begin(), "generate");
+    return FolderToFill(static_cast<int>(words.size()), words.data(), "generate", "writes",
+                        exit_code);
+  };
+  EXPECT_EQ(given({folder.path().c_str()}), folder.path());
+  for (const std::vector<const char*>& words :
+       std::vector<std::vector<const char*>>{{},
+                                             {""},
+                                             {"--force"},
+                                             {"-v"},
+                                             {"--out=x"},
+                                             {folder.path().c_str(), "--force"},
+                                             {folder.path().c_str(), "more"},
+                                             {"/nowhere/at/all"}}) {
+    EXPECT_FALSE(given(words));
+    EXPECT_EQ(exit_code, 2);
+  }
+  EXPECT_FALSE(given({"--help"}));
+  EXPECT_EQ(exit_code, 0);
 }
 
 }  // namespace

@@ -12,6 +12,8 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "engine/realtime/private_process.h"
+
 namespace tandem::driver::network {
 namespace {
 
@@ -25,6 +27,7 @@ Key::~Key() {
 }
 
 bool Key::Read(const std::string& file, std::string& fault) {
+  KeepProcessPrivate();
   const int descriptor = open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
   if (descriptor < 0) {
     fault = file + ": " + std::strerror(errno) +

@@ -4,6 +4,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "app/connection/hand_request.h"
 #include "collab/controller/requests.h"
@@ -26,10 +27,9 @@ class ControllerLink {
   virtual bool Poll() = 0;
 };
 
-/// Attaches to the controller of a name; waits at most a second. `secured`: requires a controller
-/// that has keys.
+/// Attaches to this user's controller of a name; waits at most a second.
 using AttachFunction =
-    std::function<Result<std::unique_ptr<ControllerLink>>(const std::string& name, bool secured)>;
+    std::function<Result<std::unique_ptr<ControllerLink>>(const std::string& name)>;
 
 /// A controller that this program has started. It survives a crash of this program.
 class ControllerProcess {
@@ -40,6 +40,10 @@ class ControllerProcess {
   /// Gives a controller that was asked to end the time for that, since it may have a report to
   /// write.
   virtual void AwaitEnd() {}
+  /// Marks the present end of the controller's output. LinesSinceMark() returns what it said since,
+  /// such as its verdicts at the end.
+  virtual void MarkOutput() {}
+  virtual std::vector<std::string> LinesSinceMark() { return {}; }
   /// Returns how the controller ended, in a line for a person; nothing: it runs.
   virtual std::optional<std::string> Ended() = 0;
   /// Returns the controller's newest line of output; empty: none.

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "engine/base/result.h"
 
@@ -21,12 +22,17 @@ class ControllerLog {
   void Bound();
   /// Returns the last line without the program's name; empty: none.
   std::string LastLine() const;
+  /// Marks the file's present end. LinesSinceMark() returns the lines from there, without the
+  /// program's name: the newest of them, where there are very many.
+  void Mark();
+  std::vector<std::string> LinesSinceMark() const;
 
   static constexpr long kMostBytes = 4L << 20U;
 
  private:
   explicit ControllerLog(int file) : file_(file) {}
   int file_ = -1;
+  long mark_ = 0;     // bytes
   std::string last_;  // last line from before Bound() emptied the file
 };
 

@@ -3,12 +3,13 @@
 #include <algorithm>
 #include <utility>
 
+#include "app/view/model/words/window_words.h"
+
 namespace tandem {
 
 namespace {
 constexpr int kPollMs = 8;
 constexpr qint64 kPatienceMs = 5000;  // for a controller that should be running
-const ControllerSnapshot kNoSnapshot;
 }  // namespace
 
 HandModel::HandModel(AttachFunction attach, LaunchFunction launch, QObject* parent)
@@ -19,10 +20,7 @@ HandModel::HandModel(AttachFunction attach, LaunchFunction launch, QObject* pare
 }
 
 HandModel::~HandModel() {
-  if (link_ && own_) {
-    link_->Quit();
-    if (process_) process_->AwaitEnd();
-  }
+  EndController();
   process_.reset();  // first, since an attachment in progress needs time to give up
   if (attaching_.joinable()) attaching_.join();
   attach_result_.reset();
@@ -34,7 +32,7 @@ void HandModel::Start(const HandRequest& request) {
   request_ = request;
   Result<std::unique_ptr<ControllerProcess>> started = launch_(request);
   if (!started) {
-    SetState(State::kEnded, QString::fromStdString(started.error().what));
+    SetState(State::kEnded, WordsForWindow(QString::fromStdString(started.error().what)));
     return;
   }
   process_ = *std::move(started);
@@ -59,26 +57,48 @@ void HandModel::TakeUp(const std::string& control, const std::string& name, bool
   TryToAttach();
 }
 
+void HandModel::StartAgain() {
+  if (!can_start_again()) return;
+  const ControllerSnapshot shown = last_;
+  const HandRequest request = request_;
+  Start(request);
+  if (state_ == State::kStarting) last_ = shown;
+  Q_EMIT StateChanged();
+}
+
+QStringList HandModel::EndController() {
+  if (!link_ || !own_) return {};
+  if (process_) process_->MarkOutput();
+  link_->Quit();
+  if (!process_) return {};
+  process_->AwaitEnd();
+  QStringList lines;
+  for (const std::string& line : process_->LinesSinceMark()) {
+    lines << WordsForWindow(QString::fromStdString(line));
+  }
+  return lines;
+}
+
 void HandModel::Leave() {
   poll_.stop();
   drop_attached_ = attaching_.joinable();
-  if (link_ && own_) {
-    link_->Quit();
-    if (process_) process_->AwaitEnd();
-  }
+  const QStringList lines = EndController();
   link_.reset();
   process_.reset();
+  last_ = {};
+  asked_.reset();
   ForgetGoal();
   stop_asked_ = false;
   news_seen_ = 0;
   if (state_ != State::kNone) SetState(State::kNone);
+  if (!lines.isEmpty()) Q_EMIT SessionEnded(lines);
 }
 
 void HandModel::TryToAttach() {
   if (attaching_.joinable()) return;
   drop_attached_ = false;
-  attaching_ = std::thread([this, name = request_.control, secured = !request_.secure.empty()] {
-    attach_result_.emplace(attach_(name, secured));
+  attaching_ = std::thread([this, name = request_.control] {
+    attach_result_.emplace(attach_(name));
     QMetaObject::invokeMethod(this, &HandModel::OnAttachEnded, Qt::QueuedConnection);
   });
 }
@@ -94,6 +114,7 @@ void HandModel::OnAttachEnded() {
   }
   if (result) {
     link_ = *std::move(result);
+    last_ = {};
     frame_seen_ = 0;
     SetState(State::kReady);
     if (std::exchange(stop_asked_, false)) Stop();
@@ -102,7 +123,7 @@ void HandModel::OnAttachEnded() {
   // a controller that was started here reports its own end
   if (process_ == nullptr && since_start_.elapsed() > kPatienceMs) {
     poll_.stop();
-    SetState(State::kEnded, QString::fromStdString(result.error().what));
+    SetState(State::kEnded, WordsForWindow(QString::fromStdString(result.error().what)));
     return;
   }
   TryToAttach();
@@ -113,24 +134,30 @@ void HandModel::Poll() {
     if (const std::optional<std::string> ended = process_->Ended()) {
       poll_.stop();
       drop_attached_ = attaching_.joinable();
-      goal_.reset();
-      SetState(State::kEnded, QString::fromStdString(*ended));
+      if (link_ && state_ == State::kReady) last_ = WithoutHand(link_->snapshot());
+      // nothing of a dead hand is shown, and nothing is sent to it
+      link_.reset();
+      asked_.reset();
+      ForgetGoal();
       process_.reset();
+      SetState(State::kEnded, WordsForWindow(QString::fromStdString(*ended)));
       return;
     }
   }
   if (state_ == State::kStarting && process_) {
-    const QString line = QString::fromStdString(process_->LastLine());
+    const QString line = WordsForWindow(QString::fromStdString(process_->LastLine()));
     if (!line.isEmpty() && line != trouble_) SetState(State::kStarting, line);
   }
   if (!link_) return;
   link_->Poll();
   const bool attached = link_->attached();
   if (!attached && state_ == State::kReady) {
+    last_ = WithoutHand(link_->snapshot());
+    asked_.reset();
     ForgetGoal();
-    SetState(State::kLost, tr("The controller \u201c%1\u201d does not answer; waiting for it")
-                               .arg(QString::fromStdString(request_.control)));
+    SetState(State::kLost, tr("Your hand does not answer; waiting for it"));
   } else if (attached && state_ == State::kLost) {
+    last_ = {};
     SetState(State::kReady);
   }
   TakeNotifications();
@@ -139,6 +166,7 @@ void HandModel::Poll() {
   frame_seen_ = now.frame;
   if (grab_answered_ && now.hand.body >= 0) grab_pending_ = grab_answered_ = false;
   if (!grab_pending_ && (now.hand.body < 0 || retracing())) goal_.reset();
+  if (asked_ && (!held() || *held() != asked_->body)) asked_.reset();
   Q_EMIT SnapshotCame();
 }
 
@@ -146,11 +174,38 @@ void HandModel::TakeNotifications() {
   const ControllerSnapshot& now = link_->snapshot();
   if (now.news_count == news_seen_) return;
   news_seen_ = now.news_count;
-  if (!now.news.empty()) Tell(QString::fromStdString(now.news));
+  if (now.asked) {
+    QString name = tr("somebody");
+    for (const SnapshotPeer& peer : now.peers) {
+      if (peer.id == now.asked->peer) name = QString::fromStdString(peer.name);
+    }
+    asked_ = {now.asked->peer, name, now.asked->body};
+    Q_EMIT StateChanged();
+    return;
+  }
+  // the state of the hand says that it is stopped
+  const bool says_stop = now.hand.state == SnapshotHand::State::kStopped &&
+                         QString::fromStdString(now.news).contains(QLatin1String("emergency stop"));
+  if (!now.news.empty() && !says_stop) Tell(WordsForWindow(QString::fromStdString(now.news)));
 }
 
 const ControllerSnapshot& HandModel::snapshot() const {
-  return link_ ? link_->snapshot() : kNoSnapshot;
+  if (link_ == nullptr || state_ == State::kLost) return last_;
+  return link_->snapshot();
+}
+
+void HandModel::HandOverAsked() {
+  if (!asked_) return;
+  const Asked asked = *std::exchange(asked_, std::nullopt);
+  // an id, since names may be equal
+  const QString id = QStringLiteral("%1").arg(qulonglong{asked.peer}, 16, 16, QLatin1Char('0'));
+  Ask(tr("Hand over to %1").arg(asked.name), GiveRequest{id.toStdString()});
+  Q_EMIT StateChanged();
+}
+
+void HandModel::KeepPart() {
+  asked_.reset();
+  Q_EMIT StateChanged();
 }
 
 std::optional<std::size_t> HandModel::held() const {
@@ -226,13 +281,14 @@ void HandModel::Grab(std::size_t body, const Vec3& p_W) {
     if (number != grabs_asked_) return;  // a later grab replaced this one
     if (answer.ok) {
       grab_answered_ = true;  // the goal stays this hand's until a snapshot shows the grab
-      if (!answer.reason.empty()) Tell(QString::fromStdString(answer.reason));
+      if (!answer.reason.empty()) Tell(WordsForWindow(QString::fromStdString(answer.reason)));
       return;
     }
     grab_pending_ = false;
     goal_.reset();
     Tell(tr("Cannot grab %1: %2")
-             .arg(QString::fromStdString(name), QString::fromStdString(answer.reason)));
+             .arg(QString::fromStdString(name),
+                  WordsForWindow(QString::fromStdString(answer.reason))));
   });
 }
 
@@ -244,12 +300,12 @@ void HandModel::SetGoal(const Pose& X_WG) {
 
 void HandModel::Ask(const QString& what, const ControlRequest& request) {
   if (!ready()) {
-    Tell(tr("%1: there is no controller").arg(what));
+    Tell(tr("%1: you have no hand; open a scene, or take part in a session").arg(what));
     return;
   }
   link_->Send(request, [this, what](const Answer& answer) {
     if (!answer.reason.empty()) {
-      Tell(what + QStringLiteral(": ") + QString::fromStdString(answer.reason));
+      Tell(what + QStringLiteral(": ") + WordsForWindow(QString::fromStdString(answer.reason)));
     } else if (!answer.ok) {
       Tell(tr("%1: refused").arg(what));
     }

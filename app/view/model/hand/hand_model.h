@@ -3,6 +3,7 @@
 #include <QElapsedTimer>
 #include <QObject>
 #include <QString>
+#include <QStringList>
 #include <QTimer>
 #include <memory>
 #include <optional>
@@ -33,14 +34,19 @@ class HandModel : public QObject {
   /// none.
   void TakeUp(const std::string& control, const std::string& name, bool own = false,
               const std::string& secure = {});
+  /// Starts a new controller by the last request, where the one before has ended. Until it answers,
+  /// the picture stays as it is.
+  void StartAgain();
+  bool can_start_again() const { return state_ == State::kEnded && !request_.scene.empty(); }
   /// Leaves the session, and ends the controller if it is this user's own.
   void Leave();
 
   State state() const { return state_; }
   bool ready() const { return state_ == State::kReady; }
-  /// Returns whether a controller is there or was lost just now, so that the picture shows its
-  /// state.
-  bool shows() const { return link_ != nullptr; }
+  /// Returns whether a controller is or was there, so that the picture shows its state.
+  bool shows() const { return link_ != nullptr || last_.frame > 0; }
+  /// Returns whether the controller answers; else the picture shows where it left the bodies.
+  bool alive() const { return ready(); }
   /// Describes in a line what is going on in states kStarting, kLost and kEnded.
   const QString& trouble() const { return trouble_; }
   /// Returns the newest message to the user: why a request was refused, or what the controller
@@ -48,7 +54,18 @@ class HandModel : public QObject {
   const QString& word() const { return word_; }
   const HandRequest& request() const { return request_; }
 
+  /// Returns the newest snapshot; after the controller's end the last one, without a hand.
   const ControllerSnapshot& snapshot() const;
+  /// Another user who asks for the part in hand.
+  struct Asked {
+    std::uint64_t peer = 0;
+    QString name;
+    std::size_t body = 0;
+  };
+  /// Returns who asks for the part in hand, until the hand lets go or KeepPart() is called.
+  const std::optional<Asked>& asked() const { return asked_; }
+  void HandOverAsked();
+  void KeepPart();
   /// Returns the body in hand, or nothing.
   std::optional<std::size_t> held() const;
   bool stopped() const;
@@ -87,6 +104,8 @@ class HandModel : public QObject {
   void StateChanged();
   void SnapshotCame();
   void Notified(const QString& word);
+  /// The lines that the controller said as the session ended: verdicts on the parts that were held.
+  void SessionEnded(const QStringList& lines);
 
  private:
   void Poll();
@@ -94,6 +113,8 @@ class HandModel : public QObject {
   void OnAttachEnded();
   void SetState(State state, const QString& trouble = {});
   void TakeNotifications();
+  /// Ends a controller of this user's own, and returns what it said meanwhile.
+  QStringList EndController();
   /// Makes the goal the controller's, and ignores the answer to a pending grab.
   void ForgetGoal();
 
@@ -110,6 +131,8 @@ class HandModel : public QObject {
                                                                           // attaching_
   bool own_ = false;            // true: the controller ends with this window
   bool drop_attached_ = false;  // true: the attachment in progress is unwanted
+  ControllerSnapshot last_;     // last state of a controller that does not answer, without a hand
+  std::optional<Asked> asked_;
   QTimer poll_;
   QElapsedTimer since_start_;
   std::optional<Pose> goal_;

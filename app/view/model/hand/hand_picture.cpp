@@ -42,6 +42,8 @@ ViewedPeer Self(const ControllerSnapshot& snapshot, const std::string& name) {
   self.info.peer = snapshot.self;
   self.info.name = name;
   self.info.role = Role::kActive;
+  self.info.colour = snapshot.colour;
+  self.info.stopped = snapshot.hand.state == SnapshotHand::State::kStopped;
   self.seq = static_cast<std::uint32_t>(snapshot.frame);
   self.received_ns = snapshot.time_ns;
   for (std::size_t i = 0; i < snapshot.bodies.size(); ++i) {
@@ -63,6 +65,8 @@ ViewedPeer Other(const ControllerSnapshot& snapshot, const SnapshotPeer& peer) {
   other.info.peer = peer.id;
   other.info.name = peer.name;
   other.info.role = peer.active ? Role::kActive : Role::kViewer;
+  other.info.colour = peer.colour;
+  other.info.stopped = peer.stopped;
   other.presence = peer.here ? ViewedPeer::Presence::kHere : ViewedPeer::Presence::kLeft;
   other.delay_ms = 1e3 * peer.delay_s;
   other.link_force = peer.link_force_N;
@@ -112,7 +116,22 @@ bool HandPicture::operator==(const HandPicture& other) const {
          X_WT.has_value() == other.X_WT.has_value() && (!X_WT || same(*X_WT, *other.X_WT));
 }
 
-ViewerPicture PictureOf(const ControllerSnapshot& snapshot, const std::string& name) {
+ControllerSnapshot WithoutHand(const ControllerSnapshot& last) {
+  ControllerSnapshot still = last;
+  still.hand = {};
+  still.instances.clear();
+  still.contacts.clear();
+  still.contact_points = 0;
+  still.distance = {};
+  still.asked.reset();
+  for (SnapshotBody& body : still.bodies) {
+    body.in_hand = false;
+    std::erase(body.holders, last.self);
+  }
+  return still;
+}
+
+ViewerPicture PictureOf(const ControllerSnapshot& snapshot, const std::string& name, bool alive) {
   ViewerPicture picture;
   picture.samples = snapshot.frame;
   picture.newest_sample_ns = snapshot.time_ns;
@@ -121,6 +140,13 @@ ViewerPicture PictureOf(const ControllerSnapshot& snapshot, const std::string& n
   for (const SnapshotPeer& peer : snapshot.peers) {
     if (peer.id != snapshot.self) picture.peers.push_back(Other(snapshot, peer));
   }
+  if (alive) return picture;
+  using Presence = ViewedPeer::Presence;
+  for (ViewedPeer& peer : picture.peers) {
+    if (peer.presence == Presence::kHere) peer.presence = Presence::kUnknown;
+    peer.info.stopped = false;
+  }
+  picture.peers.front().presence = Presence::kLost;
   return picture;
 }
 

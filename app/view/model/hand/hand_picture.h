@@ -43,8 +43,13 @@ struct HandPicture {
 };
 
 /// Converts a controller's snapshot to a viewer's picture. This user comes first, as the owner of
-/// all bodies that no other user has alone. `name` is the user's.
-ViewerPicture PictureOf(const ControllerSnapshot& snapshot, const std::string& name);
+/// all bodies that no other user has alone. `name` is the user's. `alive`: the controller answers;
+/// else its user is lost, and of the others nothing is known.
+ViewerPicture PictureOf(const ControllerSnapshot& snapshot, const std::string& name,
+                        bool alive = true);
+
+/// Returns a snapshot of a controller that is gone: the bodies where they were, and no hand.
+ControllerSnapshot WithoutHand(const ControllerSnapshot& last);
 
 /// Adds this user's goal as a faint ghost of the part in hand. Puts the part where the newest
 /// snapshot has it, and tints it while it is in contact. `goal`: the newest goal, which the

@@ -27,7 +27,7 @@ struct DrawnBody {
 struct DrawnScene {
   std::string name;
   std::filesystem::path file;
-  std::uint64_t hash = 0;
+  Sha256 digest{};        // digest of its content, as in SceneHash
   double voxel_size = 0;  // m
   int range_voxels = kDefaultRange;
   std::vector<DrawnBody> bodies;

@@ -24,7 +24,7 @@ Result<DrawnScene> LoadDrawnScene(const std::filesystem::path& file, const LoadP
   DrawnScene drawn;
   drawn.name = scene->name;
   drawn.file = file;
-  drawn.hash = hash->content;
+  drawn.digest = hash->digest;
   drawn.source = *scene;
   drawn.hashes = *hash;
   drawn.voxel_size = scene->voxel_size;

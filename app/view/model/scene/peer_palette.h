@@ -1,24 +1,19 @@
 #pragma once
 
 #include <array>
-#include <cstdint>
-#include <map>
 
-#include "collab/session/messages.h"
+#include "collab/session/person_colour.h"
 
 namespace tandem {
 
 using Colour = std::array<float, 3>;  // red, green, blue, 0 to 1
 
-/// Assigns a colour to each peer, in the order in which they are met, for the whole run. The
-/// colours remain distinguishable with common colour blindness (Okabe and Ito). The
-/// colours repeat after eight peers, so the peer table shows each peer's name beside its colour.
-class PeerPalette {
- public:
-  Colour ColourOf(PeerId peer);
+/// Returns the colour with that number, 1 to kPersonColours; grey for others. The colours remain
+/// distinguishable with common colour blindness (Okabe and Ito). They repeat after eight persons,
+/// so the peer table shows each person's name beside its colour.
+Colour PaletteColour(PersonColour number);
 
- private:
-  std::map<PeerId, std::size_t> order_;
-};
+/// Returns the colour of a participant, which is the same in all windows.
+Colour ColourOfPerson(const PeerInfo& info);
 
 }  // namespace tandem

@@ -108,6 +108,7 @@ std::string LabelText(const ViewedPeer& peer, const std::string& drawn_as) {
   std::string text = name + drawn_as;
   if (peer.delay_ms > 0) text += " \u00b7 " + std::to_string(std::lround(peer.delay_ms)) + " ms";
   if (IsTrapped(peer)) text += " \u00b7 trapped";
+  if (peer.info.stopped) text += " \u00b7 stopped";
   return text;
 }
 
@@ -171,7 +172,7 @@ void PictureComposer::Forget(const ViewerPicture& picture) {
 }
 
 DrawList PictureComposer::Compose(const ViewerPicture& picture, const std::vector<BodyLook>& bodies,
-                                  double now_s, PeerPalette& palette) {
+                                  double now_s) {
   Forget(picture);
   DrawList list;
   // computed once for each picture
@@ -196,7 +197,7 @@ DrawList PictureComposer::Compose(const ViewerPicture& picture, const std::vecto
   for (const ViewedPeer& peer : picture.peers) {
     const float opacity = Opacity(peer, now_s);
     if (opacity <= 0) continue;
-    const Colour colour = palette.ColourOf(LastingId(peer));
+    const Colour colour = ColourOfPerson(peer.info);
     const ViewBody* named = nullptr;  // body beside which the name stands: a held one first
     for (const ViewBody& body : peer.bodies) {
       if (body.object >= bodies.size() || bodies[body.object].fixed) continue;

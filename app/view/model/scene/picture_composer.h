@@ -50,7 +50,7 @@ struct BodyLook {
 };
 
 /// Decides how a session is drawn. Each moving body is solid where its owner has it, and the other
-/// peers' instances are ghosts in the peers' colours.
+/// peers' instances are ghosts in their users' colours (PeerInfo::colour).
 ///
 /// If several peers here claim a body, the claim that most others name counts, then the greatest
 /// claim. If none does, the first peer here that has the body (lowest id) is taken as the owner.
@@ -66,8 +66,7 @@ class PictureComposer {
   static constexpr float kGhostOpacity = 0.45F;
 
   /// Makes the content of a picture. `now_s`: any steady clock, in seconds.
-  DrawList Compose(const ViewerPicture& picture, const std::vector<BodyLook>& bodies, double now_s,
-                   PeerPalette& palette);
+  DrawList Compose(const ViewerPicture& picture, const std::vector<BodyLook>& bodies, double now_s);
 
  private:
   struct Known {

@@ -19,7 +19,7 @@ QString FileText(const std::filesystem::path& file) {
 /// Returns how a scene read here differs from the session's; empty: it does not.
 QString DifferenceText(const DrawnScene& scene, const SceneManifest& session) {
   SceneHash hashes = scene.hashes;
-  hashes.content = scene.hash;
+  hashes.digest = scene.digest;
   Scene source = scene.source;
   source.file = scene.file;
   return QString::fromStdString(ContentDifference(source, hashes, session));
@@ -89,7 +89,7 @@ void SceneModel::LookAgain() {
 
 void SceneModel::SetSessionScene(const std::optional<SceneManifest>& manifest) {
   if (!manifest) return;
-  if (manifest_ && manifest_->content_hash == manifest->content_hash &&
+  if (manifest_ && manifest_->content_digest == manifest->content_digest &&
       manifest_->file == manifest->file) {
     return;
   }
@@ -175,12 +175,12 @@ void SceneModel::OnLoaded(const std::shared_ptr<Job>& job) {
         tr("The scene could not be loaded:\n%1").arg(QString::fromStdString(result.error().what)));
     return;
   }
-  if (!result || (!named_ && manifest_ && result->hash != manifest_->content_hash)) {
+  if (!result || (!named_ && manifest_ && result->digest != manifest_->content_digest)) {
     ShowMissing(loaded);
     return;
   }
   // uses the session's voxel size, which may differ from the file's
-  if (manifest_ && result->hash == manifest_->content_hash) {
+  if (manifest_ && result->digest == manifest_->content_digest) {
     result->voxel_size = manifest_->voxel_size;
   }
   scene_ = std::make_shared<const DrawnScene>(*std::move(result));
@@ -215,9 +215,7 @@ void SceneModel::ShowMissing(const Loaded& loaded) {
   if (fetch_) {
     text += tr("\n\nA peer can send its files, 1 GB at most.");
   }
-  text +=
-      tr("\n\nGet the same scene, with its meshes, and open it (Ctrl+O), or start with --scene "
-         "FILE.");
+  text += tr("\n\nGet the same scene, with its meshes, and open it (Ctrl+O).");
   SetState(State::kMissing, text);
 }
 

@@ -5,15 +5,60 @@
 
 #include "app/view/model/scene/picture_composer.h"
 #include "app/view/model/session/plain_tool_tip.h"
+#include "app/view/model/words/window_words.h"
 #include "collab/session/frame_limits.h"
 
 namespace tandem {
 
-void PeerTableModel::Update(const std::vector<ViewedPeer>& peers, PeerPalette& palette) {
-  std::vector<Row> rows;
+namespace {
+
+constexpr std::size_t kMostNames = 256;  // names whose rows are kept in mind
+
+/// Returns whether a person's row shows `a` rather than `b`.
+bool ShownBefore(const ViewedPeer& a, const ViewedPeer& b) {
+  using Presence = ViewedPeer::Presence;
+  const auto rank = [](const ViewedPeer& peer) {
+    return (peer.presence == Presence::kHere ? 2 : 0) + (peer.info.role == Role::kActive ? 1 : 0);
+  };
+  if (a.presence != Presence::kHere && b.presence != Presence::kHere) {
+    return a.received_ns > b.received_ns;
+  }
+  return rank(a) > rank(b);
+}
+
+}  // namespace
+
+std::vector<const ViewedPeer*> PeerTableModel::Persons(const std::vector<ViewedPeer>& peers) const {
+  std::vector<const ViewedPeer*> persons;
+  std::map<std::string, std::size_t> places;
   for (const ViewedPeer& peer : peers) {
+    if (peer.info.name.empty()) {
+      persons.push_back(&peer);
+      continue;
+    }
+    const auto [place, is_new] = places.try_emplace(peer.info.name, persons.size());
+    if (is_new) {
+      persons.push_back(&peer);
+    } else if (ShownBefore(peer, *persons[place->second])) {
+      persons[place->second] = &peer;
+    }
+  }
+  return persons;
+}
+
+PeerId PeerTableModel::RowOf(const ViewedPeer& peer) {
+  if (peer.info.name.empty()) return LastingId(peer);
+  if (rows_of_names_.size() >= kMostNames) rows_of_names_.clear();
+  const PeerId row = rows_of_names_.try_emplace(peer.info.name, LastingId(peer)).first->second;
+  return row;
+}
+
+void PeerTableModel::Update(const std::vector<ViewedPeer>& peers) {
+  std::vector<Row> rows;
+  for (const ViewedPeer* person : Persons(peers)) {
+    const ViewedPeer& peer = *person;
     Row row;
-    row.peer = LastingId(peer);
+    row.peer = RowOf(peer);
     row.name = QString::fromStdString(DisplayName(peer));
     row.role = IsReplay(peer.info)               ? tr("replay")
                : peer.info.role == Role::kActive ? tr("active")
@@ -22,6 +67,7 @@ void PeerTableModel::Update(const std::vector<ViewedPeer>& peers, PeerPalette& p
     const bool other_protocol = peer.info.protocol != kProtocol;
     using Presence = ViewedPeer::Presence;
     row.presence = row.here && other_protocol         ? tr("protocol %1").arg(peer.info.protocol)
+                   : row.here && peer.info.stopped    ? tr("stopped")
                    : row.here && IsTrapped(peer)      ? tr("trapped")
                    : row.here                         ? tr("here")
                    : peer.presence == Presence::kLost ? tr("lost")
@@ -29,8 +75,10 @@ void PeerTableModel::Update(const std::vector<ViewedPeer>& peers, PeerPalette& p
                                                       : tr("you left");
     row.remark = row.here && other_protocol ? row.name + QLatin1Char(' ') +
                                                   QString::fromStdString(OtherProtocol(peer.info))
-                 : row.here && IsTrapped(peer) ? tr("something fixed stands between its body and "
-                                                    "another user\u2019s instance of that body")
+                 : row.here && peer.info.stopped
+                     ? tr("pressed the emergency stop: its hand holds and takes nothing")
+                 : row.here && IsTrapped(peer) ? tr("something fixed stands between its copy of a "
+                                                    "part and another user\u2019s copy")
                  : row.here                    ? tr("heard within the last two seconds")
                  : peer.presence == Presence::kLost ? tr("fell silent without a goodbye")
                  : peer.presence == Presence::kLeft ? tr("said goodbye")
@@ -44,9 +92,11 @@ void PeerTableModel::Update(const std::vector<ViewedPeer>& peers, PeerPalette& p
     const FrameLimits limits = row.here ? LimitsOf(peer.bodies) : FrameLimits{};
     row.limits = QString::fromStdString(AsText(limits));
     for (const std::string& line : Explain(limits)) {
-      row.limits_mean += (row.limits_mean.isEmpty() ? "" : "\n") + QString::fromStdString(line);
+      row.limits_mean +=
+          (row.limits_mean.isEmpty() ? "" : "\n") + WordsForWindow(QString::fromStdString(line));
     }
-    row.colour = palette.ColourOf(LastingId(peer));
+    row.colour = ColourOfPerson(peer.info);
+    row.colour_name = tr(NameOfColour(ColourOf(peer.info)));
     rows.push_back(row);
   }
   std::sort(rows.begin(), rows.end(), [](const Row& a, const Row& b) {
@@ -109,6 +159,7 @@ QVariant PeerTableModel::data(const QModelIndex& index, int role) const {
   switch (role) {
     case Qt::ToolTipRole:
       if (index.column() == kLimits) return row.limits_mean;
+      if (index.column() == kName) return PlainToolTip(row.name + ": " + row.colour_name);
       return PlainToolTip(index.column() == kPresence ? row.remark : Text(row, index.column()));
     case Qt::DisplayRole:
       return Text(row, index.column());
@@ -136,15 +187,15 @@ QString Explanation(int section) {
     case PeerTableModel::kRole:
       return PeerTableModel::tr("active: takes part; viewer: looks on; replay: shows a recording");
     case PeerTableModel::kPresence:
-      return PeerTableModel::tr("here, left, or silent without a goodbye (lost)");
+      return PeerTableModel::tr("here, stopped, left, or silent without a goodbye (lost)");
     case PeerTableModel::kDelay:
       return PeerTableModel::tr(
           "half the time that its messages take to the farthest partner and back; \u2013: no "
           "partner");
     case PeerTableModel::kLag:
       return PeerTableModel::tr(
-          "largest distance at which this peer shows others\u2019 bodies from the poses it "
-          "received; \u2013: none");
+          "largest distance of others\u2019 parts, as this peer shows them, from where it was "
+          "told that they are; \u2013: none");
     case PeerTableModel::kForce:
       return PeerTableModel::tr(
           "largest pull of others\u2019 hands on its body; \u2013: nobody else holds it");

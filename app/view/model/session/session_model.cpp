@@ -3,6 +3,7 @@
 #include <random>
 #include <utility>
 
+#include "app/view/model/words/window_words.h"
 #include "engine/base/check.h"
 
 namespace tandem {
@@ -41,7 +42,9 @@ void SessionModel::Join(const JoinRequest& request) {
   request_ = request;
   peer_ = request.peer != 0 ? request.peer : RandomPeerId();
   viewer_ = std::make_unique<Viewer>();
-  has_peers_ = false;
+  has_peers_ = listened_ = false;
+  others_.clear();
+  colour_ = 0;
   nobody_heard_ =
       tr("no peer answers yet in session %1").arg(QString::fromStdString(request.session));
   SetState(State::kJoining);
@@ -55,7 +58,7 @@ void SessionModel::OnJoinEnded() {
   joiner_.join();
   Result<std::unique_ptr<Transport>> result = *std::exchange(join_result_, std::nullopt);
   if (!result) {
-    SetState(State::kFailed, QString::fromStdString(result.error().what));
+    SetState(State::kFailed, WordsForWindow(QString::fromStdString(result.error().what)));
     return;
   }
   transport_ = *std::move(result);
@@ -72,6 +75,7 @@ void SessionModel::ListenForPeers() {
   has_peers_ = !viewer_->Picture().peers.empty();
   if (has_peers_) {
     nearby_.reset();
+    others_.clear();
     nobody_heard_.clear();
     Q_EMIT StateChanged();
     return;
@@ -80,8 +84,11 @@ void SessionModel::ListenForPeers() {
   if (nearby_ != nullptr) others = nearby_->Heard();
   if (others.empty() && since_joined_.elapsed() < kListenMs) return;
   const std::string name = request_.session + std::string(request_.from_relay ? kBehindRelay : "");
-  const QString text = QString::fromStdString(NobodyHeard({name, request_.secured}, others));
-  if (text == nobody_heard_) return;
+  const QString text =
+      WordsForWindow(QString::fromStdString(NobodyHeard({name, request_.secured}, others)));
+  if (text == nobody_heard_ && listened_) return;
+  listened_ = true;
+  others_ = std::move(others);
   nobody_heard_ = text;
   Q_EMIT StateChanged();
 }
@@ -98,6 +105,7 @@ void SessionModel::PublishPresence() {
   info.name = request_.name;
   const ViewerPicture picture = viewer_->Picture();
   if (picture.scene) info.scene_hash = picture.scene->content_hash;
+  info.colour = colour_ = viewer_->ColourFor(info, colour_);
   transport_->Publish(info);
 }
 
@@ -145,6 +153,20 @@ QString Describe(SessionModel::State state) {
       return SessionModel::tr("Could not join");
   }
   return {};
+}
+
+QString Describe(const SessionModel& session) {
+  using State = SessionModel::State;
+  const QString name = QString::fromStdString(session.request().session);
+  if (session.state() == State::kJoined) {
+    if (session.has_peers()) return SessionModel::tr("Joined \u201c%1\u201d").arg(name);
+    if (!session.listened()) return SessionModel::tr("Looking for \u201c%1\u201d\u2026").arg(name);
+    QString text = session.nobody_heard();  // a sentence here, part of a sentence elsewhere
+    if (!text.isEmpty()) text[0] = text[0].toUpper();
+    return text;
+  }
+  const QString text = Describe(session.state());
+  return session.error().isEmpty() ? text : text + QStringLiteral(": ") + session.error();
 }
 
 }  // namespace tandem

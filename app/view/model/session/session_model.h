@@ -11,6 +11,7 @@
 #include <thread>
 #include <vector>
 
+#include "collab/session/person_colour.h"
 #include "collab/session/sessions_nearby.h"
 #include "collab/session/transport.h"
 #include "collab/session/viewer.h"
@@ -64,6 +65,10 @@ class SessionModel : public QObject {
   bool has_peers() const { return has_peers_; }
   /// Says in a line for a person what may be wrong, in state kJoined while no peer is heard.
   const QString& nobody_heard() const { return nobody_heard_; }
+  /// Returns the other sessions that are announced, while no peer is heard.
+  const std::vector<AnnouncedSession>& others() const { return others_; }
+  /// Returns whether it has listened so long that peers who are here would have been heard.
+  bool listened() const { return listened_; }
   /// Returns the session's state. After Leave() it is the last state, with no peer known to be
   /// here.
   ViewerPicture Picture() const;
@@ -97,11 +102,18 @@ class SessionModel : public QObject {
   QTimer beat_timer_;
   QElapsedTimer since_joined_;
   bool has_peers_ = false;
+  bool listened_ = false;
+  std::vector<AnnouncedSession> others_;
+  PersonColour colour_ = 0;
   QString nobody_heard_;
   std::unique_ptr<SessionsNearby> nearby_;  // set while no peer is heard
 };
 
 /// Returns "Joined", "Not joined" and so on for the status bar.
 QString Describe(SessionModel::State state);
+
+/// Returns the same in a line with the session's name. A session is joined when a peer answers;
+/// else the line says that none does, and which sessions are announced.
+QString Describe(const SessionModel& session);
 
 }  // namespace tandem

@@ -8,6 +8,8 @@
 #include <QSignalBlocker>
 #include <QVBoxLayout>
 
+#include "engine/realtime/private_process.h"
+
 namespace tandem {
 
 namespace {
@@ -65,6 +67,7 @@ void DeviceDialog::Look(const QString& program) {
   look_->setEnabled(false);
   mend_->setText(tr("Looking for devices\u2026"));
   process_ = new QProcess(this);
+  process_->setChildProcessModifier(&CloseOthersOnExec);
   const auto ended = [this](const QString& fault) {
     const QByteArray output = process_->readAllStandardOutput();
     process_->deleteLater();

@@ -13,6 +13,8 @@
 #include <QToolButton>
 #include <utility>
 
+#include "engine/realtime/private_process.h"
+
 namespace tandem {
 
 namespace {
@@ -153,6 +155,7 @@ void InviteDialog::Make() {
   reported_.clear();
   line_->clear();
   process_ = new QProcess(this);
+  process_->setChildProcessModifier(&CloseOthersOnExec);
   connect(process_, &QProcess::readyReadStandardOutput, this, [this] {
     answer_ += process_->readAllStandardOutput();
     if (answer_.endsWith('\n')) ShowLine(answer_);

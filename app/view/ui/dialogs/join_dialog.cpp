@@ -14,6 +14,7 @@
 #include <initializer_list>
 
 #include "app/invite/invitation.h"
+#include "engine/realtime/private_process.h"
 
 namespace tandem {
 
@@ -21,6 +22,7 @@ namespace {
 
 constexpr int kSessionsHeight = 70;  // pixels
 constexpr int kListGoneWithinMs = 500;
+constexpr int kTypedMs = 400;  // pause in typing after which the list is read again
 constexpr int kMostDomain = 232;
 constexpr int kLeastPort = 1024;
 constexpr qsizetype kLongestSession = 128;  // bytes; limit of the network protocol
@@ -76,6 +78,8 @@ JoinDialog::JoinDialog(QWidget* parent)
   peers_->setObjectName("join_peers");
   external_->setObjectName("join_external");
   port_->setObjectName("join_port");
+  domain_->setObjectName("join_domain");
+  interface_->setObjectName("join_interface");
   secure_->setObjectName("join_secure");
   fault_->setObjectName("join_fault");
   fault_->setTextFormat(Qt::PlainText);
@@ -125,6 +129,18 @@ JoinDialog::JoinDialog(QWidget* parent)
     session_->setText(item->data(Qt::UserRole).toString());
   });
   connect(role_, &QComboBox::currentIndexChanged, this, &JoinDialog::Check);
+  changed_.setSingleShot(true);
+  changed_.setInterval(kTypedMs);
+  connect(&changed_, &QTimer::timeout, this, [this] {
+    if (!program_.isEmpty() && SearchWords() != searched_) LookAgain();
+  });
+  const auto changed = [this] {
+    changed_.start();
+  };
+  connect(domain_, &QSpinBox::valueChanged, this, changed);
+  for (QLineEdit* field : {interface_, peers_}) {
+    connect(field, &QLineEdit::textChanged, this, changed);
+  }
   Check();
 }
 
@@ -136,14 +152,42 @@ JoinDialog::~JoinDialog() {
 }
 
 void JoinDialog::Look(const QString& program) {
+  program_ = program;
+  LookAgain();
+}
+
+QStringList JoinDialog::SearchWords() const {
+  QStringList words{QStringLiteral("sessions"), QStringLiteral("--json"),
+                    QStringLiteral("--domain"), QString::number(domain_->value())};
+  const QString interface = interface_->text().trimmed();
+  if (!interface.isEmpty()) words << QStringLiteral("--interface") << interface;
+  QStringList peers;
+  for (const QString& host : Hosts(peers_->text())) {
+    if (IsHost(host)) peers << host;
+  }
+  if (!peers.isEmpty()) words << QStringLiteral("--peers") << peers.join(QLatin1Char(','));
+  return words;
+}
+
+void JoinDialog::LookAgain() {
+  if (process_ != nullptr) {
+    process_->disconnect(this);
+    process_->kill();
+    process_->waitForFinished(kListGoneWithinMs);
+    process_->deleteLater();
+  }
+  sessions_->clear();
+  auto* looking = new QListWidgetItem(tr("looking for sessions\u2026"), sessions_);
+  looking->setFlags(Qt::NoItemFlags);
+  searched_ = SearchWords();
   process_ = new QProcess(this);
+  process_->setChildProcessModifier(&CloseOthersOnExec);
   process_->setStandardErrorFile(QProcess::nullDevice());
   connect(process_, &QProcess::finished, this, [this](int, QProcess::ExitStatus) {
     ShowSessions(process_->readAllStandardOutput());
     process_->start();  // asks again, since sessions come and go
   });
-  process_->start(program, {QStringLiteral("sessions"), QStringLiteral("--json"),
-                            QStringLiteral("--domain"), QString::number(domain_->value())});
+  process_->start(program_, searched_);
 }
 
 void JoinDialog::ShowSessions(const QByteArray& json) {

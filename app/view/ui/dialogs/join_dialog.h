@@ -8,6 +8,7 @@
 #include <QProcess>
 #include <QPushButton>
 #include <QSpinBox>
+#include <QTimer>
 #include <functional>
 
 #include "app/view/model/hand/controller_link.h"
@@ -32,7 +33,8 @@ class JoinDialog : public QDialog {
   QString invitation() const;
   /// Returns what is wrong with the fields; empty: nothing.
   QString Fault() const;
-  /// Looks for open sessions with that program's `tandem sessions` while the dialog is open.
+  /// Looks for open sessions with that program's `tandem sessions` while the dialog is open, by the
+  /// domain, interface and peers in its fields.
   void Look(const QString& program);
   /// Shows the answer of `tandem sessions --json`.
   void ShowSessions(const QByteArray& json);
@@ -40,12 +42,19 @@ class JoinDialog : public QDialog {
  private:
   void Check();
   void TakeLine();
+  /// Returns the arguments of the search, by the fields.
+  QStringList SearchWords() const;
+  /// Ends the search under way and begins another one.
+  void LookAgain();
   QWidget* WithChooser(QLineEdit* field, const QString& title, bool folder);
 
   HandRequest given_;
   QLineEdit* invitation_;
   QListWidget* sessions_;
   QProcess* process_ = nullptr;  // process that looks for sessions; null: none
+  QString program_;              // program that looks; empty: nobody looks
+  QStringList searched_;         // arguments of the search under way
+  QTimer changed_;               // until the fields have been left alone for a moment
   QLineEdit* session_;
   QLineEdit* name_;
   QComboBox* role_;

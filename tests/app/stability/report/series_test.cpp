@@ -57,6 +57,61 @@ TEST(Series, ErrorsNameTheInvalidLine) {
   EXPECT_THAT(cut.error().what, HasSubstr("line 2: expected 2 values, got 1"));
 }
 
+// A refusal is one line without control characters.
+void ExpectRefused(const Result<Series>& series, const std::string& why) {
+  ASSERT_FALSE(series) << why;
+  EXPECT_THAT(series.error().what, HasSubstr(why));
+  for (const char c : series.error().what) {
+    EXPECT_GE(static_cast<unsigned char>(c), 0x20) << series.error().what;
+  }
+}
+
+TEST(Series, AbsurdFilesAreRefusedInOneLine) {
+  const ScratchFolder folder;
+  const auto read = [&folder](const std::string& text) {
+    return ReadSeries(folder.Write("s.csv", text));
+  };
+  // numbers that no double holds, which must not pass for a missing value
+  for (const std::string number : {"1e309", "-1e309", "1e-400", "inf", "-inf", "infinity", "nan(1)",
+                                   "0x10", "+1", " 1", "1 ", "1;2", "--1"}) {
+    ExpectRefused(read("t_s,x\n0," + number + "\n"), "line 2: expected a number, got");
+  }
+  const auto large = read("t_s,x\n-1e308,1e308\n");
+  ASSERT_TRUE(large) << large.error().what;
+  EXPECT_EQ(large->values[1][0], 1e308);
+  ExpectRefused(read("t_s,x\n0,\x1b]0;owned\x07\n"), "line 2: expected a number, got");
+  ExpectRefused(read("t_s,x\n0,=1+1\n"), "line 2: expected a number, got");
+  ExpectRefused(read(std::string("t_s,x\n0,1\0\n", 11)), "line 2: expected a number, got");
+  ExpectRefused(read("t_s,x,x\n0,1,2\n"), "line 1: two columns have one name");
+  ExpectRefused(read(""), "cannot be read");
+  ExpectRefused(read(std::string(100'000, 'x')), "cannot be read");
+  ExpectRefused(read("t_s\n" + std::string(100'000, '1') + "\n"), "has a line that no case writes");
+}
+
+// A line of 64 kB names 30,000 columns: each row takes their numbers.
+TEST(Series, ManyColumnsTakeBoundedMemory) {
+  const ScratchFolder folder;
+  std::string text = "0";
+  for (int i = 1; i < 11'000; ++i) text += "," + std::to_string(i);
+  text += '\n';
+  for (int row = 0; row < 2800; ++row) text += std::string(10'999, ',') + '\n';
+  ExpectRefused(ReadSeries(folder.Write("wide.csv", text)), "more numbers than any case writes");
+}
+
+TEST(SeriesPicture, AbsurdValuesMakeABoundedPicture) {
+  Series series = TwelveSeconds();
+  series.values[0] = std::vector<double>(series.values[0].size(), -1e308);
+  for (std::size_t column = 1; column < series.columns.size(); ++column) {
+    for (std::size_t i = 0; i < series.values[column].size(); ++i) {
+      series.values[column][i] = i % 3 == 0 ? 1e308 : i % 3 == 1 ? -1e308 : std::nan("");
+    }
+  }
+  const std::string svg = SvgOf(PictureOf(series, "absurd", "absurd", ""), SvgPlace::kFile);
+  EXPECT_LT(svg.size(), 400'000U);
+  EXPECT_EQ(svg.find("nan"), std::string::npos);
+  EXPECT_EQ(svg.find("inf"), std::string::npos);
+}
+
 TEST(Series, ThinningKeepsEveryPeak) {
   std::vector<double> x;
   std::vector<double> y;

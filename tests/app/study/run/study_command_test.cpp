@@ -254,6 +254,27 @@ TEST_F(StudyCommand, ResultsAreReadableInThreeLinesOfPython) {
   EXPECT_EQ(std::ranges::count(read, ','), 7);  // 8 values in four lists
 }
 
+TEST_F(StudyCommand, DataOfParticipantsIsForItsUserAlone) {
+  TakeEightTrials();
+  const fs::path folder = scratch_.path() / "private";
+  ASSERT_EQ(Run(folder).exit_code, kExitOk);
+  std::size_t seen = 0;
+  const auto others = fs::perms::group_all | fs::perms::others_all;
+  EXPECT_EQ(fs::status(folder).permissions() & others, fs::perms::none);
+  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
+    ++seen;
+    EXPECT_EQ(entry.status().permissions() & others, fs::perms::none) << entry.path();
+  }
+  EXPECT_GT(seen, 10U);
+  // a file of before becomes private, too
+  fs::permissions(folder / "results.csv", fs::perms::others_read, fs::perm_options::add);
+  fs::permissions(folder / "trials.jsonl", fs::perms::others_read, fs::perm_options::add);
+  ASSERT_EQ(Run(folder).exit_code, kExitOk);
+  for (const char* file : {"results.csv", "trials.jsonl"}) {
+    EXPECT_EQ(fs::status(folder / file).permissions() & others, fs::perms::none) << file;
+  }
+}
+
 TEST_F(StudyCommand, RefusesNamesWithoutStoringThem) {
   const fs::path folder = scratch_.path() / "results";
   const ProgramOutput output = Run(folder, "--dry-run --participant Gwendolyn");

@@ -258,6 +258,80 @@ TEST_F(HandWindow, LostControllerIsReportedAndThePartStops) {
   EXPECT_FALSE(window_.panel()->mouse()->dragging());
 }
 
+TEST_F(HandWindow, StartAgainGivesAHandInPlaceOfADeadOne) {
+  PressOnBall();
+  ASSERT_TRUE(ProcessEventsUntil([&] {
+    return hand_.held().has_value();
+  }));
+  const std::size_t launched = controller_.launched.size();
+  controller_.ended = "the program behind your hand was killed: your hand has let go";
+  ASSERT_TRUE(ProcessEventsUntil([&] {
+    return window_.findChild<QPushButton*>("notice_again_0") != nullptr;
+  }));
+  EXPECT_EQ(window_.findChild<QPushButton*>("join")->text(), "Start &again");
+  EXPECT_TRUE(window_.findChild<QPushButton*>("join")->isEnabled());
+  controller_.ended.clear();
+  QTest::mouseClick(window_.findChild<QPushButton*>("notice_again_0"), Qt::LeftButton);
+  ASSERT_TRUE(ProcessEventsUntil([&] {
+    return hand_.ready();
+  }));
+  EXPECT_EQ(controller_.launched.size(), launched + 1);
+  EXPECT_EQ(controller_.launched.back().scene, "block_and_ball.json");
+  EXPECT_TRUE(ProcessEventsUntil([&] {
+    return window_.findChild<QPushButton*>("notice_again_0") == nullptr;
+  }));
+  EXPECT_EQ(window_.findChild<QPushButton*>("join")->text(), "&Join");
+}
+
+TEST_F(HandWindow, RequestForThePartInHandHasTwoButtons) {
+  SnapshotPeer ben;
+  ben.id = 0xbe;
+  ben.name = "ben";
+  controller_.now.peers = {ben};
+  PressOnBall();
+  ASSERT_TRUE(ProcessEventsUntil([&] {
+    return hand_.held().has_value();
+  }));
+  const auto ask = [&] {
+    controller_.now.asked = {ben.id, kTheBall};
+    controller_.now.news = "ben asks for ball, which you hold";
+    ++controller_.now.news_count;
+    return ProcessEventsUntil([&] {
+      return window_.findChild<QPushButton*>("notice_asked_1") != nullptr;
+    });
+  };
+  ASSERT_TRUE(ask());
+  auto* notices = window_.findChild<NoticeBar*>();
+  EXPECT_EQ(notices->Text("asked"), "ben asks for ball, which you hold.");
+  EXPECT_TRUE(notices->isVisible());
+  QTest::mouseClick(window_.findChild<QPushButton*>("notice_asked_1"), Qt::LeftButton);  // Keep
+  ASSERT_TRUE(ProcessEventsUntil([&] {
+    return notices->Text("asked").isEmpty();
+  }));
+  EXPECT_TRUE(controller_.Asked<GiveRequest>().empty());
+  ASSERT_TRUE(ask());
+  QTest::mouseClick(window_.findChild<QPushButton*>("notice_asked_0"), Qt::LeftButton);
+  ASSERT_TRUE(ProcessEventsUntil([&] {
+    return controller_.Asked<GiveRequest>().size() == 1;
+  }));
+}
+
+TEST_F(HandWindow, ShowsWarningsOfTheStartAndVerdictsOfTheEnd) {
+  controller_.now.warnings = {"ball and block overlap at the start", "block has open edges"};
+  auto* notices = window_.findChild<NoticeBar*>();
+  ASSERT_TRUE(ProcessEventsUntil([&] {
+    return !notices->Text("scene").isEmpty();
+  }));
+  EXPECT_EQ(notices->Text("scene"), "ball and block overlap at the start\nblock has open edges");
+  QTest::mouseClick(window_.findChild<QPushButton*>("notice_scene_0"), Qt::LeftButton);
+  ASSERT_TRUE(ProcessEventsUntil([&] {
+    return notices->Text("scene").isEmpty();
+  }));
+  controller_.last_words = {"ball stands 60.0 mm from its first place and is out"};
+  Action("leave_action")->trigger();
+  EXPECT_EQ(notices->Text("verdict"), "ball stands 60.0 mm from its first place and is out");
+}
+
 TEST_F(HandWindow, DroppedSceneOpensWithItsOwnController) {
   QMimeData data;
   data.setUrls({QUrl::fromLocalFile("/tmp/other.json")});

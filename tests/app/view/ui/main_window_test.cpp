@@ -35,20 +35,56 @@ TEST_F(Window, ButtonsJoinAndLeave) {
 TEST_F(Window, LabelsASessionPlainOnlyAfterHearingAPeer) {
   JoinSession();
   const auto* dock = Child<QLabel>("session_state");
-  EXPECT_TRUE(dock->text().contains("no peer answers"));
+  EXPECT_TRUE(dock->text().contains("Looking for \u201cbracket\u201d"));
+  EXPECT_FALSE(dock->text().contains("Joined"));
   EXPECT_FALSE(dock->text().contains("plain"));
   ASSERT_TRUE(ProcessEventsUntil([&] {
     return window_.page() != nullptr &&
-           window_.page()->text().contains("is its name, network, domain or --secure another one?");
+           window_.page()->text().contains("is its name, network, domain or keys another one?");
   }));
   EXPECT_TRUE(window_.page()->text().contains("\nNo peer answers in session"));
-  EXPECT_TRUE(Child<QLabel>("status_session")->text().contains("no peer answers"));
+  EXPECT_TRUE(Child<QLabel>("status_session")->text().startsWith("No peer answers"));
   fake_.inbox->OnPeerInfo(FakeSession::Info(5, "Anna", Role::kActive), 0);
   ASSERT_TRUE(ProcessEventsUntil([&] {
     return dock->text().contains("plain: anyone on the network can look on");
   }));
-  EXPECT_FALSE(Child<QLabel>("status_session")->text().contains("no peer answers"));
+  EXPECT_TRUE(Child<QLabel>("status_session")->text().startsWith("Joined"));
   EXPECT_TRUE(window_.page()->text().contains("has offered a scene yet"));
+}
+
+/// Hears the same sessions all the time.
+class Nearby : public SessionsNearby {
+ public:
+  explicit Nearby(std::vector<AnnouncedSession> heard) : heard_(std::move(heard)) {}
+  std::vector<AnnouncedSession> Heard() override { return heard_; }
+
+ private:
+  std::vector<AnnouncedSession> heard_;
+};
+
+TEST(WindowInAnEmptySession, OffersTheSessionsThatAreAnnounced) {
+  FakeSession fake;
+  SessionModel session(fake.Join(), [](const JoinRequest&) {
+    return std::make_unique<Nearby>(std::vector<AnnouncedSession>{
+        {"braket", false}, {"gear", true}, {std::string("braket") + "/view", false}});
+  });
+  SceneModel scene(LoadBlockAndBall);
+  MainWindow window(session, scene, Error{"no driver"});
+  window.session_dock().SetRequest({"brakett", "Dora", 42, ""});
+  window.show();
+  QTest::mouseClick(window.findChild<QPushButton*>("join"), Qt::LeftButton);
+  auto* notices = window.findChild<NoticeBar*>();
+  ASSERT_TRUE(ProcessEventsUntil([&] {
+    return !notices->Text("others").isEmpty();
+  }));
+  EXPECT_EQ(notices->Text("others"),
+            "No session \u201cbrakett\u201d answers here. Announced: \u201cbraket\u201d.");
+  EXPECT_EQ(window.windowTitle(), "Tandem");
+  EXPECT_EQ(window.findChild<QPushButton*>("notice_others_1"), nullptr);
+  QTest::mouseClick(window.findChild<QPushButton*>("notice_others_0"), Qt::LeftButton);
+  ASSERT_TRUE(ProcessEventsUntil([&] {
+    return session.state() == SessionModel::State::kJoined && fake.request.session == "braket";
+  }));
 }
 
 TEST_F(Window, FetchesAMissingSceneWhenItsButtonIsPressed) {
@@ -60,7 +96,7 @@ TEST_F(Window, FetchesAMissingSceneWhenItsButtonIsPressed) {
   JoinSession();
   SceneManifest manifest;
   manifest.offered_by = 5;
-  manifest.content_hash = BlockAndBall().hash;
+  manifest.content_digest = BlockAndBall().digest;
   manifest.name = "block and ball";
   manifest.file = "/nowhere/block_and_ball.json";
   manifest.voxel_size = 0.003;
@@ -233,7 +269,7 @@ TEST_F(Window, ExplainsAMissingPicture) {
   JoinSession();
   EXPECT_TRUE(window_.page()->text().contains("bracket"));
   SceneManifest manifest;
-  manifest.content_hash = 3;
+  manifest.content_digest = {3};
   manifest.name = "gearbox";
   manifest.file = "/nowhere/gearbox.json";
   fake_.inbox->OnScene(manifest);
@@ -286,7 +322,7 @@ TEST_F(Window, AsksBeforeLoadingTheSessionsFile) {
   SceneManifest manifest;
   manifest.name = "theirs";
   manifest.file = here.fileName().toStdString();
-  manifest.content_hash = BlockAndBall().hash;
+  manifest.content_digest = BlockAndBall().digest;
   manifest.voxel_size = 0.003;
   JoinSession();
   fake_.inbox->OnScene(manifest);

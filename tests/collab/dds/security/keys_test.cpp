@@ -114,6 +114,13 @@ TEST_F(MemberFolder, WarnsTwoSecondsBeforeExpiry) {
   EXPECT_EQ(EndOfKeys(MemberKeys{}, keys->not_after), "") << "a plain session has no keys";
 }
 
+// What protocol 6 adds needs no other permission.
+TEST_F(MemberFolder, OfProtocolFiveStaysValid) {
+  std::ofstream(anna() / "member.txt") << "anna 0123456789abcdef peer 5\n";
+  const Result<MemberKeys> keys = LoadMemberKeys(anna());
+  EXPECT_TRUE(keys.has_value()) << keys.error().what;
+}
+
 TEST_F(MemberFolder, OfAnOlderProtocolIsRefusedWithAReason) {
   const Result<MemberKeys> keys = LoadMemberKeys(anna());
   ASSERT_TRUE(keys.has_value()) << keys.error().what;

@@ -1,6 +1,8 @@
 #include "collab/dds/transport/announcements.h"
 
+#include <cstring>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <gmock/gmock.h>
@@ -56,12 +58,14 @@ struct Wanted {
   bool secured = false;
   bool inline_qos = false;
   Bytes writer = {0x00, 0x01, 0x00, 0xC2};
+  std::vector<std::pair<std::uint16_t, Bytes>> more = {};  // parameters
 };
 
 Bytes PacketOf(const Wanted& wanted) {
   PacketText list(wanted.little);
   list.Parameter(0x0015, {2, 5, 0, 0});
   if (wanted.secured) list.Parameter(0x1001, {1, 2, 3, 4});
+  for (const auto& [id, value] : wanted.more) list.Parameter(id, value);
   list.TextParameter(0x4014, wanted.tag).Parameter(0x0001, {});
   PacketText data(wanted.little);
   data.Number(0, 2).Number(16, 2).Raw({0, 0, 0, 0}).Raw(wanted.writer).Number(0, 4).Number(1, 4);
@@ -86,6 +90,45 @@ TEST(Announcement, CarriesSessionProgramAndSecurity) {
         EXPECT_EQ(read->program[11], 12);
       }
     }
+  }
+}
+
+/// Returns the value of an IPv4 locator (RTPS 2.5, section 9.3.2.4).
+Bytes Locator(bool little, const Bytes& address) {
+  PacketText value(little);
+  value.Number(1, 4).Number(7410, 4).Raw(Bytes(12, 0)).Raw(address);
+  return value.bytes();
+}
+
+// DEFAULT_UNICAST_LOCATOR, METATRAFFIC_UNICAST_LOCATOR and a multicast locator
+TEST(Announcement, UnicastAddressesAreReplacedAndNoOther) {
+  for (const bool little : {true, false}) {
+    const auto packet = [little](const Bytes& data_at, const Bytes& discovery_at) {
+      return PacketOf({.little = little,
+                       .more = {{0x0031, Locator(little, data_at)},
+                                {0x0032, Locator(little, discovery_at)},
+                                {0x0033, Locator(little, {239, 255, 0, 1})}}});
+    };
+    const Bytes bridge{172, 17, 0, 1};
+    const Bytes router{203, 0, 113, 1};
+    Bytes changed = packet(bridge, router);
+    std::uint32_t from = 0;
+    std::memcpy(&from, Bytes{10, 9, 0, 2}.data(), 4);
+    std::uint32_t kept = 0;
+    std::memcpy(&kept, router.data(), 4);
+    ReplaceAnnouncedAddresses(changed, from, [kept](std::uint32_t announced) {
+      return announced != kept;
+    });
+    EXPECT_EQ(changed, packet({10, 9, 0, 2}, router)) << little;
+    // another writer's packet is not one in which a program announces itself
+    Bytes other = PacketOf({.little = little,
+                            .writer = {0, 0, 0x03, 0xC2},
+                            .more = {{0x0031, Locator(little, bridge)}}});
+    const Bytes before = other;
+    ReplaceAnnouncedAddresses(other, from, [](std::uint32_t) {
+      return true;
+    });
+    EXPECT_EQ(other, before);
   }
 }
 

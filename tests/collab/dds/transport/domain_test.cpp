@@ -38,7 +38,8 @@ TEST(Domain, OtherInterfacesFindPeersByMulticast) {
   options.session = "s";
   options.interface = "eth0";
   const std::string xml = DomainXml(options, true);
-  EXPECT_THAT(xml, HasSubstr("<NetworkInterface name=\"eth0\"/>"));
+  // Cyclone sees one network, which DomainNetworks bounds to that interface
+  EXPECT_THAT(xml, Not(HasSubstr("<NetworkInterface")));
   EXPECT_THAT(xml, HasSubstr("<AllowMulticast>true<"));
   EXPECT_THAT(xml, Not(HasSubstr("127.0.0.1")));
   EXPECT_THAT(xml, HasSubstr("<Class>Realtime<"));

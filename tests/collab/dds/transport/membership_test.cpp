@@ -1,9 +1,13 @@
+#include <thread>
+
 #include <gtest/gtest.h>
 #include <signal.h>
+#include <unistd.h>
 
 #include "tests/collab/dds/child_peer.h"
 #include "tests/collab/dds/live_peer.h"
 #include "tests/support/lag_meter.h"
+#include "tests/support/processor_wait.h"
 
 namespace tandem::testing {
 namespace {
@@ -41,16 +45,20 @@ class Membership : public ::testing::Test {
   }
 
   /// Expects that it comes to pass in that time, or later by no more than the machine woke a thread
-  /// too late in it.
+  /// too late in it and others had the processors.
   template <class Condition>
   void ExpectWithin(milliseconds bound, const Condition& condition) {
     const LagMeter lag;
+    ProcessorWait here(getpid());
+    ProcessorWait there(there_->pid());
     const steady_clock::time_point begin = steady_clock::now();
-    EXPECT_TRUE(received_.WaitFor(condition, bound + milliseconds(2000)));
+    EXPECT_TRUE(received_.WaitFor(condition, bound + std::chrono::seconds(20)));
     const auto took = steady_clock::now() - begin;
-    EXPECT_LE(took, lag.AllowedLag(bound))
+    const std::chrono::duration<double> waited(here.Look() + there.Look());
+    EXPECT_LE(took, lag.AllowedLag(bound) + waited)
         << "took " << took / milliseconds(1) << " ms, the machine was late by "
-        << lag.worst() / milliseconds(1) << " ms";
+        << lag.worst() / milliseconds(1) << " ms, others had the processors for " << waited.count()
+        << " s";
   }
 
   const std::string session_ = RandomSession();
@@ -97,7 +105,7 @@ TEST_F(Membership, OfferOfAnImmediatelyRestartedPeerIsHeard) {
       [&](const Recorder::Heard& h) {
         return h.scenes.size() > offered;
       },
-      milliseconds(5000)));
+      std::chrono::seconds(30)));
   EXPECT_FALSE(received_.Now().dropped.contains({kThere, Drop::kImpostor})) << "it is none";
 }
 
@@ -113,9 +121,11 @@ TEST_F(Membership, SuspendedPeerIsLostAndReturns) {
 
 // The halt is longer: the whole participant is given up and is discovered anew.
 TEST_F(Membership, LongSuspendedPeerIsRediscovered) {
+  const steady_clock::time_point stopped = steady_clock::now();
   there_->Signal(SIGSTOP);
-  EXPECT_TRUE(received_.WaitFor(IsLost, milliseconds(2000)));
-  EXPECT_FALSE(received_.WaitFor(IsHere, milliseconds(2400)));  // 3 s in all
+  ExpectWithin(milliseconds(2000), IsLost);
+  std::this_thread::sleep_until(stopped + milliseconds(4000));
+  EXPECT_FALSE(IsHere(received_.Now()));
   const auto before = received_.Now().states.at(kThere).sample_ns;
   there_->Signal(SIGCONT);
   ExpectWithin(milliseconds(1000), [&](const Recorder::Heard& h) {

@@ -99,7 +99,10 @@ TEST(ControlWire, NamesOfASnapshotAreThoseOfItsScene) {
   output.bodies[1].holders = {7, 9};
   output.bodies[1].X_W.p_W = {0.1, 0.2, 0.3};
   output.hand.body = 1;
-  output.peers = {{.id = 9, .name = "ben"}};
+  output.peers = {{.id = 9, .name = "ben", .colour = 4, .stopped = true}};
+  output.colour = 2;
+  output.asked = {9, 1};
+  output.warnings = {"block and peg overlap", std::string(600, 'x'), "the peg is open\x1b"};
   output.contacts = {{.depth_m = 1e-4, .force_N = 2}};
   output.safety.stops = 5;
   output.news = "hello";
@@ -118,6 +121,15 @@ TEST(ControlWire, NamesOfASnapshotAreThoseOfItsScene) {
   EXPECT_EQ(read.contacts[0].force_N, 2);
   EXPECT_EQ(read.safety.stops, 5U);
   EXPECT_EQ(read.news, "hello");
+  EXPECT_EQ(read.peers[0].colour, 4);
+  EXPECT_TRUE(read.peers[0].stopped);
+  EXPECT_EQ(read.colour, 2);
+  ASSERT_TRUE(read.asked.has_value());
+  EXPECT_EQ(read.asked->peer, 9U);
+  EXPECT_EQ(read.asked->body, 1U);
+  // a line that is too long is cut
+  EXPECT_EQ(read.warnings, (std::vector<std::string>{"block and peg overlap", std::string(512, 'x'),
+                                                     "the peg is open?"}));
   EXPECT_EQ(read.self, 7U);
   wire.scene_number = 4;
   EXPECT_FALSE(FromWire(wire, scene_wire, read)) << "the names of that scene have not come yet";

@@ -24,13 +24,16 @@ TEST(Wire, PeerInfoRoundTrips) {
                       .claims = {{1, 2, true}, {5, 0, false}},
                       .incarnation = 79,
                       .leaving = true,
+                      .colour = 5,
+                      .stopped = true,
                       .terms = {.law = "constant",
                                 .gains = "stiffness=80",
                                 .gate = false,
                                 .contact = false,
                                 .force_layer = 3,
                                 .displacement = 0.5e-3},
-                      .beliefs = {{7, 12}}};
+                      .beliefs = {{7, 12}},
+                      .scene_digest = {7, 8, 9}};
   tandem_PeerInfo wire{};
   InfoBuffers room;
   ASSERT_TRUE(ToWire(info, wire, room));
@@ -42,10 +45,16 @@ TEST(Wire, PeerInfoRoundTrips) {
   EXPECT_EQ(back.role, Role::kActive);
   EXPECT_EQ(back.name, "Żaneta");
   EXPECT_EQ(back.scene_hash, 77U);
+  EXPECT_EQ(back.scene_digest, info.scene_digest);
   EXPECT_EQ(back.params_hash, 78U);
   EXPECT_EQ(back.claims, info.claims);
   EXPECT_EQ(back.incarnation, 79U);
   EXPECT_TRUE(back.leaving);
+  EXPECT_EQ(back.colour, 5);
+  EXPECT_TRUE(back.stopped);
+  wire.colour = 200;  // no colour has that number
+  ASSERT_TRUE(FromWire(wire, back));
+  EXPECT_EQ(back.colour, 0);
   EXPECT_EQ(back.terms, info.terms);
   EXPECT_EQ(back.beliefs, info.beliefs);
 }
@@ -180,13 +189,15 @@ SceneManifest Bracket() {
   manifest.force_layer = 2;
   manifest.contact_model = 1;
   manifest.friction = 0.25;
-  manifest.bodies = {{"plate", 11, 13}, {"bracket", 12, 14}};
+  manifest.bodies = {{"plate", 11, 13, Sha256Of(std::string("plate"))},
+                     {"bracket", 12, 14, Sha256Of(std::string("bracket"))}};
+  manifest.content_digest = Sha256Of(std::string("scene"));
   return manifest;
 }
 
 TEST(Wire, ManifestsRoundTrip) {
   tandem_SceneManifest wire{};
-  std::vector<tandem_BodyDecl> room;
+  ManifestBuffers room;
   ASSERT_TRUE(ToWire(Bracket(), wire, room));
   SceneManifest back;
   ASSERT_TRUE(FromWire(wire, back));
@@ -201,20 +212,21 @@ TEST(Wire, ManifestsRoundTrip) {
   EXPECT_EQ(back.contact_model, 1);
   EXPECT_EQ(back.friction, 0.25);
   EXPECT_EQ(back.bodies, Bracket().bodies);
+  EXPECT_EQ(back.content_digest, Bracket().content_digest);
 }
 
 TEST(Wire, OverlongFileNameIsOmitted) {
   SceneManifest manifest = Bracket();
   manifest.file = std::string(2000, 'f');
   tandem_SceneManifest wire{};
-  std::vector<tandem_BodyDecl> room;
+  ManifestBuffers room;
   ASSERT_TRUE(ToWire(manifest, wire, room));
   EXPECT_EQ(std::string(wire.file), "");
 }
 
 TEST(Wire, InvalidManifestIsRefused) {
   SceneManifest out;
-  std::vector<tandem_BodyDecl> room;
+  ManifestBuffers room;
   for (const double size : {0.0, -1.0, kNan, kInfinity}) {
     SceneManifest manifest = Bracket();
     manifest.voxel_size = size;
@@ -236,6 +248,15 @@ TEST(Wire, InvalidManifestIsRefused) {
     tandem_SceneManifest wire{};
     ASSERT_TRUE(ToWire(manifest, wire, room));
     EXPECT_FALSE(FromWire(wire, out)) << layer << " " << model;
+  }
+  // digests of meshes that are not the bodies'
+  for (const std::uint32_t digests : {1U, 3U}) {
+    tandem_SceneManifest wire{};
+    ASSERT_TRUE(ToWire(Bracket(), wire, room));
+    room.digests.resize(3);
+    wire.mesh_digests._buffer = room.digests.data();
+    wire.mesh_digests._length = digests;
+    EXPECT_FALSE(FromWire(wire, out)) << digests;
   }
   SceneManifest crowded = Bracket();
   crowded.bodies.resize(kMaxSceneBodies + 1);

@@ -200,5 +200,40 @@ TEST(Results, ResultsOfDifferentSweepsAreNotMerged) {
             path("b").string() + ": of another build of tandem than " + path("a").string());
 }
 
+/// Reads a results file whose first record is changed, and returns the fault; empty: none.
+std::string FaultAfter(const std::string& from, const std::string& to) {
+  const ScratchFolder folder;
+  const Sweep sweep = SmallSweep(folder);
+  const auto file = folder.path() / "cells.jsonl";
+  RunRest(sweep, {}, file, 1);
+  std::string text = ContentOf(file);
+  const std::size_t at = text.find(from, text.find('\n'));
+  EXPECT_NE(at, std::string::npos) << from;
+  text.replace(at, from.size(), to);
+  const Result<Results> read = ReadResults(folder.Write("changed.jsonl", text));
+  const std::string what = read ? "" : read.error().what;
+  for (const char c : what) EXPECT_GE(static_cast<unsigned char>(c), 0x20) << what;
+  return what;
+}
+
+TEST(Results, AbsurdRecordsAreRefusedInOneLine) {
+  const std::string number = "\"cell\":";
+  for (const std::string value : {"-1,\"x\":", "1e308,\"x\":", "0.5,\"x\":", "\"0\",\"x\":",
+                                  "null,\"x\":", "99999999999,\"x\":"}) {
+    EXPECT_NE(FaultAfter(number, number + value), "") << value;
+  }
+  EXPECT_NE(FaultAfter(number, number + "0,\"cell\":").find("cell"), std::string::npos);
+  EXPECT_NE(FaultAfter("\"verdict\":\"stable\"", "\"verdict\":\"\\u001b[2Jstable\""), "");
+  EXPECT_NE(FaultAfter("\"key\":\"", "\"key\":\"\\u001b]0;owned\\u0007"), "");
+  EXPECT_NE(FaultAfter("\"key\":\"", "\"key\":\"\x1b]0;owned\x07"), "");
+  EXPECT_NE(FaultAfter("\"wall_s\":", "\"wall_s\":1e999,\"x\":"), "");
+  EXPECT_NE(FaultAfter("\"wall_s\":", "\"wall_s\":NaN,\"x\":"), "");
+  EXPECT_NE(FaultAfter("\"frames\":", "\"frames\":-1,\"x\":"), "");
+  EXPECT_NE(FaultAfter("\"frames\":", "\"frames\":1e308,\"x\":"), "");
+  EXPECT_NE(FaultAfter("\"case\":", "\"case\":" + std::string(200'000, '[') + ",\"x\":"), "");
+  EXPECT_NE(FaultAfter("\"case\":", "\"case\":\"" + std::string(2'000'000, 'x') + "\",\"x\":"), "");
+  EXPECT_NE(FaultAfter("\"fault\":null", "\"fault\":\"\\u009b2J\""), "");
+}
+
 }  // namespace
 }  // namespace tandem

@@ -52,5 +52,21 @@ TEST(JsonText, NeverThrowsOnAString) {
   EXPECT_EQ(JsonText(json), "{\"name\":\"b\uFFFD\"}");
 }
 
+TEST(CleanText, LinesKeepTheirEnds) {
+  EXPECT_EQ(CleanLines("a\x1b\nb\r\n\n"), "a?\nb?\n\n");
+  EXPECT_EQ(CleanLines(""), "");
+}
+
+// a reader must find the same string, and a terminal nothing that it obeys
+TEST(JsonText, EscapesWhatATerminalObeys) {
+  for (const char* text : {"a\x7f", "a\u009b2J", "a\u202eb", "a\u2028b", "a\u2066b\u200f", "\u061c",
+                           "山田 😀 é", "\x1b]0;x\x07\n"}) {
+    const std::string json = JsonText(nlohmann::json{{"name", text}});
+    EXPECT_EQ(CleanText(json), json);
+    EXPECT_EQ(nlohmann::json::parse(json).at("name"), text);
+  }
+  EXPECT_EQ(JsonText(nlohmann::json("山田 😀 é")), "\"山田 😀 é\"");
+}
+
 }  // namespace
 }  // namespace tandem

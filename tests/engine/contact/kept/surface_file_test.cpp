@@ -81,11 +81,13 @@ TEST_F(SurfaceFile, WrongLengthIsRefused) {
   const Bytes whole = SavedBytes(box_);
   ASSERT_EQ(FaultOf(whole), "");
   EXPECT_EQ(FaultOf({}), "empty");
-  EXPECT_EQ(FaultOf({whole.begin(), whole.begin() + 71}), "too short for a surface");
-  std::vector<std::size_t> lengths{72, 73, 127, 128, 129, whole.size() - 1};
+  EXPECT_EQ(FaultOf({whole.begin(), whole.begin() + sizeof(BlockFileHeader) - 1}),
+            "too short for a surface");
+  std::vector<std::size_t> lengths{
+      sizeof(BlockFileHeader), sizeof(BlockFileHeader) + 1, 127, 128, 129, whole.size() - 1};
   for (std::size_t length = 64; length < whole.size(); length += 999) lengths.push_back(length);
   for (const std::size_t length : lengths) {
-    if (length < 72) continue;
+    if (length < sizeof(BlockFileHeader)) continue;
     Bytes cut(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(length));
     EXPECT_NE(FaultOf(cut).find("it was cut short"), std::string::npos) << length;
     // the header lies about its length and its sum

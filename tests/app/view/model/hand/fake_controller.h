@@ -1,7 +1,6 @@
 #pragma once
 
 #include <algorithm>
-#include <atomic>
 #include <memory>
 #include <string>
 #include <utility>
@@ -22,11 +21,11 @@ struct FakeController {
   bool received = true;   // else the controller is silent
   bool reachable = true;  // else nobody can attach
   double wall_x = 1e9;    // m; limit of the grasped point's x
-  std::atomic<bool> wanted_secured = false;  // the host that attached last wanted it
   std::string ended;  // when not empty, the process has ended with these words
   std::vector<HandRequest> launched;
-  int processes = 0;  // number that run
-  Pose X_GB;          // displacement of the body in hand, as seen from the grasp frame
+  int processes = 0;                    // number that run
+  std::vector<std::string> last_words;  // lines that it says when it is asked to end
+  Pose X_GB;  // displacement of the body in hand, as seen from the grasp frame
 
   FakeController() {
     now.self = 1;
@@ -42,8 +41,7 @@ struct FakeController {
   }
 
   AttachFunction Attach() {
-    return [this](const std::string&, bool secured) -> Result<std::unique_ptr<ControllerLink>> {
-      wanted_secured = secured;
+    return [this](const std::string&) -> Result<std::unique_ptr<ControllerLink>> {
       if (!reachable) return Error{"no controller of that name is heard"};
       return std::unique_ptr<ControllerLink>(std::make_unique<Link>(*this));
     };
@@ -72,6 +70,7 @@ struct FakeController {
       return controller.ended.empty() ? std::nullopt : std::optional(controller.ended);
     }
     std::string LastLine() override { return {}; }
+    std::vector<std::string> LinesSinceMark() override { return controller.last_words; }
     FakeController& controller;
   };
 

@@ -43,30 +43,6 @@ TEST_F(Hand, StartsAControllerAndAttachesToIt) {
   EXPECT_FALSE(hand_.held().has_value());
 }
 
-// Another user of the machine may answer plainly under the controller's name.
-TEST_F(Hand, RefusesAPlainControllerAfterStartingASecuredOne) {
-  Begin();
-  EXPECT_FALSE(controller_.wanted_secured);
-  HandRequest request = hand_.request();
-  request.secure = "keys/anna";
-  hand_.Start(request);
-  ASSERT_TRUE(ProcessEventsUntil([&] {
-    return hand_.ready();
-  }));
-  EXPECT_TRUE(controller_.wanted_secured);
-  // a new window opens after a crash of the first one
-  hand_.TakeUp("test", "anna", true, "keys/anna");
-  ASSERT_TRUE(ProcessEventsUntil([&] {
-    return hand_.ready();
-  }));
-  EXPECT_TRUE(controller_.wanted_secured);
-  hand_.TakeUp("test", "anna");
-  ASSERT_TRUE(ProcessEventsUntil([&] {
-    return hand_.ready();
-  }));
-  EXPECT_FALSE(controller_.wanted_secured);
-}
-
 TEST_F(Hand, GrabsABodyAndMovesItsGoal) {
   Begin();
   Take();
@@ -136,6 +112,105 @@ TEST_F(Hand, ReportsTheControllersLastMessage) {
   Begin();  // and another one can be started
 }
 
+// The controller dies while its hand holds the ball. A new one takes its place by one request.
+TEST_F(Hand, DeadControllersHandIsGoneAndStartsAgain) {
+  Begin();
+  Take();
+  hand_.SetGoal({Quat::Identity(), kGrabbedAt + Vec3(0.02, 0, 0)});
+  ASSERT_TRUE(ProcessEventsUntil([&] {
+    return hand_.snapshot().hand.X_WG.p_W[0] > 0.029;
+  }));
+  const PlainPose where = hand_.snapshot().bodies[kBallInHand].X_W;
+  EXPECT_FALSE(hand_.can_start_again());
+  controller_.ended = "the program behind your hand was killed";
+  ASSERT_TRUE(ProcessEventsUntil([&] {
+    return hand_.state() == HandModel::State::kEnded;
+  }));
+  EXPECT_FALSE(hand_.held().has_value());
+  EXPECT_FALSE(HandPictureOf(hand_.snapshot(), hand_.goal()).tether.has_value());
+  const ViewerPicture picture = PictureOf(hand_.snapshot(), "anna", hand_.alive());
+  ASSERT_EQ(picture.peers.size(), 1U);
+  EXPECT_EQ(picture.peers[0].presence, ViewedPeer::Presence::kLost);
+  for (const ViewBody& body : picture.peers[0].bodies) EXPECT_EQ(body.flags & ViewBody::kHeld, 0U);
+  // the part stays where it was
+  EXPECT_TRUE(hand_.shows());
+  EXPECT_EQ(hand_.snapshot().bodies[kBallInHand].X_W.p_W, where.p_W);
+
+  controller_.ended.clear();
+  ASSERT_TRUE(hand_.can_start_again());
+  hand_.StartAgain();
+  ASSERT_TRUE(ProcessEventsUntil([&] {
+    return hand_.ready();
+  }));
+  ASSERT_EQ(controller_.launched.size(), 2U);
+  EXPECT_EQ(controller_.launched[1].scene, controller_.launched[0].scene);
+  EXPECT_EQ(controller_.processes, 1);
+}
+
+TEST_F(Hand, SilentControllersHandIsNotShown) {
+  Begin();
+  Take();
+  controller_.received = false;
+  ASSERT_TRUE(ProcessEventsUntil([&] {
+    return hand_.state() == HandModel::State::kLost;
+  }));
+  EXPECT_FALSE(hand_.held().has_value());
+  EXPECT_FALSE(hand_.alive());
+  controller_.received = true;
+  ASSERT_TRUE(ProcessEventsUntil([&] {
+    return hand_.ready() && hand_.held().has_value();
+  }));
+}
+
+TEST_F(Hand, KnowsWhoAsksForThePartInHandAndHandsItOver) {
+  SnapshotPeer ben;
+  ben.id = 0xbe;
+  ben.name = "ben";
+  controller_.now.peers = {ben};
+  Begin();
+  Take();
+  const auto ask = [&] {
+    controller_.now.asked = {ben.id, kBallInHand};
+    controller_.now.news = "ben asks for ball, which you hold";
+    ++controller_.now.news_count;
+    return ProcessEventsUntil([&] {
+      return hand_.asked().has_value();
+    });
+  };
+  ASSERT_TRUE(ask());
+  EXPECT_EQ(hand_.asked()->name, "ben");
+  hand_.KeepPart();
+  EXPECT_FALSE(hand_.asked().has_value());
+  ASSERT_TRUE(ask());
+  hand_.HandOverAsked();
+  const auto gives = controller_.Asked<GiveRequest>();
+  ASSERT_EQ(gives.size(), 1U);
+  EXPECT_EQ(gives[0].peer, "00000000000000be");
+  EXPECT_FALSE(hand_.asked().has_value());
+}
+
+TEST_F(Hand, StopIsToldOnce) {
+  Begin();
+  hand_.Stop();
+  controller_.now.news = "emergency stop: the hand lets go and takes no body until it is resumed";
+  ++controller_.now.news_count;
+  ASSERT_TRUE(ProcessEventsUntil([&] {
+    return hand_.stopped();
+  }));
+  EXPECT_EQ(hand_.word(), QString());
+}
+
+TEST_F(Hand, TellsTheVerdictsOfASessionThatHasEnded) {
+  QStringList told;
+  QObject::connect(&hand_, &HandModel::SessionEnded, &hand_, [&](const QStringList& lines) {
+    told = lines;
+  });
+  Begin();
+  controller_.last_words = {"peg stands 60.0 mm from its first place and is NOT out"};
+  hand_.Leave();
+  EXPECT_EQ(told, QStringList{"peg stands 60.0 mm from its first place and is NOT out"});
+}
+
 TEST_F(Hand, EndsOnlyItsOwnController) {
   Begin();
   hand_.Leave();
@@ -195,9 +270,8 @@ TEST(HandPicture, ShowsOtherPeersInstancesAsGhosts) {
   EXPECT_DOUBLE_EQ(picture.peers[1].delay_ms, 100);
 
   const std::vector<BodyLook> exact_queries{{}, {}, {.fixed = true}};
-  PeerPalette palette;
   PictureComposer composer;
-  DrawList list = composer.Compose(picture, exact_queries, 0, palette);
+  DrawList list = composer.Compose(picture, exact_queries, 0);
   ASSERT_EQ(list.ghosts.size(), 1U);
   EXPECT_DOUBLE_EQ(list.ghosts[0].X_W.p.x(), 0.01);
 }
@@ -213,9 +287,8 @@ TEST(HandPicture, NamesTheHolderOfAPart) {
   ben.name = "ben";
   now.peers = {ben};
   const std::vector<BodyLook> exact_queries{{}, {}};
-  PeerPalette palette;
   PictureComposer composer;
-  DrawList list = composer.Compose(PictureOf(now, "anna"), exact_queries, 0, palette);
+  DrawList list = composer.Compose(PictureOf(now, "anna"), exact_queries, 0);
   EXPECT_EQ(list.solids.size(), 2U);
   EXPECT_TRUE(list.ghosts.empty());
   ASSERT_EQ(list.labels.size(), 1U);

@@ -27,12 +27,9 @@ const std::vector<BodyLook> kFixtureAndPart{{true, {0.5F, 0.5F, 0.5F}},
 
 class Composed : public ::testing::Test {
  protected:
-  DrawList At(double now_s) {
-    return composer_.Compose(picture_, kFixtureAndPart, now_s, palette_);
-  }
+  DrawList At(double now_s) { return composer_.Compose(picture_, kFixtureAndPart, now_s); }
   ViewerPicture picture_;
   PictureComposer composer_;
-  PeerPalette palette_;
 };
 
 TEST_F(Composed, UnsentBodiesKeepTheirInitialPose) {
@@ -50,8 +47,13 @@ TEST_F(Composed, TheFirstActivePeersInstanceIsSolidAndTheOthersAreGhostsInTheirC
   EXPECT_EQ(list.solids[1].X_W.p.x(), kX);
   ASSERT_EQ(list.ghosts.size(), 1U);
   EXPECT_EQ(list.ghosts[0].X_W.p.x(), 2 * kX);
-  EXPECT_EQ(list.ghosts[0].colour, palette_.ColourOf(8));
-  EXPECT_NE(palette_.ColourOf(8), palette_.ColourOf(3));
+  EXPECT_EQ(list.ghosts[0].colour, ColourOfPerson(picture_.peers[1].info));
+  EXPECT_NE(ColourOfPerson(picture_.peers[1].info), ColourOfPerson(picture_.peers[0].info));
+  picture_.peers[1].info.colour = 7;
+  picture_.peers[1].info.stopped = true;
+  const DrawList chosen = At(0);
+  EXPECT_EQ(chosen.ghosts[0].colour, PaletteColour(7));
+  EXPECT_EQ(chosen.labels[1].text, "Ben \u00b7 ghost \u00b7 stopped");
   ASSERT_EQ(list.labels.size(), 2U);
   EXPECT_EQ(list.labels[0].text, "Anna \u00b7 solid \u00b7 104 ms");
   EXPECT_EQ(list.labels[1].text, "Ben \u00b7 ghost");
@@ -228,8 +230,7 @@ TEST_F(Composed, HoldersNameIsDrawnBesideTheBody) {
   held.flags = ViewBody::kHeld;
   peer.bodies.push_back(held);
   picture_.peers = {peer};
-  const DrawList list =
-      composer_.Compose(picture_, {{true, {}}, {false, {}}, {false, {}}}, 0, palette_);
+  const DrawList list = composer_.Compose(picture_, {{true, {}}, {false, {}}, {false, {}}}, 0);
   ASSERT_EQ(list.labels.size(), 1U);
   EXPECT_EQ(list.labels[0].body, 2U);
 }
@@ -249,14 +250,14 @@ TEST_F(Composed, MergedPartMovesWithItsBodyInItsOwnColour) {
   std::vector<BodyLook> exact_queries = kFixtureAndPart;
   exact_queries.push_back({false, blue, 1});
   picture_.peers = {PeerAt(3, "Anna", kX), PeerAt(8, "Ben", 2 * kX)};
-  const DrawList list = composer_.Compose(picture_, exact_queries, 0, palette_);
+  const DrawList list = composer_.Compose(picture_, exact_queries, 0);
   ASSERT_EQ(list.solids.size(), 3U);
   EXPECT_EQ(list.solids[2].X_W.p.x(), kX);
   EXPECT_EQ(list.solids[2].colour, blue);
   ASSERT_EQ(list.ghosts.size(), 2U);
   EXPECT_EQ(list.ghosts[1].body, 2U);
   EXPECT_EQ(list.ghosts[1].X_W.p.x(), 2 * kX);
-  EXPECT_EQ(list.ghosts[1].colour, palette_.ColourOf(8));
+  EXPECT_EQ(list.ghosts[1].colour, ColourOfPerson(picture_.peers[1].info));
 }
 
 TEST_F(Composed, EqualPicturesGiveEqualDrawLists) {

@@ -20,9 +20,9 @@ Result<DrawnScene> LoadBlockAndBall(const std::filesystem::path& file, const Loa
   return scene;
 }
 
-SceneManifest ManifestOf(const std::string& file, std::uint64_t hash) {
+SceneManifest ManifestOf(const std::string& file, const Sha256& digest) {
   SceneManifest manifest;
-  manifest.content_hash = hash;
+  manifest.content_digest = digest;
   manifest.name = "session's scene";
   manifest.file = file;
   manifest.voxel_size = 0.003;
@@ -38,7 +38,8 @@ class SceneOfASession : public ::testing::Test {
     });
   }
   QTemporaryFile here_{QDir::tempPath() + "/XXXXXX.json"};  // a file that exists
-  std::uint64_t hash_ = BlockAndBall().hash;
+  const Sha256 digest_ = BlockAndBall().digest;
+  const Sha256 other_{8};
 };
 
 TEST_F(SceneOfASession, IsLoadedFromTheSessionsPathWithConsent) {
@@ -49,7 +50,7 @@ TEST_F(SceneOfASession, IsLoadedFromTheSessionsPathWithConsent) {
   });
   EXPECT_EQ(model.state(), SceneModel::State::kWaiting);
   EXPECT_FALSE(model.message().isEmpty());
-  model.SetSessionScene(ManifestOf(here_.fileName().toStdString(), hash_));
+  model.SetSessionScene(ManifestOf(here_.fileName().toStdString(), digest_));
   ASSERT_TRUE(Settled(model));
   // any stranger may name any path: the user is asked
   EXPECT_EQ(model.state(), SceneModel::State::kMissing);
@@ -73,7 +74,7 @@ TEST_F(SceneOfASession, IsReadFromSceneFilesOnly) {
     loaded = true;
     return LoadBlockAndBall(file, progress);
   });
-  model.SetSessionScene(ManifestOf(log.fileName().toStdString(), hash_));
+  model.SetSessionScene(ManifestOf(log.fileName().toStdString(), digest_));
   ASSERT_TRUE(Settled(model));
   EXPECT_EQ(model.state(), SceneModel::State::kMissing);
   EXPECT_FALSE(loaded);
@@ -81,7 +82,7 @@ TEST_F(SceneOfASession, IsReadFromSceneFilesOnly) {
 
 TEST_F(SceneOfASession, LocalFileWithOtherContentIsNotShown) {
   SceneModel model(LoadBlockAndBall);
-  model.SetSessionScene(ManifestOf(here_.fileName().toStdString(), hash_ + 1));
+  model.SetSessionScene(ManifestOf(here_.fileName().toStdString(), other_));
   ASSERT_TRUE(Settled(model));
   model.OpenOffered();
   ASSERT_TRUE(Settled(model));
@@ -103,7 +104,7 @@ TEST_F(SceneOfASession, IsFetchedWithTheUsersConsent) {
         return std::filesystem::path("/cache/fetched/scene.json");
       });
   EXPECT_FALSE(model.can_fetch());
-  model.SetSessionScene(ManifestOf("/nowhere/bracket.json", hash_));
+  model.SetSessionScene(ManifestOf("/nowhere/bracket.json", digest_));
   ASSERT_TRUE(Settled(model));
   EXPECT_TRUE(model.message().contains("A peer can send its files"));
   ASSERT_TRUE(model.can_fetch());
@@ -124,24 +125,25 @@ TEST_F(SceneOfASession, IsFetchedWithTheUsersConsent) {
 
 TEST_F(SceneOfASession, MissingSceneIsReportedByName) {
   SceneModel model(LoadBlockAndBall);
-  model.SetSessionScene(ManifestOf("/nowhere/bracket.json", hash_));
+  model.SetSessionScene(ManifestOf("/nowhere/bracket.json", digest_));
   ASSERT_TRUE(Settled(model));
   EXPECT_EQ(model.state(), SceneModel::State::kMissing);
   EXPECT_TRUE(model.message().contains("/nowhere/bracket.json"));
-  EXPECT_TRUE(model.message().contains("--scene"));
+  EXPECT_TRUE(model.message().contains("open it (Ctrl+O)"));
+  EXPECT_FALSE(model.message().contains("--"));
 }
 
 TEST_F(SceneOfASession, IsFoundOnThisMachine) {
-  std::vector<std::uint64_t> wanted;
+  std::vector<Sha256> wanted;
   SceneModel model(LoadBlockAndBall, [&](const SceneManifest& manifest) {
-    wanted.push_back(manifest.content_hash);
+    wanted.push_back(manifest.content_digest);
     return SceneSearchResult{"/own/bracket.json", {"/own"}};
   });
-  model.SetSessionScene(ManifestOf("/nowhere/bracket.json", hash_));
+  model.SetSessionScene(ManifestOf("/nowhere/bracket.json", digest_));
   ASSERT_TRUE(Settled(model));
   ASSERT_EQ(model.state(), SceneModel::State::kReady) << model.message().toStdString();
   EXPECT_EQ(model.scene()->file, "/own/bracket.json");
-  EXPECT_EQ(wanted, std::vector<std::uint64_t>{hash_});
+  EXPECT_EQ(wanted, std::vector<Sha256>{digest_});
   EXPECT_TRUE(model.warning().isEmpty());
 }
 
@@ -150,7 +152,7 @@ TEST_F(SceneOfASession, IsSearchedAgainAndTheFoldersAreListed) {
   SceneModel model(LoadBlockAndBall, [&](const SceneManifest&) {
     return result;
   });
-  const SceneManifest manifest = ManifestOf("/nowhere/bracket.json", hash_);
+  const SceneManifest manifest = ManifestOf("/nowhere/bracket.json", digest_);
   model.SetSessionScene(manifest);
   ASSERT_TRUE(Settled(model));
   ASSERT_EQ(model.state(), SceneModel::State::kMissing);
@@ -178,7 +180,7 @@ TEST_F(SceneOfASession, IsComparedWithTheUsersSceneBodyByBody) {
         return scene;
       });
   model.OpenNamed("mine.json");
-  SceneManifest manifest = ManifestOf("", hash_ + 1);
+  SceneManifest manifest = ManifestOf("", other_);
   manifest.name = "peg";
   manifest.bodies = {{"ball", 0, 0}};
   model.SetSessionScene(manifest);
@@ -191,12 +193,12 @@ TEST_F(SceneOfASession, IsComparedWithTheUsersSceneBodyByBody) {
 TEST_F(SceneOfASession, UsersSceneTakesPrecedenceWithAWarning) {
   SceneModel model(LoadBlockAndBall);
   model.OpenNamed("mine.json");
-  model.SetSessionScene(ManifestOf(here_.fileName().toStdString(), hash_ + 1));
+  model.SetSessionScene(ManifestOf(here_.fileName().toStdString(), other_));
   ASSERT_TRUE(Settled(model));
   ASSERT_EQ(model.state(), SceneModel::State::kReady);
   EXPECT_EQ(model.scene()->file, "mine.json");
   EXPECT_TRUE(model.warning().contains("session's scene"));
-  model.SetSessionScene(ManifestOf(here_.fileName().toStdString(), hash_));
+  model.SetSessionScene(ManifestOf(here_.fileName().toStdString(), digest_));
   EXPECT_TRUE(model.warning().isEmpty());
 }
 

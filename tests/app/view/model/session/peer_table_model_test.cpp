@@ -1,6 +1,7 @@
 #include "app/view/model/session/peer_table_model.h"
 
 #include <QAbstractItemModelTester>
+#include <QColor>
 
 #include <gtest/gtest.h>
 
@@ -25,14 +26,12 @@ QString Text(const PeerTableModel& model, int row, int column) {
 class PeerTable : public ::testing::Test {
  protected:
   PeerTableModel model_;
-  PeerPalette palette_;
   // checks the signals against the rows at every change, and fails fatally
   QAbstractItemModelTester tester_{&model_, QAbstractItemModelTester::FailureReportingMode::Fatal};
 };
 
 TEST_F(PeerTable, ShowsNameRolePresenceAndDelayWithItsUnit) {
-  model_.Update({Peer(1, "Anna", Role::kActive, 104.4), Peer(2, "Cleo", Role::kViewer, 0)},
-                palette_);
+  model_.Update({Peer(1, "Anna", Role::kActive, 104.4), Peer(2, "Cleo", Role::kViewer, 0)});
   ASSERT_EQ(model_.rowCount(), 2);
   EXPECT_EQ(Text(model_, 0, PeerTableModel::kName), "Anna");
   EXPECT_EQ(Text(model_, 0, PeerTableModel::kRole), "active");
@@ -48,7 +47,7 @@ TEST_F(PeerTable, ShowsLagForceAndTrappedPeers) {
   anna.mirror_lag_mm = 12.34;
   anna.link_force = 2.96;
   anna.bodies = {{0, ViewBody::kHeld, {}, Vec3::Zero()}, {1, ViewBody::kTrapped, {}, Vec3::Zero()}};
-  model_.Update({anna, Peer(2, "Ben", Role::kActive, 20)}, palette_);
+  model_.Update({anna, Peer(2, "Ben", Role::kActive, 20)});
   EXPECT_EQ(Text(model_, 0, PeerTableModel::kPresence), "trapped");
   EXPECT_EQ(Text(model_, 0, PeerTableModel::kLag), "12.3 mm");
   EXPECT_EQ(Text(model_, 0, PeerTableModel::kForce), "3.0 N");
@@ -56,7 +55,7 @@ TEST_F(PeerTable, ShowsLagForceAndTrappedPeers) {
   EXPECT_EQ(Text(model_, 1, PeerTableModel::kLag), "\u2013");
   EXPECT_EQ(Text(model_, 1, PeerTableModel::kForce), "\u2013");
   anna.presence = ViewedPeer::Presence::kLost;
-  model_.Update({anna}, palette_);
+  model_.Update({anna});
   EXPECT_EQ(Text(model_, 0, PeerTableModel::kPresence), "lost");
   EXPECT_EQ(Text(model_, 0, PeerTableModel::kLag), "\u2013");
 }
@@ -66,7 +65,7 @@ TEST_F(PeerTable, ShowsAPeersFrameLimits) {
   ViewedPeer anna = Peer(1, "Anna", Role::kActive, 20);
   const FrameLimits limits{.travel_limited = 0.12, .over_capacity = 0, .contacts_full = 0.03};
   anna.bodies = {{0, ViewBody::kHeld | AsFlags(limits), {}, Vec3::Zero()}};
-  model_.Update({anna, Peer(2, "Ben", Role::kActive, 20)}, palette_);
+  model_.Update({anna, Peer(2, "Ben", Role::kActive, 20)});
   EXPECT_EQ(Text(model_, 0, PeerTableModel::kLimits), "slowed 12 %, contacts left out 3 %");
   EXPECT_EQ(Text(model_, 1, PeerTableModel::kLimits), "");
   const QString tip =
@@ -75,7 +74,7 @@ TEST_F(PeerTable, ShowsAPeersFrameLimits) {
   EXPECT_TRUE(tip.contains("the rest did not push")) << tip.toStdString();
   EXPECT_FALSE(tip.contains("point tests"));
   anna.presence = ViewedPeer::Presence::kLeft;
-  model_.Update({anna}, palette_);
+  model_.Update({anna});
   EXPECT_EQ(Text(model_, 0, PeerTableModel::kLimits), "");
 }
 
@@ -85,7 +84,7 @@ TEST_F(PeerTable, ShowsOtherProtocolsReplaysAndDepartedPeers) {
   ViewedPeer ben = Peer(2, ReplayName("Ben"), Role::kActive, 20);
   ViewedPeer cleo = Peer(3, "Cleo", Role::kActive, 20);
   cleo.presence = ViewedPeer::Presence::kUnknown;
-  model_.Update({anna, ben, cleo}, palette_);
+  model_.Update({anna, ben, cleo});
   EXPECT_EQ(Text(model_, 0, PeerTableModel::kPresence),
             QStringLiteral("protocol %1").arg(kProtocol + 1));
   EXPECT_TRUE(model_.data(model_.index(0, PeerTableModel::kPresence), Qt::ToolTipRole)
@@ -97,16 +96,65 @@ TEST_F(PeerTable, ShowsOtherProtocolsReplaysAndDepartedPeers) {
 }
 
 TEST_F(PeerTable, ReturningPeerKeepsRowAndColour) {
-  model_.Update({Peer(5, "E", Role::kActive, 0), Peer(7, "G", Role::kActive, 0)}, palette_);
+  model_.Update({Peer(5, "E", Role::kActive, 0), Peer(7, "G", Role::kActive, 0)});
   const QPersistentModelIndex e = model_.index(0, 0);
   const QVariant colour = e.data(Qt::DecorationRole);
   ViewedPeer again = Peer(9, "E", Role::kActive, 0);
   again.first_id = 5;
-  model_.Update({Peer(7, "G", Role::kActive, 0), again}, palette_);
+  model_.Update({Peer(7, "G", Role::kActive, 0), again});
   ASSERT_EQ(model_.rowCount(), 2);
   ASSERT_TRUE(e.isValid());
   EXPECT_EQ(e.row(), 0);
   EXPECT_EQ(e.data(Qt::DecorationRole), colour);
+}
+
+// Each time that ben comes, his program has another id. He looked on before he took part.
+TEST_F(PeerTable, PersonWhoComesAndGoesHasOneRow) {
+  const ViewedPeer anna = Peer(1, "anna", Role::kActive, 0);
+  std::vector<ViewedPeer> peers{anna, Peer(20, "ben", Role::kViewer, 0)};
+  model_.Update(peers);
+  const QPersistentModelIndex ben = model_.index(1, 0);
+  const QVariant colour = ben.data(Qt::DecorationRole);
+  for (PeerId id : {9, 40, 8}) {
+    peers.back().presence = ViewedPeer::Presence::kLeft;
+    peers.push_back(Peer(id, "ben", Role::kActive, 0));
+    model_.Update(peers);
+    ASSERT_EQ(model_.rowCount(), 2);
+    ASSERT_TRUE(ben.isValid());
+    EXPECT_EQ(ben.row(), 1);
+    EXPECT_EQ(Text(model_, 1, PeerTableModel::kRole), "active");
+    EXPECT_EQ(Text(model_, 1, PeerTableModel::kPresence), "here");
+    EXPECT_EQ(ben.data(Qt::DecorationRole), colour);
+  }
+  peers.back().presence = ViewedPeer::Presence::kLost;
+  peers.back().received_ns = 5;
+  model_.Update(peers);
+  ASSERT_EQ(model_.rowCount(), 2);
+  EXPECT_EQ(Text(model_, 1, PeerTableModel::kPresence), "lost");
+}
+
+TEST_F(PeerTable, NamesakesOfDifferentPersonsHaveRowsOfTheirOwn) {
+  model_.Update({Peer(1, "anna", Role::kActive, 0), Peer(2, "anna (2)", Role::kActive, 0)});
+  EXPECT_EQ(model_.rowCount(), 2);
+}
+
+TEST_F(PeerTable, ShowsWhoStopped) {
+  ViewedPeer ben = Peer(2, "ben", Role::kActive, 0);
+  ben.info.stopped = true;
+  model_.Update({ben});
+  EXPECT_EQ(Text(model_, 0, PeerTableModel::kPresence), "stopped");
+  ben.info.stopped = false;
+  model_.Update({ben});
+  EXPECT_EQ(Text(model_, 0, PeerTableModel::kPresence), "here");
+}
+
+TEST_F(PeerTable, ShowsTheColourThatThePersonSays) {
+  ViewedPeer ben = Peer(2, "ben", Role::kActive, 0);
+  ben.info.colour = 3;
+  model_.Update({ben});
+  const auto colour = model_.index(0, 0).data(Qt::DecorationRole).value<QColor>();
+  EXPECT_EQ(colour, QColor::fromRgbF(0.00F, 0.62F, 0.45F));
+  EXPECT_TRUE(model_.index(0, 0).data(Qt::ToolTipRole).toString().contains("green"));
 }
 
 TEST_F(PeerTable, ExplainsEachColumn) {
@@ -117,41 +165,40 @@ TEST_F(PeerTable, ExplainsEachColumn) {
 }
 
 TEST_F(PeerTable, KeepsItsRowsInOrderWhilePeersComeAndGo) {
-  model_.Update({Peer(5, "E", Role::kActive, 0)}, palette_);
+  model_.Update({Peer(5, "E", Role::kActive, 0)});
   const QPersistentModelIndex e = model_.index(0, 0);
   model_.Update({Peer(2, "B", Role::kActive, 0), Peer(5, "E", Role::kActive, 0),
-                 Peer(9, "I", Role::kActive, 0)},
-                palette_);
+                 Peer(9, "I", Role::kActive, 0)});
   ASSERT_EQ(model_.rowCount(), 3);
   EXPECT_EQ(e.row(), 1);
-  model_.Update({Peer(5, "E", Role::kActive, 0), Peer(9, "I", Role::kActive, 0)}, palette_);
+  model_.Update({Peer(5, "E", Role::kActive, 0), Peer(9, "I", Role::kActive, 0)});
   EXPECT_EQ(e.row(), 0);
   EXPECT_EQ(Text(model_, 1, PeerTableModel::kName), "I");
-  model_.Update({}, palette_);
+  model_.Update({});
   EXPECT_EQ(model_.rowCount(), 0);
 }
 
 TEST_F(PeerTable, ReportsOnlyChangedRows) {
   std::vector<ViewedPeer> peers{Peer(1, "Anna", Role::kActive, 100),
                                 Peer(2, "Ben", Role::kActive, 100)};
-  model_.Update(peers, palette_);
+  model_.Update(peers);
   std::vector<int> changed;
   QObject::connect(&model_, &QAbstractItemModel::dataChanged,
                    [&](const QModelIndex& from, const QModelIndex&) {
                      changed.push_back(from.row());
                    });
   peers[0].delay_ms = 100.3;  // the same text
-  model_.Update(peers, palette_);
+  model_.Update(peers);
   EXPECT_TRUE(changed.empty());
   peers[1].presence = ViewedPeer::Presence::kLost;
-  model_.Update(peers, palette_);
+  model_.Update(peers);
   EXPECT_EQ(changed, std::vector<int>{1});
   EXPECT_EQ(Text(model_, 1, PeerTableModel::kPresence), "lost");
   EXPECT_EQ(Text(model_, 1, PeerTableModel::kDelay), "\u2013");
 }
 
 TEST_F(PeerTable, UnnamedPeerIsShownByNumber) {
-  model_.Update({Peer(0x12ab34, "", Role::kActive, 0)}, palette_);
+  model_.Update({Peer(0x12ab34, "", Role::kActive, 0)});
   EXPECT_EQ(Text(model_, 0, PeerTableModel::kName), "peer ab34");
 }
 

@@ -137,7 +137,7 @@ TEST(SessionModel, EmptySessionListsOtherSessions) {
   }));
   others.clear();  // and it has ended
   ASSERT_TRUE(ProcessEventsUntil([&] {
-    return session.nobody_heard().contains("is its name, network, domain or --secure another one?");
+    return session.nobody_heard().contains("is its name, network, domain or keys another one?");
   }));
   int changes = 0;
   QObject::connect(&session, &SessionModel::StateChanged, [&] {

@@ -1,8 +1,12 @@
 #include "app/view/ui/dialogs/join_dialog.h"
 
 #include <QComboBox>
+#include <QFile>
 #include <QLineEdit>
+#include <QListWidget>
 #include <QPushButton>
+#include <QSpinBox>
+#include <QTemporaryDir>
 #include <array>
 #include <cstddef>
 #include <vector>
@@ -52,6 +56,69 @@ TEST_F(HandWindow, InvitationOpensItsSession) {
   EXPECT_EQ(request.domain, 44U);
   EXPECT_EQ(request.interface, "lo");
   EXPECT_EQ(request.secure, "");
+}
+
+// In place of `tandem` a program that writes its arguments down, and has a session in domain 7
+// alone.
+TEST(JoinDialog, LooksForSessionsByItsFields) {
+  const QTemporaryDir folder;
+  const QString program = folder.filePath("tandem");
+  QFile script(program);
+  ASSERT_TRUE(script.open(QIODevice::WriteOnly));
+  script.write(
+      "#!/bin/sh\n"
+      "case \"$*\" in\n"
+      "'sessions --json --domain 7 --interface lo --peers 10.0.0.2,b.example:7410')\n"
+      "  echo '{\"sessions\": [{\"session\": \"press\"}]}' ;;\n"
+      "*) echo '{\"sessions\": []}' ;;\n"
+      "esac\n"
+      "sleep 0.1\n");
+  script.close();
+  script.setPermissions(QFile::ReadOwner | QFile::WriteOwner | QFile::ExeOwner);
+  JoinDialog dialog;
+  HandRequest request;
+  request.interface = "lo";
+  request.peers = {"10.0.0.2", "b.example:7410"};
+  request.domain = 6;
+  dialog.SetRequest(request, true);
+  dialog.Look(program);
+  const auto shows = [&](const QString& text) {
+    return ProcessEventsUntil([&] {
+      const auto* list = dialog.findChild<QListWidget*>("join_sessions");
+      return list->count() == 1 && list->item(0)->text().contains(text);
+    });
+  };
+  EXPECT_TRUE(shows("no session"));
+  dialog.findChild<QSpinBox*>("join_domain")->setValue(7);
+  EXPECT_TRUE(shows("press"));
+  dialog.findChild<QLineEdit*>("join_interface")->clear();
+  EXPECT_TRUE(shows("no session"));
+}
+
+// A name that nobody answers to, or of a session that was left, is not proposed again.
+TEST_F(HandWindow, JoinDialogProposesNoSessionThatWasLeft) {
+  const auto proposed = [&] {
+    Action("join_session_action")->trigger();
+    auto* dialog = window_.findChild<JoinDialog*>();
+    const QString session = dialog->findChild<QLineEdit*>("join_session")->text();
+    delete dialog;
+    return session;
+  };
+  HandRequest request;
+  request.session = "bracket";
+  request.name = "anna";
+  window_.Join(request, false);
+  ASSERT_TRUE(ProcessEventsUntil([&] {
+    return session_.state() == SessionModel::State::kJoined;
+  }));
+  EXPECT_EQ(proposed(), "") << "nobody answers";
+  fake_.inbox->OnPeerInfo(FakeSession::Info(5, "ben", Role::kActive), 0);
+  ASSERT_TRUE(ProcessEventsUntil([&] {
+    return session_.has_peers();
+  }));
+  EXPECT_EQ(proposed(), "bracket");
+  session_.Leave();
+  EXPECT_EQ(proposed(), "");
 }
 
 TEST(JoinDialog, OffersAllCommandLineOptionsAndReportsErrors) {
