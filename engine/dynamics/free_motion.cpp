@@ -73,9 +73,10 @@ void Push(const Inertia& inertia, const std::optional<Constraint>& constraint, R
 }  // namespace
 
 bool AdvanceFreely(const Inertia& inertia, const std::optional<Constraint>& constraint,
-                   RigidState& state, const Twist& V_WB, double h, double radius,
+                   RigidState& state, const Twist& V_WB, double h, const AxisRadii& radii,
                    double max_travel) noexcept {
   const auto advance = [&](const Twist& twist) {
+    const double radius = radii.About(state.X_WB.q.conjugate() * twist.w);
     if (!constraint) {
       Advance(state, twist, h, radius, max_travel);
       return state.V_WB.v != twist.v || state.V_WB.w != twist.w;
@@ -103,12 +104,14 @@ bool AdvanceFreely(const Inertia& inertia, const std::optional<Constraint>& cons
 }
 
 bool Fly(const Inertia& inertia, const std::optional<Constraint>& constraint, RigidState& state,
-         const Vec3& gravity_W, double h, double radius, double max_travel) noexcept {
+         const Vec3& gravity_W, double h, const AxisRadii& radii, double max_travel) noexcept {
   const Vec3 half = 0.5 * h * inertia.mass * gravity_W;
   Push(inertia, constraint, state, half);
   const Twist wanted = state.V_WB;
-  if (AdvanceFreely(inertia, constraint, state, wanted, h, radius, max_travel)) return true;
+  if (AdvanceFreely(inertia, constraint, state, wanted, h, radii, max_travel)) return true;
   Push(inertia, constraint, state, half);
+  // a body that the limit would hold back in the next step does not gather speed meanwhile
+  const double radius = radii.About(state.X_WB.q.conjugate() * state.V_WB.w);
   const double next = TravelOf(h * state.V_WB.v, h * state.V_WB.w.norm(), radius);
   if (next <= max_travel) return false;
   state.V_WB = {max_travel / next * state.V_WB.w, max_travel / next * state.V_WB.v};

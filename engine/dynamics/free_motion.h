@@ -2,6 +2,7 @@
 
 #include <optional>
 
+#include "engine/dynamics/axis_radii.h"
 #include "engine/dynamics/constraint.h"
 #include "engine/dynamics/rigid_body.h"
 
@@ -12,13 +13,13 @@ namespace tandem {
 /// momentum is that about the joint. `V_WB` is the twist without gyroscopic moments. Returns
 /// whether the travel limit held the body back.
 bool AdvanceFreely(const Inertia& inertia, const std::optional<Constraint>& constraint,
-                   RigidState& state, const Twist& V_WB, double h, double radius,
+                   RigidState& state, const Twist& V_WB, double h, const AxisRadii& radii,
                    double max_travel) noexcept;
 
 /// Steps a body that only gravity pulls, `gravity_W` in m/s^2: half of the step's impulse before
 /// the motion and half behind it. The step is exact in free fall, and of second order at a joint.
 /// Returns whether the travel limit held it back.
 bool Fly(const Inertia& inertia, const std::optional<Constraint>& constraint, RigidState& state,
-         const Vec3& gravity_W, double h, double radius, double max_travel) noexcept;
+         const Vec3& gravity_W, double h, const AxisRadii& radii, double max_travel) noexcept;
 
 }  // namespace tandem

@@ -8,14 +8,14 @@
 
 namespace tandem {
 
-/// Moves a body after its mirror. `radius`: of its points as they are displaced, m, as in
-/// StepBody().
+/// Moves a body after its mirror.
 inline void FollowMirror(const BodyModel& model, RigidState& state, const Pose& target_WB,
-                         double radius, double max_travel) {
+                         const AxisRadii& radii, double max_travel) {
   if (model.constraint) {
-    Follow(*model.constraint, state, target_WB, kFrame, radius, max_travel);
+    Follow(*model.constraint, state, target_WB, kFrame, radii.radius + radii.displaced, max_travel);
   } else {
-    Follow(state, target_WB, kFrame, radius, max_travel);
+    const Vec3 turn_B = RotationVector(state.X_WB.q.conjugate() * target_WB.q);
+    Follow(state, target_WB, kFrame, radii.About(turn_B), max_travel);
   }
 }
 
@@ -42,7 +42,7 @@ inline Twist TwistAlone(const BodyModel& model, const RigidState& state,
   return ConstrainedTwist(*model.constraint, model.inertia, state, load, kFrame);
 }
 
-/// Moves a body at a twist for a frame. Returns whether the travel limit held the body back.
+/// Moves a body at a twist for a frame. `radius`: of its points as they are displaced, m. Returns whether the travel limit held the body back.
 inline bool StepBody(const BodyModel& model, RigidState& state, const Twist& desired, double radius,
                      double max_travel) {
   if (!model.constraint) {
@@ -59,12 +59,15 @@ inline bool StepBody(const BodyModel& model, RigidState& state, const Twist& des
 /// Moves a body that no hand turns for a frame: one that contact pushes at the twist that it brings
 /// about, and any other by gravity alone. Returns whether the travel limit held the body back.
 inline bool StepFreely(const BodyModel& model, RigidState& state, const Twist& desired,
-                       const Vec3* gravity_W, double radius, double max_travel) {
+                       const Vec3* gravity_W, const AxisRadii& radii, double max_travel) {
   if (gravity_W != nullptr) {
-    return Fly(model.inertia, model.constraint, state, *gravity_W, kFrame, radius, max_travel);
+    return Fly(model.inertia, model.constraint, state, *gravity_W, kFrame, radii, max_travel);
   }
-  if (model.constraint) return StepBody(model, state, desired, radius, max_travel);
-  return AdvanceFreely(model.inertia, std::nullopt, state, desired, kFrame, radius, max_travel);
+  if (model.constraint) {
+    const double radius = radii.About(state.X_WB.q.conjugate() * desired.w);
+    return StepBody(model, state, desired, radius, max_travel);
+  }
+  return AdvanceFreely(model.inertia, std::nullopt, state, desired, kFrame, radii, max_travel);
 }
 
 }  // namespace tandem

@@ -361,13 +361,12 @@ void World::Integrate(const StepInputs& in) noexcept {
     } else if (instance.drive <= BodyDrive::kParked) {
       instance.state.V_WB = {};
     } else if (instance.drive == BodyDrive::kMirrored) {
-      FollowMirror(model, instance.state, in.instances[i].mirror_WB, radius, instance.max_travel);
+      FollowMirror(model, instance.state, in.instances[i].mirror_WB,
+                   instance.radii.Displaced(instance.displaced), instance.max_travel);
     } else if (Rolls(i)) {
-      const Vec3 w_B = instance.state.X_WB.q.conjugate() * instance.desired.w;
-      const double about = instance.radii.About(w_B) + instance.displaced;
       const Vec3* gravity_W = instance.pushed ? nullptr : &model_->scene.gravity_W;
-      if (StepFreely(model, instance.state, instance.desired, gravity_W, about,
-                     instance.max_travel)) {
+      if (StepFreely(model, instance.state, instance.desired, gravity_W,
+                     instance.radii.Displaced(instance.displaced), instance.max_travel)) {
         report_.flags |= StepReport::kTravelLimited;
       }
     } else if (StepBody(model, instance.state, instance.desired, radius, instance.max_travel)) {

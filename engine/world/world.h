@@ -9,7 +9,7 @@
 #include "engine/dynamics/coupled_step.h"
 #include "engine/paging/resident_voxels.h"
 #include "engine/world/applied_force_report.h"
-#include "engine/world/axis_radii.h"
+#include "engine/world/body_radii.h"
 #include "engine/world/instances.h"
 #include "engine/world/step_inputs.h"
 #include "engine/world/world_model.h"

@@ -1,4 +1,4 @@
-#include "engine/world/axis_radii.h"
+#include "engine/world/body_radii.h"
 
 #include <algorithm>
 
