@@ -8,8 +8,6 @@ namespace tandem {
 
 namespace {
 
-/// The least distance from the surface to which a tight fit reduces the reach, voxels.
-constexpr double kLeastReach = 0.02;
 /// Share of the overlap of opposite sides by which the reach shrinks in a frame. If it were much
 /// larger, contacts that bear a load in a tight fit would lose it for a frame.
 constexpr double kReachCut = 0.25;
