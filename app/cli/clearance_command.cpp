@@ -52,7 +52,8 @@ std::string DescribePath(const HandFreeSpace& room, const std::string& body,
   }
   if (*room.crosses) {
     return body + "-" + other + ": the surfaces cross by " + AsMillimetres(-nearest.distance) +
-           place + "; " + yield.Describe(-nearest.distance);
+           place +
+           (room.contact ? "; " + yield.Describe(-nearest.distance) : "");
   }
   return body + "-" + other + ": " + AsMillimetres(nearest.distance) + " is the least distance" +
          place;
@@ -93,7 +94,7 @@ nlohmann::ordered_json AsJson(const HandFreeSpace& room, const std::string& body
                               {"passes_with_mm", nullptr},
                               {"at_least", room.at_least},
                               {"kept_mm", nullptr},
-                              {"pressed_mm", 1e3 * yield.PressedDepth()},
+                              {"pressed_mm", nullptr},
                               {"voxel_m_decides", nullptr}};
   const NearestPlace& nearest = room.nearest;
   if (std::isfinite(nearest.distance)) {
@@ -103,11 +104,13 @@ nlohmann::ordered_json AsJson(const HandFreeSpace& room, const std::string& body
     json["p_W"] = {nearest.p_W.x(), nearest.p_W.y(), nearest.p_W.z()};
   }
   if (room.crosses) json["crosses"] = *room.crosses;
-  if (room.crosses && *room.crosses && -nearest.distance <= yield.PressedDepth()) {
-    json["voxel_m_decides"] = yield.VoxelThatDecides(-nearest.distance);
-  }
   if (room.passes_with) json["passes_with_mm"] = 1e3 * *room.passes_with;
   if (room.kept && std::isfinite(*room.kept)) json["kept_mm"] = 1e3 * *room.kept;
+  if (!room.contact) return json;
+  json["pressed_mm"] = 1e3 * yield.PressedDepth();
+  if (room.crosses.value_or(false) && -nearest.distance <= yield.PressedDepth()) {
+    json["voxel_m_decides"] = yield.VoxelThatDecides(-nearest.distance);
+  }
   return json;
 }
 

@@ -59,7 +59,8 @@ struct BodyVerdict {
   /// m, greatest depth in fixed bodies over the poses judged; nothing: not judged, or none is fixed
   std::optional<double> deepest;
   double voxel_size = 0;  // m
-  ContactYield yield;     // how contact of the body gives way
+  /// How contact of the body gives way; nothing: contact was off.
+  std::optional<ContactYield> yield;
   std::size_t poses_judged = 0;
   /// The body from which contact holds it at its last place, and the distance; nothing: no contact
   /// there, or surfaces that meet, or not judged.

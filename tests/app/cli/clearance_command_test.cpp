@@ -298,6 +298,26 @@ TEST_F(ClearanceCommand, PathThroughABodyHasNegativeClearance) {
               1e-6);
   EXPECT_NEAR(room.at("p_W")[2].get<double>(), lowest_z - 10 * kMillimetre, 1e-9);
   EXPECT_TRUE(room.at("passes_with_mm").is_null());
+  EXPECT_TRUE(room.at("pressed_mm").is_null()) << "there was no contact";
+}
+
+// A cube between two walls with play of 0.01 voxel: a hand that draws it aside with 7 N presses it
+// into one of them. That is less than contact gives, and the voxel that decides gives half of it.
+TEST_F(ClearanceCommand, TellsADepthThatContactGives) {
+  constexpr double kWall = 10.01 * kMillimetre;
+  TriangleMesh walls =
+      BoxBetween({kWall, -0.03, -0.03}, {kWall + 10 * kMillimetre, 0.03, 0.03});
+  Append(walls, BoxBetween({-kWall - 10 * kMillimetre, -0.03, -0.03}, {-kWall, 0.03, 0.03}));
+  const json room = Measured(CubeBeside(walls),
+                             {{.body = "cube", .to_W = Vec3(9 * kMillimetre, 0, 0), .seconds = 1}});
+  ASSERT_EQ(room.at("crosses"), true) << room;
+  const double depth_mm = -room.at("along_path_mm").get<double>();
+  const double pressed_mm = room.at("pressed_mm").get<double>();
+  EXPECT_NEAR(pressed_mm, 0.208, 0.001);  // of voxels of a millimetre
+  EXPECT_LT(depth_mm, pressed_mm);
+  const double decides = 1e-3 * 0.5 * depth_mm / pressed_mm;
+  EXPECT_LE(room.at("voxel_m_decides").get<double>(), decides * (1 + 1e-6));
+  EXPECT_GE(room.at("voxel_m_decides").get<double>(), 0.9 * decides);
 }
 
 TEST_F(ClearanceCommand, PrintsBothFiguresAsText) {

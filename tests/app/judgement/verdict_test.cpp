@@ -67,7 +67,8 @@ TEST(Verdict, TellsWhetherContactGivesWayByTheDepth) {
       VerdictOf({Vec3::Zero(), Vec3(0.00012, 0, 0.005), Vec3(0, 0, 0.06)}, true);
   const double voxel = Key()->scene.voxel_size;
   ASSERT_NEAR(voxel, 0.0005, 1e-12);
-  EXPECT_NEAR(pressed.yield.PressedDepth(), 0.208 * voxel, 0.002 * voxel);
+  ASSERT_TRUE(pressed.yield);
+  EXPECT_NEAR(pressed.yield->PressedDepth(), 0.208 * voxel, 0.002 * voxel);
   EXPECT_THAT(Describe(pressed), HasSubstr("went 0.030 mm into fixed bodies (0.06 voxels)"));
   EXPECT_THAT(Describe(pressed),
               HasSubstr("contact gives way by up to 0.1 mm where 10 N rest on one place, so this "
@@ -116,6 +117,8 @@ TEST(Verdict, SkipsTheSearchWithoutContact) {
   EXPECT_THAT(Describe(free), HasSubstr("it touched nothing"));
   const BodyVerdict off = VerdictOf(through, false, true);
   EXPECT_NEAR(off.deepest.value_or(0), 0.0004, 1e-6);
+  EXPECT_FALSE(off.yield) << "no contact that could give way";
+  EXPECT_TRUE(AsJson({off})[0].at("pressed_mm").is_null());
 }
 
 /// Returns a plate, a block 0.2 mm above it, where contact pushes, and a block that hangs far from
