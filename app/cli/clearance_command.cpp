@@ -52,8 +52,7 @@ std::string DescribePath(const HandFreeSpace& room, const std::string& body,
   }
   if (*room.crosses) {
     return body + "-" + other + ": the surfaces cross by " + AsMillimetres(-nearest.distance) +
-           place +
-           (room.contact ? "; " + yield.Describe(-nearest.distance) : "");
+           place + (room.contact ? "; " + yield.Describe(-nearest.distance) : "");
   }
   return body + "-" + other + ": " + AsMillimetres(nearest.distance) + " is the least distance" +
          place;
@@ -66,8 +65,9 @@ std::string DescribeClearance(const HandFreeSpace& room, const ContactYield& yie
   }
   if (!room.passes_with) {
     const double depth = -room.nearest.distance;
-    const std::string crosses = "the same hand passes with no clearance: surfaces already cross by " +
-                                AsMillimetres(depth) + " on the recorded path";
+    const std::string crosses =
+        "the same hand passes with no clearance: surfaces already cross by " +
+        AsMillimetres(depth) + " on the recorded path";
     const double tolerance = kKeptToVoxels * yield.voxel_size;
     const bool decides = depth > yield.PressedDepth();
     return crosses + ", more than the " + AsMillimetres(tolerance) + " that count as touching" +

@@ -42,7 +42,8 @@ inline Twist TwistAlone(const BodyModel& model, const RigidState& state,
   return ConstrainedTwist(*model.constraint, model.inertia, state, load, kFrame);
 }
 
-/// Moves a body at a twist for a frame. `radius`: of its points as they are displaced, m. Returns whether the travel limit held the body back.
+/// Moves a body at a twist for a frame. `radius`: of its points as they are displaced, m. Returns
+/// whether the travel limit held the body back.
 inline bool StepBody(const BodyModel& model, RigidState& state, const Twist& desired, double radius,
                      double max_travel) {
   if (!model.constraint) {

@@ -48,9 +48,8 @@ std::string Millimetres(double metres) {
 
 double ContactYield::PressedDepth(double force) const noexcept {
   const bool refined = contact == ContactModel::kRefined;
-  const double begins =
-      refined ? std::min(kLeastReach, kRefinedClearance - inward_shift_voxels)
-              : kPlainBegins + kPlainLayer * force_layer - inward_shift_voxels;
+  const double begins = refined ? std::min(kLeastReach, kRefinedClearance - inward_shift_voxels)
+                                : kPlainBegins + kPlainLayer * force_layer - inward_shift_voxels;
   const double spring = DepthOfSpring(force, refined ? kFullStiffnessDepth : 0.0);
   return std::max(0.0, spring - begins) * voxel_size;
 }
@@ -79,8 +78,8 @@ std::string ContactYield::Describe(double depth, double force) const {
   std::array<char, 200> text{};
   const std::string gives = "contact gives way by up to " + Millimetres(pressed);
   if (depth > pressed) {
-    std::snprintf(text.data(), text.size(), "%s where %.0f N rest on one place, so the surfaces cross",
-                  gives.c_str(), force);
+    std::snprintf(text.data(), text.size(),
+                  "%s where %.0f N rest on one place, so the surfaces cross", gives.c_str(), force);
   } else {
     std::snprintf(text.data(), text.size(),
                   "%s where %.0f N rest on one place, so this does not decide whether the part "

@@ -70,9 +70,10 @@ TEST(Verdict, TellsWhetherContactGivesWayByTheDepth) {
   ASSERT_TRUE(pressed.yield);
   EXPECT_NEAR(pressed.yield->PressedDepth(), 0.208 * voxel, 0.002 * voxel);
   EXPECT_THAT(Describe(pressed), HasSubstr("went 0.030 mm into fixed bodies (0.06 voxels)"));
-  EXPECT_THAT(Describe(pressed),
-              HasSubstr("contact gives way by up to 0.1 mm where 10 N rest on one place, so this "
-                        "does not decide whether the part fits: a voxel_m of 7.2e-05 or less does"));
+  EXPECT_THAT(
+      Describe(pressed),
+      HasSubstr("contact gives way by up to 0.1 mm where 10 N rest on one place, so this "
+                "does not decide whether the part fits: a voxel_m of 7.2e-05 or less does"));
   EXPECT_NEAR(AsJson({pressed})[0].at("voxel_m_decides").get<double>(), 7.2e-5, 1e-12);
   // 0.4 mm is more than any hand presses
   const BodyVerdict deep =

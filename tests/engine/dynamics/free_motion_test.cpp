@@ -19,9 +19,9 @@ using testing::RandomRotation;
 using testing::RungeKutta;
 using testing::Uniform;
 
-constexpr double kStep = 1e-3;      // s
-constexpr double kNoLimit = 1e9;    // m
-constexpr double kGravity = 9.81;   // m/s^2
+constexpr double kStep = 1e-3;     // s
+constexpr double kNoLimit = 1e9;   // m
+constexpr double kGravity = 9.81;  // m/s^2
 const AxisRadii kSmall = AxisRadii::Ball(0.01);
 
 Inertia Brick() {

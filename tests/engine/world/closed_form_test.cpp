@@ -82,8 +82,8 @@ TEST(ClosedForm, ABrickBelowTheAngleOfFrictionSticks) {
 
 /// Returns a world's model for a box that hangs or stands on a joint, with nothing else about it.
 std::shared_ptr<WorldModel> BoxOnAJoint(const Vec3& size, const Pose& X_WB) {
-  auto model = std::make_shared<WorldModel>(
-      *MakeWorldModel({{At(Box(size), X_WB.p, X_WB.q)}}, kVoxel));
+  auto model =
+      std::make_shared<WorldModel>(*MakeWorldModel({{At(Box(size), X_WB.p, X_WB.q)}}, kVoxel));
   model->scene.gravity_W = kDown;
   return model;
 }
@@ -146,8 +146,7 @@ TEST(ClosedForm, ATopPrecessesSteadily) {
   const double I1 = Vec3::UnitX().dot(I_W * Vec3::UnitX()) + inertia.mass * kHeight * kHeight;
   const double a = I1 * std::cos(kTilt);
   const double moment = inertia.mass * kGravity * kHeight;
-  const double round =
-      (I3 * kSpin - std::sqrt(I3 * I3 * kSpin * kSpin - 4 * a * moment)) / (2 * a);
+  const double round = (I3 * kSpin - std::sqrt(I3 * I3 * kSpin * kSpin - 4 * a * moment)) / (2 * a);
   World world(model);
   StepInputs inputs = FreeInputs(*model);
   // a body that another peer has moved so far goes on at its twist

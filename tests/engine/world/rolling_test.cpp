@@ -65,11 +65,11 @@ class Slope {
   Slope(const Roller& roller, const Quat& q)
       : radius_(roller.radius),
         q_(q),
-        model_(std::make_shared<WorldModel>(*MakeWorldModel(
-            {{At(Box(Vec3(0.12, 0.04, 0.006)), q * Vec3(0.05, 0, -0.003), q), true},
-             {At(roller.mesh, q * Vec3(0, 0, roller.radius + 0.45 * kVoxel), q), false,
-              roller.mass}},
-            kVoxel))) {
+        model_(std::make_shared<WorldModel>(
+            *MakeWorldModel({{At(Box(Vec3(0.12, 0.04, 0.006)), q * Vec3(0.05, 0, -0.003), q), true},
+                             {At(roller.mesh, q * Vec3(0, 0, roller.radius + 0.45 * kVoxel), q),
+                              false, roller.mass}},
+                            kVoxel))) {
     model_->scene.friction = 0.5;
   }
 

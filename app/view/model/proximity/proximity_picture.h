@@ -38,8 +38,8 @@ struct ProximityPicture {
   ContactYield held_yield;  // of `held_part`
 };
 
-/// Formats a distance as "3.214 mm ± 0.001 mm", with the error rounded up. Of bodies that overlap it
-/// tells the depth, how far contact gives way, and which voxel decides whether the part fits.
+/// Formats a distance as "3.214 mm ± 0.001 mm", with the error rounded up. Of bodies that overlap
+/// it tells the depth, how far contact gives way, and which voxel decides whether the part fits.
 std::string DistanceText(const SceneNearness& nearest, const ContactYield& yield);
 
 /// Makes the bodies of a drawn scene for MakeProximityParts().

@@ -89,7 +89,8 @@ void PaintProximity(QPainter& painter, const QSize& size, const CameraModel& cam
   const bool two = picture.of_held.other != SceneNearness::kNone;
   if (picture.nearest.other != SceneNearness::kNone) {
     const QString names = QString::fromStdString(picture.part + " \u2013 " + picture.other + ": ");
-    PaintLeastDistance(painter, size, camera, picture.nearest, picture.yield, two ? names : QString());
+    PaintLeastDistance(painter, size, camera, picture.nearest, picture.yield,
+                       two ? names : QString());
   }
   if (two) {
     PaintLeastDistance(painter, size, camera, picture.of_held, picture.held_yield,
