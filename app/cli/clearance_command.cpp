@@ -41,7 +41,7 @@ std::string NameOfOther(const WorldModel& model, const NearestPlace& nearest) {
 }
 
 std::string DescribePath(const HandFreeSpace& room, const std::string& body,
-                         const std::string& other) {
+                         const std::string& other, const ContactYield& yield) {
   const NearestPlace& nearest = room.nearest;
   if (!std::isfinite(nearest.distance)) return body + ": the scene has no other body";
   char place[120];
@@ -52,19 +52,26 @@ std::string DescribePath(const HandFreeSpace& room, const std::string& body,
   }
   if (*room.crosses) {
     return body + "-" + other + ": the surfaces cross by " + AsMillimetres(-nearest.distance) +
-           place;
+           place + (room.contact ? "; " + yield.Describe(-nearest.distance) : "");
   }
   return body + "-" + other + ": " + AsMillimetres(nearest.distance) + " is the least distance" +
          place;
 }
 
-std::string DescribeClearance(const HandFreeSpace& room) {
+std::string DescribeClearance(const HandFreeSpace& room, const ContactYield& yield) {
   if (!room.contact) return "the bodies were not solid, so no clearance was tried";
   if (!room.passes_with && !room.crosses) {
     return "no clearance was tried, because the depth where surfaces touch is not judged";
   }
   if (!room.passes_with) {
-    return "the same hand passes with no clearance: surfaces already cross on the recorded path";
+    const double depth = -room.nearest.distance;
+    const std::string crosses =
+        "the same hand passes with no clearance: surfaces already cross by " +
+        AsMillimetres(depth) + " on the recorded path";
+    const double tolerance = kKeptToVoxels * yield.voxel_size;
+    const bool decides = depth > yield.PressedDepth();
+    return crosses + ", more than the " + AsMillimetres(tolerance) + " that count as touching" +
+           (decides ? "" : "; a smaller voxel_m decides (see the line above)");
   }
   const std::string kept = std::isfinite(*room.kept)
                                ? "; its path then keeps " + AsMillimetres(*room.kept)
@@ -75,7 +82,7 @@ std::string DescribeClearance(const HandFreeSpace& room) {
 }
 
 nlohmann::ordered_json AsJson(const HandFreeSpace& room, const std::string& body,
-                              const std::string& other) {
+                              const std::string& other, const ContactYield& yield) {
   nlohmann::ordered_json json{{"frames", room.frames},
                               {"torn", room.torn},
                               {"body", body},
@@ -86,7 +93,9 @@ nlohmann::ordered_json AsJson(const HandFreeSpace& room, const std::string& body
                               {"crosses", nullptr},
                               {"passes_with_mm", nullptr},
                               {"at_least", room.at_least},
-                              {"kept_mm", nullptr}};
+                              {"kept_mm", nullptr},
+                              {"pressed_mm", nullptr},
+                              {"voxel_m_decides", nullptr}};
   const NearestPlace& nearest = room.nearest;
   if (std::isfinite(nearest.distance)) {
     if (!other.empty()) json["other"] = other;
@@ -97,6 +106,11 @@ nlohmann::ordered_json AsJson(const HandFreeSpace& room, const std::string& body
   if (room.crosses) json["crosses"] = *room.crosses;
   if (room.passes_with) json["passes_with_mm"] = 1e3 * *room.passes_with;
   if (room.kept && std::isfinite(*room.kept)) json["kept_mm"] = 1e3 * *room.kept;
+  if (!room.contact) return json;
+  json["pressed_mm"] = 1e3 * yield.PressedDepth();
+  if (room.crosses.value_or(false) && -nearest.distance <= yield.PressedDepth()) {
+    json["voxel_m_decides"] = yield.VoxelThatDecides(-nearest.distance);
+  }
   return json;
 }
 
@@ -118,11 +132,14 @@ int RunClearance(const ClearanceArguments& arguments) {
     Say("the recording is incomplete: it ends within a frame, and the frames before count");
   const std::string body = (*model)->bodies[room->nearest.body].name;
   const std::string other = NameOfOther(**model, room->nearest);
+  const WorldModel& of = **model;
+  const ContactYield yield =
+      YieldOf(of.scene, of.scene.bodies[of.object[room->nearest.body]].inward_shift_voxels);
   if (arguments.json) {
-    PrintText(JsonText(AsJson(*room, body, other), 2));
+    PrintText(JsonText(AsJson(*room, body, other, yield), 2));
   } else {
-    PrintLine("%s", DescribePath(*room, body, other).c_str());
-    PrintLine("%s", DescribeClearance(*room).c_str());
+    PrintLine("%s", DescribePath(*room, body, other, yield).c_str());
+    PrintLine("%s", DescribeClearance(*room, yield).c_str());
   }
   return kExitOk;
 }

@@ -101,14 +101,24 @@ void MeasureDepth(const Scene& scene, const PlacedMesh& moving, const PlacedMesh
   if (!gap.overlap) gap.depth = 0;
 }
 
-/// Returns the gap of a pair; nothing: the bodies stand as far apart as `needed`. `tree`: tree of
+/// What a pair needs, m.
+struct Needs {
+  double gap = 0;      // GapNeeded()
+  double pressed = 0;  // ContactYield::PressedDepth()
+
+  double Most() const { return std::max(gap, pressed); }
+};
+
+/// Returns the gap of a pair; nothing: the bodies stand as far apart as they need. `tree`: tree of
 /// the moving body.
 std::optional<StartGap> GapOf(const Scene& scene, const PlacedMesh& moving, const MeshTree& tree,
-                              const PlacedMesh& other, double needed) {
+                              const PlacedMesh& other, const Needs& needs) {
   StartGap gap;
+  const double needed = needs.gap;
   gap.needed = needed;
+  gap.pressed = needs.pressed;
   const double least = kTouching * scene.voxel_size;
-  const double reach = std::max(needed, least);
+  const double reach = std::max(needs.Most(), least);
   const MeshTree near(PartIn(GrownBox(moving.box, reach), other.mesh_W));
   gap.distance = FindClosestPoints(tree, Pose{}, near,
                                    {.at_most = reach, .tolerance = 1e-3 * scene.voxel_size})
@@ -116,7 +126,7 @@ std::optional<StartGap> GapOf(const Scene& scene, const PlacedMesh& moving, cons
   const bool touch = gap.distance <= least;
   const bool within =
       !touch && (LiesIn(moving.mesh_W, other.mesh_W) || LiesIn(other.mesh_W, moving.mesh_W));
-  if (!touch && !within && !(gap.distance < kNearlyAll * needed)) return std::nullopt;
+  if (!touch && !within && !(gap.distance < kNearlyAll * needs.Most())) return std::nullopt;
   if (touch || within) {
     MeasureDepth(scene, moving, other, within || gap.distance <= 0, gap);
     // a body shifted inward may lie in the other as deep as its shift
@@ -124,6 +134,8 @@ std::optional<StartGap> GapOf(const Scene& scene, const PlacedMesh& moving, cons
   }
   if (gap.distance > 0) {
     gap.voxel_fits = RoundedDown(gap.distance * scene.voxel_size / needed);
+    const double pressed = needs.pressed > 0 ? needs.pressed : needed;
+    gap.voxel_decides = RoundedDown(gap.distance * scene.voxel_size / pressed);
   }
   return gap;
 }
@@ -153,15 +165,18 @@ class PairSearch {
       const double other_shift = scene_.bodies[other].inward_shift_voxels;
       const bool points_of_other =
           !fixed && scene_.IsPointshell(other, points_[other], moving, points_[moving]);
-      const double needed = GapNeeded(scene_, points_of_other ? other_shift : shift);
-      const double reach = std::max(needed, kTouching * scene_.voxel_size);
+      const double of_points = points_of_other ? other_shift : shift;
+      // a part that is shifted inwards is meant to lie in others
+      const Needs needs{GapNeeded(scene_, of_points),
+                        of_points > 0 ? 0 : YieldOf(scene_, of_points).PressedDepth()};
+      const double reach = std::max(needs.Most(), kTouching * scene_.voxel_size);
       if (!GrownBox(box, reach).Overlaps(boxes_[j])) continue;
       if (out_of_time_()) {
         ++found_.unseen;
         continue;
       }
       if (!tree) tree.emplace(whole_W);
-      auto gap = GapOf(scene_, {whole_W, box}, *tree, {meshes_W_[j], boxes_[j]}, needed);
+      auto gap = GapOf(scene_, {whole_W, box}, *tree, {meshes_W_[j], boxes_[j]}, needs);
       if (!gap) continue;
       gap->moving = scene_.bodies[moving].name;
       gap->other = scene_.bodies[j].name;
@@ -211,6 +226,13 @@ double ContactBegins(const Scene& scene, double inward_shift_voxels) noexcept {
                             ? kRefinedClearance
                             : std::sqrt(3.0) * (scene.force_layer + 1);
   return (voxels - inward_shift_voxels) * scene.voxel_size;
+}
+
+ContactYield YieldOf(const Scene& scene, double inward_shift_voxels) noexcept {
+  return {.contact = scene.contact,
+          .force_layer = scene.force_layer,
+          .inward_shift_voxels = inward_shift_voxels,
+          .voxel_size = scene.voxel_size};
 }
 
 double GapNeeded(const Scene& scene, double inward_shift_voxels) noexcept {
@@ -263,6 +285,12 @@ std::string Describe(const StartGap& gap) {
            ", so they push one another apart: leave a gap, or give the moving one an "
            "\"inward_shift_voxels\"";
   }
+  if (gap.distance >= kNearlyAll * gap.needed) {
+    return pair + InMillimetres(gap.distance) + " apart, and a hand may press them up to " +
+           InMillimetres(gap.pressed) +
+           " into one another at this voxel: the part passes, but only a voxel_m of " +
+           InMetres(gap.voxel_decides) + " or less decides whether it fits";
+  }
   return pair + InMillimetres(gap.distance) + " apart, " + needed + ": a voxel_m of " +
          InMetres(gap.voxel_fits) +
          " or less fits; with larger voxels the part may jam, or be pressed through a wall";
@@ -277,8 +305,11 @@ nlohmann::ordered_json AsJson(const StartGaps& found) {
                     {"overlap", gap.overlap},
                     {"depth_mm", 1e3 * gap.depth},
                     {"contact_begins_mm", 1e3 * gap.needed},
-                    {"voxel_m_fits", nullptr}});
+                    {"voxel_m_fits", nullptr},
+                    {"pressed_mm", 1e3 * gap.pressed},
+                    {"voxel_m_decides", nullptr}});
     if (gap.voxel_fits > 0) rows.back()["voxel_m_fits"] = gap.voxel_fits;
+    if (gap.voxel_decides > 0) rows.back()["voxel_m_decides"] = gap.voxel_decides;
   }
   return rows;
 }

@@ -6,6 +6,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "engine/contact/field/pressed_depth.h"
 #include "engine/geometry/mesh/triangle_mesh.h"
 #include "engine/scene/scene.h"
 #include "engine/world/world_model.h"
@@ -19,8 +20,10 @@ struct StartGap {
   double distance = 0;  // m, between the surfaces; 0 where they touch or overlap
   double depth = 0;     // m, deepest point of one in the other; 0: none was found
   bool overlap = false;
-  double needed = 0;      // m, gap that GapNeeded() tells
-  double voxel_fits = 0;  // m, the largest voxel by which the two do not push; 0: none does
+  double needed = 0;         // m, gap that GapNeeded() tells
+  double voxel_fits = 0;     // m, the largest voxel by which the two do not push; 0: none does
+  double pressed = 0;        // m, how deep a hand may press the two into one another
+  double voxel_decides = 0;  // m, the largest voxel at which that is less than the gap; 0: none
 };
 
 /// The findings on all pairs of a scene.
@@ -40,11 +43,15 @@ double ContactBegins(const Scene& scene, double inward_shift_voxels) noexcept;
 /// ContactBegins() tells.
 double GapNeeded(const Scene& scene, double inward_shift_voxels) noexcept;
 
+/// Returns how contact of a moving body of the scene gives way.
+ContactYield YieldOf(const Scene& scene, double inward_shift_voxels) noexcept;
+
 /// The time for which a program examines pairs before it starts, s.
 inline constexpr double kStartGapSeconds = 1.0;
 
 /// Finds every pair of a moving body with another body that stands nearer at the start than
-/// GapNeeded(). The distance is that of the triangles: no voxel is read. Takes kStartGapSeconds,
+/// GapNeeded(), or nearer than a hand may press the two into one another (ContactYield). The
+/// distance is that of the triangles: no voxel is read. Takes kStartGapSeconds,
 /// and the time of what is begun by then: a distance, or a depth of two bodies of 50,000 triangles
 /// together.
 StartGaps FindStartGaps(const WorldModel& model);

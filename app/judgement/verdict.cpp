@@ -89,6 +89,10 @@ std::vector<BodyVerdict> Judge(const WorldModel& model, const HeldPoses& poses,
     BodyVerdict& verdict = verdicts.emplace_back();
     verdict.body = model.bodies[body].name;
     verdict.voxel_size = model.scene.voxel_size;
+    if (!contact_off) {
+      verdict.yield =
+          YieldOf(model.scene, model.scene.bodies[model.object[body]].inward_shift_voxels);
+    }
     verdict.met = met[body];
     std::vector<std::vector<Pose>> series(1);
     for (const HeldPose& pose : poses.kept()) {
@@ -128,7 +132,9 @@ std::string DescribeGap(const NearestBody& held_from) {
 
 std::string DescribePenetration(double depth, double voxel_size) {
   std::array<char, 96> text{};
-  std::snprintf(text.data(), text.size(), "went %.2f mm into fixed bodies (%.2f voxels)",
+  // the hundredth of a millimetre is too coarse for a small voxel
+  const int digits = depth < 1e-4 ? 3 : 2;
+  std::snprintf(text.data(), text.size(), "went %.*f mm into fixed bodies (%.2f voxels)", digits,
                 1e3 * depth, depth / voxel_size);
   return text.data();
 }
@@ -147,7 +153,8 @@ std::string DescribeDepth(const BodyVerdict& verdict) {
   if (verdict.poses_judged == 0) return "it touched nothing";
   const std::string judged = ", by " + WithPlural(verdict.poses_judged, "pose") + " of its way";
   if (*verdict.deepest > kRounding * verdict.voxel_size) {
-    return "it " + DescribePenetration(*verdict.deepest, verdict.voxel_size) + judged;
+    return "it " + DescribePenetration(*verdict.deepest, verdict.voxel_size) + judged +
+           (verdict.yield ? "; " + verdict.yield->Describe(*verdict.deepest) : "");
   }
   return "it never went into fixed bodies" + judged;
 }
@@ -184,7 +191,17 @@ nlohmann::ordered_json AsJson(const std::vector<BodyVerdict>& verdicts) {
                                {"deepest_mm", nullptr},
                                {"poses_judged", verdict.poses_judged},
                                {"held_from", nullptr},
-                               {"held_from_mm", nullptr}};
+                               {"held_from_mm", nullptr},
+                               {"pressed_mm", nullptr},
+                               {"voxel_m_decides", nullptr}};
+    if (verdict.yield) {
+      const double pressed = verdict.yield->PressedDepth();
+      const double deepest = verdict.deepest.value_or(0);
+      row["pressed_mm"] = 1e3 * pressed;
+      if (deepest > kRounding * verdict.voxel_size && deepest <= pressed) {
+        row["voxel_m_decides"] = verdict.yield->VoxelThatDecides(deepest);
+      }
+    }
     if (verdict.out) row["out"] = *verdict.out;
     if (verdict.deepest) row["deepest_mm"] = 1e3 * *verdict.deepest;
     if (verdict.held_from) {

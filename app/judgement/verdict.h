@@ -9,6 +9,7 @@
 
 #include "app/judgement/nearest_body.h"
 #include "collab/peer/peer_node.h"
+#include "engine/contact/field/pressed_depth.h"
 #include "engine/world/world_model.h"
 
 namespace tandem {
@@ -58,6 +59,8 @@ struct BodyVerdict {
   /// m, greatest depth in fixed bodies over the poses judged; nothing: not judged, or none is fixed
   std::optional<double> deepest;
   double voxel_size = 0;  // m
+  /// How contact of the body gives way; nothing: contact was off.
+  std::optional<ContactYield> yield;
   std::size_t poses_judged = 0;
   /// The body from which contact holds it at its last place, and the distance; nothing: no contact
   /// there, or surfaces that meet, or not judged.
@@ -103,7 +106,7 @@ std::string DescribeGap(const NearestBody& held_from);
 std::string DescribePenetration(double depth, double voxel_size);
 
 /// Returns an object for each verdict: body, moved_mm, farthest_mm, out, was_out, met, deepest_mm,
-/// poses_judged, held_from, held_from_mm.
+/// poses_judged, held_from, held_from_mm, pressed_mm, voxel_m_decides.
 nlohmann::ordered_json AsJson(const std::vector<BodyVerdict>& verdicts);
 
 }  // namespace tandem

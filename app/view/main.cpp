@@ -136,7 +136,7 @@ void Begin(const ViewOptions& options, MainWindow& window, SessionModel& session
 /// terminal.
 void SayVerdicts(const QStringList& lines) {
   for (const QString& line : lines) {
-    StandardError().WriteLine("tandem-view: " + line.toStdString());
+    SayFromView(line.toStdString());
   }
 }
 

@@ -4,20 +4,39 @@
 
 namespace tandem {
 
-StepEquations ImplicitEquations(const Inertia& inertia, const RigidState& state,
-                                const LinearizedForce& load, double h) noexcept {
+namespace {
+
+Mat3 InertiaInW(const Inertia& inertia, const RigidState& state) {
   const Mat3 R = state.X_WB.q.toRotationMatrix();
-  const Mat3 I_W = R * inertia.I_B * R.transpose();
+  return R * inertia.I_B * R.transpose();
+}
+
+StepEquations EquationsOfLoad(const Inertia& inertia, const Mat3& I_W, const RigidState& state,
+                              const LinearizedForce& load, double h) {
   StepEquations step;
   Mat6 M = Mat6::Zero();
   M.topLeftCorner<3, 3>() = I_W;
   M.bottomRightCorner<3, 3>() = inertia.mass * Mat3::Identity();
   M += h * load.damping;
   step.A = M + h * h * load.stiffness;
+  step.b = M * Stacked(state.V_WB) + h * load.force;
+  return step;
+}
+
+}  // namespace
+
+StepEquations EquationsWithoutSpin(const Inertia& inertia, const RigidState& state,
+                                   const LinearizedForce& load, double h) noexcept {
+  return EquationsOfLoad(inertia, InertiaInW(inertia, state), state, load, h);
+}
+
+StepEquations ImplicitEquations(const Inertia& inertia, const RigidState& state,
+                                const LinearizedForce& load, double h) noexcept {
+  const Mat3 I_W = InertiaInW(inertia, state);
+  StepEquations step = EquationsOfLoad(inertia, I_W, state, load, h);
   // w x I w = w x (I - c) w for any number c: with this c it is 0 for a ball, as it must be
   const Vec3 uneven = I_W * state.V_WB.w - (I_W.trace() / 3.0) * state.V_WB.w;
   step.A.topLeftCorner<3, 3>() -= h * CrossMatrix(uneven);
-  step.b = M * Stacked(state.V_WB) + h * load.force;
   return step;
 }
 

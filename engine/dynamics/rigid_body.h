@@ -30,6 +30,9 @@ struct StepEquations {
 /// and stable for any stiffness (docs/decisions/0004-contact-and-step.md).
 StepEquations ImplicitEquations(const Inertia& inertia, const RigidState& state,
                                 const LinearizedForce& load, double h) noexcept;
+/// Returns the same without G, for AdvanceFreely().
+StepEquations EquationsWithoutSpin(const Inertia& inertia, const RigidState& state,
+                                   const LinearizedForce& load, double h) noexcept;
 
 /// Returns their solution.
 Twist ImplicitTwist(const Inertia& inertia, const RigidState& state, const LinearizedForce& load,

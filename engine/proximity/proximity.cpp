@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "engine/geometry/exact/tree_pair.h"
-#include "engine/geometry/mesh/closest_on_triangle.h"
+#include "engine/proximity/closest_place.h"
 
 namespace tandem {
 
@@ -20,24 +20,6 @@ GridIndex VoxelAt(const Vec3& p_in_voxels) {
   return {static_cast<std::int32_t>(std::floor(p_in_voxels.x())),
           static_cast<std::int32_t>(std::floor(p_in_voxels.y())),
           static_cast<std::int32_t>(std::floor(p_in_voxels.z()))};
-}
-
-/// Returns the place on a mesh that is nearest to another.
-Vec3 ClosestTo(const MeshTree& mesh, const Vec3& place) noexcept {
-  double least = std::numeric_limits<double>::infinity();
-  Vec3 closest = place;
-  VisitNearLeaves(mesh.tree, place, least, [&](const BoxTree::Node& leaf) {
-    for (std::uint32_t k = leaf.first; k < leaf.first + leaf.count; ++k) {
-      const auto& [a, b, c] = mesh.triangles[k];
-      const Vec3 point = ClosestOnTriangle(a, b, c, place).point;
-      const double squared = (point - place).squaredNorm();
-      if (squared >= least) continue;
-      least = squared;
-      closest = point;
-    }
-    return least;
-  });
-  return closest;
 }
 
 }  // namespace
@@ -205,6 +187,7 @@ Nearness ProximityPair::Nearest(const Pose& X_BA, const NearestOptions& options)
   const bool by_points = (near.refined || beyond) && !near.overlap && apart.norm() > 0;
   near.gradient_B = by_points ? Vec3(apart.normalized()) : VoxelGradient(*b_, near.p_BA);
   if (near.overlap) {
+    if (options.depth) near.depth = DepthOfOverlap(*a_, *b_, X_BA);
     near.distance = 0;
     near.least = 0;
     near.most = 0;

@@ -63,6 +63,9 @@ struct Nearness {
   Vec3 gradient_B = Vec3::Zero();
   bool overlap = false;  // a surface crosses the other, or a voxel of A lies inside B
   bool refined = false;  // the points lie on the exact triangles
+  /// m, where they overlap: the depth of the deepest place found of one surface in the other. 0:
+  /// none was found, or it was not asked for.
+  double depth = 0;
 
   double error_bound() const { return std::max(most - distance, distance - least); }
 };
@@ -72,7 +75,13 @@ struct Nearness {
 struct NearestOptions {
   bool refine = true;
   std::size_t most_pairs = 100000;  // most pairs of triangles: some milliseconds
+  bool depth = false;               // look how deep they overlap: up to some tenths of a second
 };
+
+/// Returns the depth (m) of the deepest place found of either surface in the other. Places are the
+/// corners of triangles and those nearest to the middles of surface voxels, about as far apart as
+/// voxels. Of very many an even share is tried. So it may be less than the greatest depth.
+double DepthOfOverlap(const ProximityShape& a, const ProximityShape& b, const Pose& X_BA) noexcept;
 
 /// The number of voxels near a body.
 struct ShadowCount {

@@ -108,7 +108,10 @@ void SceneProximity::Take(Pair& pair, std::size_t part, std::span<const Pose> X_
   const double floor = least.other == SceneNearness::kNone ? near.least : least.least;
   least.least = std::min(floor, near.least);
   least.most = std::min(least.most, near.most);
-  if (least.other != SceneNearness::kNone && near.distance >= least.distance) return;
+  // of pairs that overlap the deeper one counts
+  const bool deeper = near.overlap && near.depth > least.depth;
+  const bool nearer = near.distance < least.distance;
+  if (least.other != SceneNearness::kNone && !nearer && !deeper) return;
   const bool is_a = part == pair.a;
   least.part = part;
   least.other = is_a ? pair.b : pair.a;
@@ -118,6 +121,7 @@ void SceneProximity::Take(Pair& pair, std::size_t part, std::span<const Pose> X_
   least.gradient_W = (is_a ? 1.0 : -1.0) * (Y_W.q * near.gradient_B);
   least.overlap = near.overlap;
   least.refined = near.refined;
+  least.depth = near.depth;
 }
 
 SceneNearness SceneProximity::NearestTo(std::size_t part, std::span<const Pose> X_W,

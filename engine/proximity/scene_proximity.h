@@ -52,6 +52,7 @@ struct SceneNearness {
   Vec3 gradient_W = Vec3::Zero();  // direction in which the part gains distance fastest
   bool overlap = false;
   bool refined = false;
+  double depth = 0;  // m, as in Nearness
 
   double error_bound() const { return std::max(most - distance, distance - least); }
 };

@@ -65,6 +65,7 @@ std::vector<World::Instance> World::MakeInstances(const WorldModel& model) {
   for (const std::size_t shape : InstanceShapes(model)) {
     Instance& instance = instances.emplace_back();
     instance.shape = shape;
+    instance.radii = AxisRadiiOf(model, shape);
     instance.state.X_WB = model.bodies[shape].X_WB0;
   }
   return instances;
@@ -150,7 +151,10 @@ const StepReport& World::Step(const StepInputs& in) noexcept {
 void World::BeginFrame(const StepInputs& in) noexcept {
   report_ = {};
   applied_forces_.Clear();
-  for (Instance& instance : instances_) instance.load = {};
+  for (Instance& instance : instances_) {
+    instance.load = {};
+    instance.pushed = false;
+  }
   for (Pair& pair : pairs_) pair.pushes = false;
   TANDEM_CHECK(in.instances.size() == instances_.size());
   BeginSimulated(in);
@@ -244,6 +248,11 @@ bool World::Couples(const Pair& pair) const noexcept {
   return pair.pushes && IsSimulated(pair.shell) && IsSimulated(pair.map);
 }
 
+BodyMotion World::MotionOf(InstanceIndex index) const noexcept {
+  const RigidState& state = instances_[index].state;
+  return {state.X_WB, state.V_WB, Rolls(index)};
+}
+
 bool World::ComputeContactForces() noexcept {
   if (!contact_on_) return true;
   bool all = true;
@@ -255,16 +264,17 @@ bool World::ComputeContactForces() noexcept {
       continue;
     }
     Instance& shell = instances_[pair.shell];
-    const BodyMotion shell_motion{shell.state.X_WB, shell.state.V_WB};
+    const BodyMotion shell_motion = MotionOf(pair.shell);
     PairReport found;
     if (pair.map == kFixture) {
       found = pair.contact->Collide(shell_motion, fixture, shell.load, on_fixture);
     } else {
-      Instance& map = instances_[pair.map];
-      found = pair.contact->Collide(shell_motion, {map.state.X_WB, map.state.V_WB}, shell.load,
-                                    map.load);
+      found = pair.contact->Collide(shell_motion, MotionOf(pair.map), shell.load,
+                                    instances_[pair.map].load);
     }
     pair.pushes = found.pushing_points > 0;
+    shell.pushed = shell.pushed || pair.pushes;
+    if (pair.map != kFixture && pair.pushes) instances_[pair.map].pushed = true;
     all = all && !found.waits;
     report_.tests += found.tests;
     if (found.over_capacity) report_.flags |= StepReport::kContactsFull;
@@ -300,7 +310,7 @@ void World::SolveVelocities() noexcept {
     instance.before = instance.state.V_WB;
     instance.desired = instance.together ? together_.twist(i)
                                          : TwistAlone(model_->bodies[instance.shape],
-                                                      instance.state, instance.load);
+                                                      instance.state, instance.load, Rolls(i));
   }
 }
 
@@ -317,7 +327,7 @@ void World::SolveTogether() noexcept {
       const RigidState& state = instance.state;
       const Mat6 basis =
           model.constraint ? AllowedBasis(*model.constraint, state.X_WB) : Mat6::Identity();
-      together_.AddBody(i, EquationsOf(model, state, instance.load), state.V_WB, basis);
+      together_.AddBody(i, EquationsOf(model, state, instance.load, Rolls(i)), state.V_WB, basis);
     }
     together_.Couple(pair.shell, pair.map, pair.contact->cross(), kFrame);
   }
@@ -351,7 +361,14 @@ void World::Integrate(const StepInputs& in) noexcept {
     } else if (instance.drive <= BodyDrive::kParked) {
       instance.state.V_WB = {};
     } else if (instance.drive == BodyDrive::kMirrored) {
-      FollowMirror(model, instance.state, in.instances[i].mirror_WB, radius, instance.max_travel);
+      FollowMirror(model, instance.state, in.instances[i].mirror_WB,
+                   instance.radii.Displaced(instance.displaced), instance.max_travel);
+    } else if (Rolls(i)) {
+      const Vec3* gravity_W = instance.pushed ? nullptr : &model_->scene.gravity_W;
+      if (StepFreely(model, instance.state, instance.desired, gravity_W,
+                     instance.radii.Displaced(instance.displaced), instance.max_travel)) {
+        report_.flags |= StepReport::kTravelLimited;
+      }
     } else if (StepBody(model, instance.state, instance.desired, radius, instance.max_travel)) {
       report_.flags |= StepReport::kTravelLimited;
     }

@@ -9,6 +9,7 @@
 #include "engine/dynamics/coupled_step.h"
 #include "engine/paging/resident_voxels.h"
 #include "engine/world/applied_force_report.h"
+#include "engine/world/body_radii.h"
 #include "engine/world/instances.h"
 #include "engine/world/step_inputs.h"
 #include "engine/world/world_model.h"
@@ -64,10 +65,12 @@ class World {
  private:
   struct Instance {
     std::size_t shape = 0;  // index into the model's bodies
+    AxisRadii radii;
     RigidState state;
     LinearizedForce load;
     BodyDrive drive = BodyDrive::kInactive;  // drive in this frame
     double max_travel = 0;                   // greatest travel in this frame, m
+    bool pushed = false;                     // contact pushes it in this frame
     double displaced = 0;   // greatest displacement of its points in either direction, m
     bool together = false;  // its twist is that of together_
     Twist before;           // its twist at the frame's start, if it is simulated
@@ -99,6 +102,12 @@ class World {
   void BeginFrame(const StepInputs& in) noexcept;
   /// Brings each pair's clearance nearer to its target.
   void UpdateClearances(const StepInputs& in) noexcept;
+  /// Tells whether forces move an instance that no hand turns.
+  bool Rolls(InstanceIndex index) const noexcept {
+    return instances_[index].drive == BodyDrive::kSimulated && held_ != index;
+  }
+  /// Returns the pose and motion of an instance, for contact.
+  BodyMotion MotionOf(InstanceIndex index) const noexcept;
   /// Tests all pairs; returns whether all could be tested.
   bool ComputeContactForces() noexcept;
   /// Finds how far each instance may go in the frame (MaxTravel).

@@ -8,6 +8,8 @@
 
 #include "engine/base/check.h"
 #include "engine/contact/features/edge_contact.h"
+#include "engine/contact/field/fading.h"
+#include "engine/contact/field/fit_reach.h"
 
 namespace tandem {
 
@@ -19,8 +21,6 @@ constexpr double kFullDampingDepth = 0.5;
 constexpr double kFullShareDepth = 0.25;
 /// The number of full contacts whose stiffness together is the greatest.
 constexpr double kStiffest = 100;
-/// The least distance from the surface to which a tight fit reduces the reach, voxels.
-constexpr double kLeastReach = 0.02;
 /// The deepest place in the other's surface where a shift and a displacement may let force begin,
 /// voxels.
 constexpr double kDeepestReach = -1.0;
@@ -30,33 +30,6 @@ constexpr double kWallFade = 0.2;
 /// The thickness of walls below which a point that has come through is pushed back, voxels.
 constexpr double kThickest = 1.9;
 constexpr std::size_t kMostContacts = std::size_t{1} << 17U;
-
-/// Share of the overlap of opposite sides by which the reach shrinks in a frame. If it were much
-/// larger, contacts that bear a load in a tight fit would lose it for a frame.
-constexpr double kReachCut = 0.25;
-/// Voxels by which the reach grows in a frame without overlap.
-constexpr double kReachPace = 0.01;
-/// Voxels of overlap from which on the reach does not grow.
-constexpr double kNoRoom = 0.005;
-/// Directions all round, one for each pair of opposite directions. No direction is farther than 28
-/// degrees from the nearest of these or their opposites.
-constexpr double kEdgeWay = 0.70710678118654752;
-constexpr double kCornerWay = 0.57735026918962576;
-constexpr std::size_t kDirections = 13;
-constexpr double kE = kEdgeWay;
-constexpr double kC = kCornerWay;
-constexpr std::array<double, kDirections> kWaysX{1, 0, 0, kE, kE, kE, kE, 0, 0, kC, kC, kC, kC};
-constexpr std::array<double, kDirections> kWaysY{0, 1, 0, kE, -kE, 0, 0, kE, kE, kC, kC, -kC, -kC};
-constexpr std::array<double, kDirections> kWaysZ{0, 0, 1, 0, 0, kE, -kE, kE, -kE, kC, -kC, kC, -kC};
-/// Cosines of the angle with a direction: up to kAlong a push counts in full along it, from kAside
-/// on it does not count.
-constexpr double kAlong = 0.88;
-constexpr double kAside = 0.7;
-
-/// Returns 1 up to one angle and 0 from another on, by their cosines or sines.
-double Fading(double value, double full, double none) {
-  return std::clamp((value - none) / (full - none), 0.0, 1.0);
-}
 
 /// Returns the share of a push on the middle of a sharp edge's part that counts. It is nothing
 /// where the other body's edge, which turns by 20 degrees or more, is nearest: crossing edges push
@@ -114,7 +87,8 @@ FieldPair::FieldPair(const BodySurface& shell, const BodySurface& map, const Opt
       of_shell_(shell.features, map.field, &map.features, CentreOf(shell, true), options.schedule),
       of_map_(map.features, shell.field, nullptr, CentreOf(shell, false), options.schedule),
       contacts_(std::min(kMostContacts,
-                         1024 + 2 * (shell.features.point_count() + map.features.point_count()))) {
+                         1024 + 2 * (shell.features.point_count() + map.features.point_count()))),
+      round_contacts_(shell.rounds.empty() && map.rounds.empty() ? 0 : contacts_.size()) {
   TANDEM_CHECK(shell.field.voxel_size() == map.field.voxel_size());
   SetClearance({static_cast<double>(DefaultForceLayer(ContactModel::kRefined)), 0.0});
   reach_ = full_reach_;
@@ -144,10 +118,10 @@ PairReport FieldPair::Collide(const BodyMotion& shell_body, const BodyMotion& ma
                               LinearizedForce& on_shell, LinearizedForce& on_map) noexcept {
   const Places places = PlacesOf(shell_body, map_body);
   const PairMotion motion = MotionSince(places.pair.X_VS);
-  of_shell_.Test(places.shell_in_map, motion, reach_);
-  of_map_.Test(places.map_in_shell, motion, reach_);
-  FindContacts(places);
-  FitReach();
+  of_shell_.Test(places.shell_in_map, motion, LookUpReach(*shell_, *map_, shell_body.rolls));
+  of_map_.Test(places.map_in_shell, motion, LookUpReach(*map_, *shell_, map_body.rolls));
+  FindContacts(places, shell_body.rolls, map_body.rolls);
+  reach_ = FittedReach(contacts(), s_, reach_, full_reach_);
   AddForces(places, on_shell, on_map);
   CountDemand();
   PairReport report;
@@ -170,47 +144,93 @@ void FieldPair::Add(const Vec3& p_V, const Vec3& nhat_V, double depth, double sh
   contacts_[contact_count_++] = {s_ * p_V, nhat_V, s_ * depth, share};
 }
 
-void FieldPair::FindContacts(const Places& places) noexcept {
+void FieldPair::FindContacts(const Places& places, bool shell_rolls, bool map_rolls) noexcept {
   contact_count_ = 0;
   over_capacity_ = false;
-  CollideField(of_shell_, *shell_, *map_, places.shell_in_map, true, places.shell_in_map);
-  CollideField(of_map_, *map_, *shell_, places.map_in_shell, false, places.shell_in_map);
+  const Pose& shell_in_map = places.shell_in_map;
+  CollideField(of_shell_, {*shell_, *map_, places.shell_in_map, shell_in_map, true,
+                           shell_rolls && !shell_->rounds.empty()});
+  CollideField(of_map_, {*map_, *shell_, places.map_in_shell, shell_in_map, false,
+                         map_rolls && !map_->rounds.empty()});
   CollideEdges(places.shell_in_map);
 }
 
-void FieldPair::CollideField(const FieldSchedule& schedule, const BodySurface& own,
-                             const BodySurface& other, const Pose& X_VF, bool to_map,
-                             const Pose& shell_in_map) noexcept {
-  const Mat3 R_VF = X_VF.q.toRotationMatrix();
+double FieldPair::LookUpReach(const BodySurface& own, const BodySurface& other,
+                              bool rolls) const noexcept {
+  if (!rolls || own.rounds.empty()) return reach_;
+  return std::min(reach_ + own.rounds.most_cap, std::max(reach_, other.field.range()));
+}
+
+void FieldPair::CollideField(const FieldSchedule& schedule, const Direction& in) noexcept {
+  const BodyFeatures& features = in.own.features;
+  const Mat3 R_VF = in.X_VF.q.toRotationMatrix();
+  const double reach = LookUpReach(in.own, in.other, in.rounds);
+  const std::size_t first = contact_count_;
+  if (in.rounds) round_contacts_.Begin(in.own.rounds, in.X_VF);
   std::array<TouchingPoint, FieldPushes::kMostPlaces> points;
   std::array<Vec3, FieldPushes::kMostPlaces> places_V;
   FieldPushes pushes;
   std::size_t count = 0;
   const auto push = [&] {
-    other.field.Pushes(std::span(places_V).first(count), reach_, pushes);
+    in.other.field.Pushes(std::span(places_V).first(count), reach, pushes);
     for (std::size_t k = 0; k < count; ++k) {
-      AddPushes(points[k], places_V[k], pushes.PushesAt(k), other.field, to_map, shell_in_map);
+      AddPushes(points[k], places_V[k], pushes.PushesAt(k), in);
     }
     count = 0;
   };
   for (const FieldSchedule::NearBlock& near : schedule.near()) {
     for (unsigned rest = near.touching; rest != 0; rest &= rest - 1) {
       const auto lane = static_cast<std::size_t>(std::countr_zero(rest));
-      const BodyFeatures::Point& point = own.features.point(near.block, lane);
-      places_V[count] = R_VF * own.features.place(near.block, lane) + X_VF.p;
+      const BodyFeatures::Point& point = features.point(near.block, lane);
+      places_V[count] = R_VF * features.place(near.block, lane) + in.X_VF.p;
       points[count] = {.inward_V = R_VF * point.inward.cast<double>(), .weight = point.weight};
       if (point.edge != BodyFeatures::kNoEdge) {
-        points[count].tangent_V = R_VF * own.features.edge(point.edge).tangent.cast<double>();
+        points[count].tangent_V = R_VF * features.edge(point.edge).tangent.cast<double>();
       }
+      if (in.rounds) points[count].round = in.own.rounds.RoundOf(near.block, lane);
       if (++count == points.size()) push();
     }
   }
   if (count > 0) push();
+  if (in.rounds) CollideRounds(in, first);
+}
+
+void FieldPair::CollideRounds(const Direction& in, std::size_t first) noexcept {
+  contact_count_ = round_contacts_.Reduce(std::span(contacts_).first(contact_count_), first);
+  std::array<RoundContacts::Facing, FieldPushes::kMostPlaces> facing;
+  std::array<Vec3, FieldPushes::kMostPlaces> places_V;
+  FieldPushes pushes;
+  std::size_t count = 0;
+  const auto push = [&] {
+    in.other.field.Pushes(std::span(places_V).first(count), reach_, pushes);
+    for (std::size_t k = 0; k < count; ++k) {
+      for (const FieldPush& on : pushes.PushesAt(k)) {
+        AddPush(places_V[k], on, RoundContacts::ShareOf(facing[k], on), in);
+      }
+    }
+    count = 0;
+  };
+  round_contacts_.VisitFacing([&](const RoundContacts::Facing& place) {
+    places_V[count] = place.place_V;
+    facing[count] = place;
+    if (++count == places_V.size()) push();
+  });
+  if (count > 0) push();
+}
+
+void FieldPair::AddPush(const Vec3& place_V, const FieldPush& push, double share,
+                        const Direction& in) noexcept {
+  const double depth = reach_ - push.distance;
+  if (in.to_map) {
+    Add(place_V, push.away_V, depth, share);
+  } else {
+    Add(in.shell_in_map * place_V, -(in.shell_in_map.q * push.away_V), depth, share);
+  }
 }
 
 void FieldPair::AddPushes(const TouchingPoint& point, const Vec3& place_V,
-                          std::span<const FieldPush> pushes, const DistanceField& field,
-                          bool to_map, const Pose& shell_in_map) noexcept {
+                          std::span<const FieldPush> pushes, const Direction& in) noexcept {
+  const DistanceField& field = in.other.field;
   FieldPush inward;
   if (pushes.empty()) {
     const FieldReading reading = field.At(place_V);
@@ -230,11 +250,14 @@ void FieldPair::AddPushes(const TouchingPoint& point, const Vec3& place_V,
       }
     }
     if (point.tangent_V) push.share *= ShareOnEdge(push, *point.tangent_V);
-    const double depth = reach_ - push.distance;
-    if (to_map) {
-      Add(place_V, push.away_V, depth, push.share);
-    } else {
-      Add(shell_in_map * place_V, -(shell_in_map.q * push.away_V), depth, push.share);
+    const std::size_t before = contact_count_;
+    AddPush(place_V, push, push.share, in);
+    if (!in.rounds) continue;
+    const std::size_t contact = contact_count_ > before ? before : RoundContacts::kNoContact;
+    if (point.round != RoundFeatures::kNone) {
+      round_contacts_.Take(point.round, place_V, push, contact);
+    } else if (contact != RoundContacts::kNoContact) {
+      round_contacts_.Leave(contact);
     }
   }
 }
@@ -282,35 +305,6 @@ void FieldPair::CollideEdges(const Pose& shell_in_map) noexcept {
       });
     }
   }
-}
-
-void FieldPair::FitReach() noexcept {
-  // by direction: the deepest contact that pushes along it, weighted by how far it does
-  std::array<double, kDirections> forth{};
-  std::array<double, kDirections> back{};
-  constexpr double kPerCosine = 1.0 / (kAlong - kAside);
-  for (const Contact& contact : contacts()) {
-    const Vec3& nhat = contact.nhat_V;
-    const double deep = contact.depth * contact.share;
-    for (std::size_t i = 0; i < kDirections; ++i) {
-      const double along = nhat.x() * kWaysX[i] + nhat.y() * kWaysY[i] + nhat.z() * kWaysZ[i];
-      const auto counts = [](double cosine) {
-        return std::min(1.0, std::max(0.0, (cosine - kAside) * kPerCosine));
-      };
-      forth[i] = std::max(forth[i], deep * counts(along));
-      back[i] = std::max(back[i], deep * counts(-along));
-    }
-  }
-  double common = 0;  // m
-  for (std::size_t i = 0; i < kDirections; ++i) {
-    common = std::max(common, std::min(forth[i], back[i]));
-  }
-  const double overlap = common / s_;
-  // squared, the growth changes little where both balance: otherwise the overlap would never settle
-  const double room = std::max(0.0, 1.0 - overlap / kNoRoom);
-  const double wider = kReachPace * room * room;
-  const double least_reach = std::min(kLeastReach, full_reach_);
-  reach_ = std::clamp(reach_ - kReachCut * overlap + wider, least_reach, full_reach_);
 }
 
 void FieldPair::AddForces(const Places& places, LinearizedForce& on_shell,
@@ -365,7 +359,7 @@ PoseReading FieldPair::Read(const BodyMotion& shell_body, const BodyMotion& map_
   X_VS_.reset();  // the calendars know of this pose
   const double nearest = std::min(of_shell_.Read(places.shell_in_map, reach_),
                                   of_map_.Read(places.map_in_shell, reach_));
-  FindContacts(places);
+  FindContacts(places, false, false);
   PoseReading reading;
   reading.contact_points = static_cast<int>(contact_count_);
   for (const FieldSchedule* schedule : {&of_shell_, &of_map_}) {

@@ -6,7 +6,9 @@
 #include <vector>
 
 #include "engine/contact/features/body_features.h"
+#include "engine/contact/features/round_features.h"
 #include "engine/contact/field/field_schedule.h"
+#include "engine/contact/field/round_contacts.h"
 #include "engine/contact/pair/body_pair.h"
 #include "engine/contact/pair/contact_forces.h"
 #include "engine/contact/pair/tangent_plane.h"
@@ -21,6 +23,7 @@ inline constexpr double kFullStiffnessDepth = 0.1;
 struct BodySurface {
   DistanceField field;
   BodyFeatures features;  // in the field's frame V
+  RoundFeatures rounds;   // its balls and cylinders
   Pose X_BV;
   /// Largest distance of its surface from its frame's origin, m; 0: it never moves.
   double radius = 0;
@@ -70,25 +73,38 @@ class FieldPair final : public BodyPair {
   Places PlacesOf(const BodyMotion& shell_body, const BodyMotion& map_body) const noexcept;
   /// Returns how the shell's body moved against the map since the last call.
   PairMotion MotionSince(const Pose& X_VS) noexcept;
-  void FindContacts(const Places& places) noexcept;
-  /// Finds the contacts of one body's features with the other's field. `to_map`: the other is the
-  /// map.
-  void CollideField(const FieldSchedule& schedule, const BodySurface& own, const BodySurface& other,
-                    const Pose& X_VF, bool to_map, const Pose& shell_in_map) noexcept;
+  void FindContacts(const Places& places, bool shell_rolls, bool map_rolls) noexcept;
+  /// One body whose features are looked up in the other's field.
+  struct Direction {
+    const BodySurface& own;
+    const BodySurface& other;
+    const Pose& X_VF;
+    const Pose& shell_in_map;
+    bool to_map;  // the other is the map
+    bool rounds;  // own round surfaces push where they face the other
+  };
+  /// Returns the distance up to which features of a body are looked up, voxels.
+  double LookUpReach(const BodySurface& own, const BodySurface& other, bool rolls) const noexcept;
+  /// Finds the contacts of one body's features with the other's field.
+  void CollideField(const FieldSchedule& schedule, const Direction& in) noexcept;
+  /// Finds the contacts of round surfaces where they face the other body, in place of those of
+  /// their features from number `first` on.
+  void CollideRounds(const Direction& in, std::size_t first) noexcept;
   /// A feature point that is near the other's surface, in the frame V of the other's field.
   struct TouchingPoint {
     Vec3 inward_V;
     std::optional<Vec3> tangent_V{};  // tangent of a sharp edge's part
     double weight;
+    std::uint8_t round = RoundFeatures::kNone;
   };
   void AddPushes(const TouchingPoint& point, const Vec3& place_V, std::span<const FieldPush> pushes,
-                 const DistanceField& field, bool to_map, const Pose& shell_in_map) noexcept;
+                 const Direction& in) noexcept;
+  /// Adds the contact of a place that the other body pushes.
+  void AddPush(const Vec3& place_V, const FieldPush& push, double share,
+               const Direction& in) noexcept;
   void CollideEdges(const Pose& shell_in_map) noexcept;
   /// Keeps a contact if it has depth. Lengths are in voxels.
   void Add(const Vec3& p_V, const Vec3& nhat_V, double depth, double share) noexcept;
-  /// Lets force begin nearer in the next frame where contacts push from opposite sides, and slowly
-  /// farther off again where they do not.
-  void FitReach() noexcept;
   /// Adds the loads of the contacts. Stiffness is in proportion to the contacts' sum, up to a
   /// bound.
   void AddForces(const Places& places, LinearizedForce& on_shell, LinearizedForce& on_map) noexcept;
@@ -107,6 +123,7 @@ class FieldPair final : public BodyPair {
   std::optional<Pose> X_VS_;  // at the last Collide()
   std::vector<Contact> contacts_;
   std::size_t contact_count_ = 0;
+  RoundContacts round_contacts_;
   bool over_capacity_ = false;
   TestDemand demand_;  // as of the last Collide()
 };

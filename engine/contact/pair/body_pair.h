@@ -15,6 +15,8 @@ namespace tandem {
 struct BodyMotion {
   Pose X_WB;
   Twist V_WB;
+  /// No hand turns it: its balls and cylinders roll (refined model).
+  bool rolls = false;
 };
 
 /// The result of a frame's test of a pair.

@@ -2,14 +2,12 @@
 #include <cmath>
 #include <fstream>
 #include <functional>
-#include <limits>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
 #include "app/common/exit_codes.h"
-#include "app/judgement/path_distance.h"
 #include "collab/recording/recorder.h"
 #include "collab/recording/replay.h"
 #include "collab/simulated/network/simulated_session.h"
@@ -18,7 +16,6 @@
 #include "tests/app/cli/program_run.h"
 #include "tests/support/key_scene.h"
 #include "tests/support/shapes.h"
-#include "tests/support/test_world.h"
 
 // Tests what `tandem clearance` tells of recordings of one hand. The recordings are made in virtual
 // time.
@@ -298,6 +295,25 @@ TEST_F(ClearanceCommand, PathThroughABodyHasNegativeClearance) {
               1e-6);
   EXPECT_NEAR(room.at("p_W")[2].get<double>(), lowest_z - 10 * kMillimetre, 1e-9);
   EXPECT_TRUE(room.at("passes_with_mm").is_null());
+  EXPECT_TRUE(room.at("pressed_mm").is_null()) << "there was no contact";
+}
+
+// A cube between two walls with play of 0.01 voxel: a hand that draws it aside with 7 N presses it
+// into one of them. That is less than contact gives, and the voxel that decides gives half of it.
+TEST_F(ClearanceCommand, TellsADepthThatContactGives) {
+  constexpr double kWall = 10.01 * kMillimetre;
+  TriangleMesh walls = BoxBetween({kWall, -0.03, -0.03}, {kWall + 10 * kMillimetre, 0.03, 0.03});
+  Append(walls, BoxBetween({-kWall - 10 * kMillimetre, -0.03, -0.03}, {-kWall, 0.03, 0.03}));
+  const json room = Measured(CubeBeside(walls),
+                             {{.body = "cube", .to_W = Vec3(9 * kMillimetre, 0, 0), .seconds = 1}});
+  ASSERT_EQ(room.at("crosses"), true) << room;
+  const double depth_mm = -room.at("along_path_mm").get<double>();
+  const double pressed_mm = room.at("pressed_mm").get<double>();
+  EXPECT_NEAR(pressed_mm, 0.208, 0.001);  // of voxels of a millimetre
+  EXPECT_LT(depth_mm, pressed_mm);
+  const double decides = 1e-3 * 0.5 * depth_mm / pressed_mm;
+  EXPECT_LE(room.at("voxel_m_decides").get<double>(), decides * (1 + 1e-6));
+  EXPECT_GE(room.at("voxel_m_decides").get<double>(), 0.9 * decides);
 }
 
 TEST_F(ClearanceCommand, PrintsBothFiguresAsText) {
@@ -333,61 +349,6 @@ TEST_F(ClearanceCommand, IncompleteRecordingIsRefusedInOneLine) {
   stream.put(static_cast<char>(before ^ 1));
   stream.close();
   ExpectRefused(RunTandem("clearance " + File("run")), kExitFailed, "damaged at frame ");
-}
-
-// A cube over a plate with far edges is as far from it as its lowest corner is high.
-TEST(PathDistance, MatchesARotatingCubeWithFewSearches) {
-  const TriangleMesh plate = BoxBetween({-1, -1, -0.02}, {1, 1, 0});
-  const TriangleMesh cube = Transformed(BoxOfHalf(Vec3::Constant(10 * kMillimetre)),
-                                        {Quat::Identity(), Vec3(0, 0, 50 * kMillimetre)});
-  const auto model = testing::MakeWorldModel({{plate, true}, {cube}}, 5 * kMillimetre);
-  const Quat& q_WB0 = model->bodies[0].X_WB0.q;
-  PathDistance path(std::make_shared<const PathMeshes>(model));
-  double least = std::numeric_limits<double>::infinity();
-  constexpr int kFrames = 4000;
-  for (int i = 0; i < kFrames; ++i) {
-    const double t = 1e-3 * i;
-    // in the second half it only turns, from standing flat onto a corner: each pose is the nearest
-    if (i == kFrames / 2) {
-      EXPECT_LT(path.searches(), kFrames / 4U);
-    }
-    const bool only_turns = i >= kFrames / 2;
-    const Quat turn = RotationBy(only_turns ? Vec3(0.3 * (t - 2), 0.3 * (t - 2), 0)
-                                            : Vec3(0.9 * std::sin(3 * t), std::cos(2 * t), 2 * t));
-    const Vec3 centre = only_turns
-                            ? Vec3(0, 0, 0.022)
-                            : Vec3(0.1 * std::sin(t), 0.1 * t, 0.06 + 0.03 * std::cos(5 * t));
-    path.See(0, {{turn * q_WB0, centre}}, i);
-    for (int corner = 0; corner < 8; ++corner) {
-      const Vec3 p_B((corner & 1) != 0 ? 10 * kMillimetre : -10 * kMillimetre,
-                     (corner & 2) != 0 ? 10 * kMillimetre : -10 * kMillimetre,
-                     (corner & 4) != 0 ? 10 * kMillimetre : -10 * kMillimetre);
-      least = std::min(least, (turn * p_B).z() + centre.z());
-    }
-    ASSERT_NEAR(path.nearest().distance, least, 1e-12) << "frame " << i;
-  }
-  EXPECT_GT(least, 0);
-}
-
-// Two cubes on one line: the gap between their faces, whichever of them moves.
-TEST(PathDistance, CountsTheMotionOfBothBodies) {
-  const TriangleMesh cube = BoxOfHalf(Vec3::Constant(10 * kMillimetre));
-  const TriangleMesh beside = Transformed(cube, {Quat::Identity(), Vec3(50 * kMillimetre, 0, 0)});
-  const auto model = testing::MakeWorldModel({{cube}, {beside}}, 5 * kMillimetre);
-  PathDistance path(std::make_shared<const PathMeshes>(model));
-  double least = std::numeric_limits<double>::infinity();
-  for (int i = 0; i < 1000; ++i) {
-    // in the second half the other one moves alone
-    const double x = i < 500 ? 10 * kMillimetre * std::sin(0.01 * i) : 12 * kMillimetre;
-    const double other_x = 50 * kMillimetre - 15 * kMillimetre * std::sin(0.013 * i);
-    path.See(0,
-             {{model->bodies[0].X_WB0.q, Vec3(x, 0, 0)},
-              {model->bodies[1].X_WB0.q, Vec3(other_x, 0, 0)}},
-             i);
-    least = std::min(least, other_x - x - 20 * kMillimetre);
-    ASSERT_NEAR(path.nearest().distance, least, 1e-12) << "frame " << i;
-  }
-  EXPECT_EQ(path.nearest().other, 1);
 }
 
 }  // namespace

@@ -37,10 +37,13 @@ Scene SceneOfBodies(double voxel_size, const std::vector<SceneBody>& bodies) {
   return scene;
 }
 
-/// Returns all pairs that stand too near.
+/// Returns all pairs that contact pushes at the start.
 std::vector<StartGap> GapsOf(const Scene& scene, const std::vector<TriangleMesh>& meshes_W) {
-  const StartGaps found = FindStartGaps(scene, meshes_W);
+  StartGaps found = FindStartGaps(scene, meshes_W);
   EXPECT_EQ(found.unseen, 0U);
+  std::erase_if(found.gaps, [](const StartGap& gap) {
+    return gap.distance >= 0.99 * gap.needed;
+  });
   return found.gaps;
 }
 
@@ -81,6 +84,27 @@ TEST(StartGaps, NamedVoxelSizeGivesNoWarning) {
     EXPECT_THAT(GapsOf(SceneOfBodies(0.999 * gaps[0].voxel_fits, kKey), meshes_W), IsEmpty());
   }
   EXPECT_THAT(GapsOf(SceneOfBodies(1 * kMm, kKey), KeyInHole(0.051 * kMm)), IsEmpty());
+}
+
+// Play of 0.07 mm at voxels of 0.5 mm: contact does not push, but a hand presses the part in deeper
+// than its play, so that nobody can tell whether it fits.
+TEST(StartGaps, NameTheVoxelSizeThatDecidesWhetherAPressedPartFits) {
+  const std::vector<TriangleMesh> meshes_W = KeyInHole(0.07 * kMm);
+  const Scene scene = SceneOfBodies(0.5 * kMm, kKey);
+  EXPECT_THAT(GapsOf(scene, meshes_W), IsEmpty());
+  const std::vector<StartGap> pressed = FindStartGaps(scene, meshes_W).gaps;
+  ASSERT_THAT(pressed, SizeIs(1));
+  EXPECT_NEAR(pressed[0].pressed, 0.104 * kMm, 0.001 * kMm);
+  EXPECT_NEAR(pressed[0].voxel_decides, 0.33 * kMm, 0.01 * kMm);
+  EXPECT_THAT(Describe(pressed[0]), HasSubstr("key-hole: 0.07 mm apart, and a hand may press them "
+                                              "up to 0.104 mm into one another"));
+  EXPECT_THAT(Describe(pressed[0]), HasSubstr("a voxel_m of 0.00033 or less decides"));
+  EXPECT_THAT(FindStartGaps(SceneOfBodies(0.33 * kMm, kKey), meshes_W).gaps, IsEmpty());
+  Scene plain = scene;
+  plain.contact = ContactModel::kPlain;
+  plain.force_layer = 2;
+  // plain contact begins more than a voxel away, where nobody presses surfaces together
+  EXPECT_EQ(YieldOf(plain, 0).PressedDepth(), 0);
 }
 
 TEST(StartGaps, PlainModelHasALargerOnset) {

@@ -61,6 +61,27 @@ TEST(Verdict, ReportsTheDepthOfAPenetration) {
                                            "went 0.40 mm into fixed bodies (0.80 voxels"));
 }
 
+TEST(Verdict, TellsWhetherContactGivesWayByTheDepth) {
+  // 0.03 mm deep: a hand may press surfaces 0.1 mm into one another at voxels of 0.5 mm
+  const BodyVerdict pressed =
+      VerdictOf({Vec3::Zero(), Vec3(0.00012, 0, 0.005), Vec3(0, 0, 0.06)}, true);
+  const double voxel = Key()->scene.voxel_size;
+  ASSERT_NEAR(voxel, 0.0005, 1e-12);
+  ASSERT_TRUE(pressed.yield);
+  EXPECT_NEAR(pressed.yield->PressedDepth(), 0.208 * voxel, 0.002 * voxel);
+  EXPECT_THAT(Describe(pressed), HasSubstr("went 0.030 mm into fixed bodies (0.06 voxels)"));
+  EXPECT_THAT(
+      Describe(pressed),
+      HasSubstr("contact gives way by up to 0.1 mm where 10 N rest on one place, so this "
+                "does not decide whether the part fits: a voxel_m of 7.2e-05 or less does"));
+  EXPECT_NEAR(AsJson({pressed})[0].at("voxel_m_decides").get<double>(), 7.2e-5, 1e-12);
+  // 0.4 mm is more than any hand presses
+  const BodyVerdict deep =
+      VerdictOf({Vec3::Zero(), Vec3(0.00049, 0, 0.005), Vec3(0, 0, 0.06)}, true);
+  EXPECT_THAT(Describe(deep), HasSubstr("so the surfaces cross"));
+  EXPECT_TRUE(AsJson({deep})[0].at("voxel_m_decides").is_null());
+}
+
 TEST(Verdict, ReportsAJammedPart) {
   const BodyVerdict verdict = VerdictOf({Vec3::Zero(), Vec3(0.00009, 0, 0.0087)}, true);
   EXPECT_EQ(verdict.out, false);
@@ -97,6 +118,8 @@ TEST(Verdict, SkipsTheSearchWithoutContact) {
   EXPECT_THAT(Describe(free), HasSubstr("it touched nothing"));
   const BodyVerdict off = VerdictOf(through, false, true);
   EXPECT_NEAR(off.deepest.value_or(0), 0.0004, 1e-6);
+  EXPECT_FALSE(off.yield) << "no contact that could give way";
+  EXPECT_TRUE(AsJson({off})[0].at("pressed_mm").is_null());
 }
 
 /// Returns a plate, a block 0.2 mm above it, where contact pushes, and a block that hangs far from

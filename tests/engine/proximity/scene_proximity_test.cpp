@@ -221,5 +221,23 @@ TEST(SceneProximity, ReportsUnvoxelizablePartsAndCanBeCancelled) {
   EXPECT_EQ(reported, (std::vector<std::string>{"plate", "nothing"}));
 }
 
+// The ball goes 0.4 mm into the plate, then the block 2.5 mm.
+TEST_F(TwoMovingParts, TellTheDepthOfAnOverlap) {
+  SceneProximity scene(parts_);
+  X_W_[1].p.z() = -0.0204;
+  SceneNearness near = scene.NearestTo(kBall, X_W_, {.depth = true});
+  EXPECT_TRUE(near.overlap);
+  EXPECT_NEAR(near.depth, 0.0004, 1e-5 + kFacets);
+  EXPECT_EQ(scene.NearestTo(kBall, X_W_).depth, 0) << "not asked for";
+  // of all overlaps the deepest
+  X_W_[3].p.z() = -0.0825;
+  near = scene.Nearest(X_W_, {.depth = true});
+  EXPECT_EQ(near.part, kBlock);
+  EXPECT_NEAR(near.depth, 0.0025, 1e-6);
+  X_W_[1].p.z() = 0;
+  X_W_[3].p.z() = 0;
+  EXPECT_EQ(scene.Nearest(X_W_, {.depth = true}).depth, 0);
+}
+
 }  // namespace
 }  // namespace tandem

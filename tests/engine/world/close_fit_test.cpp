@@ -5,18 +5,22 @@
 #include <gtest/gtest.h>
 
 #include "engine/contact/field/field_pair.h"
+#include "engine/contact/field/pressed_depth.h"
 #include "tests/support/shapes.h"
 #include "tests/support/test_world.h"
 
 namespace tandem {
 namespace {
 
+using testing::At;
+using testing::Box;
 using testing::FreeInputs;
 using testing::HandTo;
 using testing::HollowBlock;
 using testing::kVoxel;
 using testing::MakeWorldModel;
 using testing::RandomDirection;
+using testing::RunFrames;
 using testing::Sphere;
 using testing::Uniform;
 
@@ -118,6 +122,34 @@ TEST(CloseFit, ForceDoesNotJumpAsABallMovesInItsHollow) {
   FieldPair pair(ball.surface, model->fixture_surface, {},
                  DefaultContactGains(kVoxel, ball.inertia.mass, kFrame));
   EXPECT_EQ(CountJumps(pair, 0.2), 0);
+}
+
+// A light plug with play of 0.07 mm in a passage, voxels of 0.5 mm, tilted by a hand that turns it:
+// both ends press, so force begins at the surface, as in a narrow fit. It lies no deeper than told.
+TEST(ContactYield, AHandPressesAPlugNoDeeper) {
+  constexpr double kSize = 0.0005;
+  constexpr double kPlay = 0.00007;
+  kHapticThread.Enter();
+  const double half = 0.004;
+  const double wall = half + kPlay;
+  const auto side = [&](double z) {
+    return At(Box(Vec3(0.03, 0.02, 0.004)), Vec3(0, 0, z));
+  };
+  const auto model = MakeWorldModel({{side(wall + 0.002), true},
+                                     {side(-wall - 0.002), true},
+                                     {Box(Vec3(0.02, 0.01, 2 * half)), false, 0.02}},
+                                    kSize);
+  World world(model);
+  StepInputs inputs = FreeInputs(*model);
+  // a spring of 800 N/m that is drawn by F pulls with F
+  const double force = 6.7;
+  inputs.hand = HandTo(*model, 0, {Quat::Identity(), Vec3(0, 0, force / 800)});
+  RunFrames(world, inputs, 500);
+  double deepest = 0;
+  for (const Vec3& corner : testing::CornersOf(*model, 0)) {
+    deepest = std::max(deepest, (world.state(0).X_WB * corner).z() - wall);
+  }
+  EXPECT_LE(deepest, ContactYield{.voxel_size = kSize}.PressedDepth(force));
 }
 
 }  // namespace

@@ -99,12 +99,12 @@ QString ProximityModel::message() const {
   QString text =
       tr("%1 \u2013 %2: %3")
           .arg(QString::fromStdString(picture_->part), QString::fromStdString(picture_->other),
-               QString::fromStdString(DistanceText(picture_->nearest)));
+               QString::fromStdString(DistanceText(picture_->nearest, picture_->yield)));
   if (picture_->of_held.other != SceneNearness::kNone) {
     text += tr("; in hand: %1 \u2013 %2: %3")
                 .arg(QString::fromStdString(picture_->held_part),
                      QString::fromStdString(picture_->held_other),
-                     QString::fromStdString(DistanceText(picture_->of_held)));
+                     QString::fromStdString(DistanceText(picture_->of_held, picture_->held_yield)));
   }
   if (picture_->shadow_found > picture_->shadow_W.size()) {
     text += tr("; %1 of %2 near voxels shown")

@@ -38,8 +38,13 @@ std::array<std::uint8_t, 4> Bytes(const Colour& colour) {
 
 }  // namespace
 
-std::string DistanceText(const SceneNearness& nearest) {
-  if (nearest.overlap) return "overlap";
+std::string DistanceText(const SceneNearness& nearest, const ContactYield& yield) {
+  if (nearest.overlap && !(nearest.depth > 0)) return "overlap";
+  if (nearest.overlap) {
+    char depth[64];
+    std::snprintf(depth, sizeof depth, "overlap, %.3f mm deep; ", 1e3 * nearest.depth);
+    return depth + yield.Brief(nearest.depth);
+  }
   const double error_mm = 1e-3 * std::max(1.0, std::ceil(1e6 * nearest.error_bound()));
   char text[64];
   std::snprintf(text, sizeof text, "%.3f mm \u00b1 %.3f mm", 1e3 * nearest.distance, error_mm);
@@ -75,6 +80,16 @@ bool ProximityComposer::IsHeld(std::size_t part, std::span<const std::size_t> he
   return std::find_first_of(bodies.begin(), bodies.end(), held.begin(), held.end()) != bodies.end();
 }
 
+ContactYield ProximityComposer::YieldOf(std::size_t part) const {
+  const Scene& scene = scene_->source;
+  const std::size_t body = proximity_.parts()[part].bodies.front();
+  const bool known = body < scene.bodies.size();
+  return {.contact = scene.contact,
+          .force_layer = scene.force_layer,
+          .inward_shift_voxels = known ? scene.bodies[body].inward_shift_voxels : 0,
+          .voxel_size = scene_->voxel_size};
+}
+
 ProximityPicture ProximityComposer::Compose(std::span<const Pose> X_W,
                                             std::span<const std::size_t> held) {
   ProximityPicture picture;
@@ -97,10 +112,11 @@ ProximityPicture ProximityComposer::Compose(std::span<const Pose> X_W,
     const Eigen::Vector3f centre = centres_[i].cast<float>();
     picture.shadow_W.push_back({centre.x(), centre.y(), centre.z()});
   }
-  picture.nearest = proximity_.Nearest(X_W);
+  picture.nearest = proximity_.Nearest(X_W, {.depth = true});
   if (picture.nearest.other != SceneNearness::kNone) {
     picture.part = proximity_.parts()[picture.nearest.part].name;
     picture.other = proximity_.parts()[picture.nearest.other].name;
+    picture.yield = YieldOf(picture.nearest.part);
   }
   if (picture.nearest.other == SceneNearness::kNone || IsHeld(picture.nearest.part, held) ||
       IsHeld(picture.nearest.other, held)) {
@@ -108,13 +124,14 @@ ProximityPicture ProximityComposer::Compose(std::span<const Pose> X_W,
   }
   for (std::size_t part = 0; part < proximity_.parts().size(); ++part) {
     if (proximity_.parts()[part].fixed || !IsHeld(part, held)) continue;
-    const SceneNearness near = proximity_.NearestTo(part, X_W);
+    const SceneNearness near = proximity_.NearestTo(part, X_W, {.depth = true});
     if (near.other == SceneNearness::kNone) continue;
     const bool first = picture.of_held.other == SceneNearness::kNone;
     if (!first && near.distance >= picture.of_held.distance) continue;
     picture.of_held = near;
     picture.held_part = proximity_.parts()[near.part].name;
     picture.held_other = proximity_.parts()[near.other].name;
+    picture.held_yield = YieldOf(near.part);
   }
   return picture;
 }

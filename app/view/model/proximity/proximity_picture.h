@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "app/view/model/scene/drawn_scene.h"
+#include "engine/contact/field/pressed_depth.h"
 #include "engine/proximity/scene_proximity.h"
 
 namespace tandem {
@@ -33,10 +34,13 @@ struct ProximityPicture {
   SceneNearness of_held;                       // nearest pair of a part in hand, if `nearest` has
                                                // none in hand
   std::string held_part, held_other;
+  ContactYield yield;       // how contact of `part` gives way
+  ContactYield held_yield;  // of `held_part`
 };
 
-/// Formats a distance as "3.214 mm ± 0.001 mm", or "overlap". The error is rounded up.
-std::string DistanceText(const SceneNearness& nearest);
+/// Formats a distance as "3.214 mm ± 0.001 mm", with the error rounded up. Of bodies that overlap
+/// it tells the depth, how far contact gives way, and which voxel decides whether the part fits.
+std::string DistanceText(const SceneNearness& nearest, const ContactYield& yield);
 
 /// Makes the bodies of a drawn scene for MakeProximityParts().
 std::vector<ProximityBody> ProximityBodiesOf(const DrawnScene& scene);
@@ -56,6 +60,7 @@ class ProximityComposer {
 
  private:
   bool IsHeld(std::size_t part, std::span<const std::size_t> held) const;
+  ContactYield YieldOf(std::size_t part) const;
   struct ColouredBody {
     std::size_t part, body;
     std::vector<std::array<float, 3>> points_W;

@@ -25,7 +25,8 @@ void PaintBox(QPainter& painter, QPointF middle, const QSize& size, const QStrin
 }
 
 void PaintLeastDistance(QPainter& painter, const QSize& size, const CameraModel& camera,
-                        const SceneNearness& nearest, const QString& what) {
+                        const SceneNearness& nearest, const ContactYield& yield,
+                        const QString& what) {
   const auto from = camera.Project(nearest.p_WPart);
   const auto to = camera.Project(nearest.p_WOther);
   if (!from || !to) return;
@@ -42,7 +43,7 @@ void PaintLeastDistance(QPainter& painter, const QSize& size, const CameraModel&
   const QPointF below((a.x() + b.x()) / 2 + 100, std::max(a.y(), b.y()) + 30);
   painter.setPen(QPen(kInk, 1, Qt::DotLine));
   painter.drawLine((a + b) / 2, below);
-  PaintBox(painter, below, size, what + QString::fromStdString(DistanceText(nearest)));
+  PaintBox(painter, below, size, what + QString::fromStdString(DistanceText(nearest, yield)));
 }
 
 /// Explains the colours: moving bodies by distance, and the near voxels.
@@ -88,10 +89,12 @@ void PaintProximity(QPainter& painter, const QSize& size, const CameraModel& cam
   const bool two = picture.of_held.other != SceneNearness::kNone;
   if (picture.nearest.other != SceneNearness::kNone) {
     const QString names = QString::fromStdString(picture.part + " \u2013 " + picture.other + ": ");
-    PaintLeastDistance(painter, size, camera, picture.nearest, two ? names : QString());
+    PaintLeastDistance(painter, size, camera, picture.nearest, picture.yield,
+                       two ? names : QString());
   }
   if (two) {
-    PaintLeastDistance(painter, size, camera, picture.of_held, QStringLiteral("in hand: "));
+    PaintLeastDistance(painter, size, camera, picture.of_held, picture.held_yield,
+                       QStringLiteral("in hand: "));
   }
   PaintLegend(painter, size, picture);
 }

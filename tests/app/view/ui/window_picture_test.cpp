@@ -71,7 +71,8 @@ TEST_F(Window, FiguresInAndBesideThePictureAgree) {
         << list.labels[0].text << " beside " << delay.toStdString();
     delays.insert(delay);
     if (view().proximity() == nullptr) return;
-    const std::string distance = DistanceText(view().proximity()->nearest);
+    const std::string distance =
+        DistanceText(view().proximity()->nearest, view().proximity()->yield);
     EXPECT_TRUE(status->text().contains(QString::fromStdString(distance)))
         << distance << " beside " << status->text().toStdString();
     distances.insert(status->text());

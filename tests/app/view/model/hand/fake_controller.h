@@ -21,7 +21,7 @@ struct FakeController {
   bool received = true;   // else the controller is silent
   bool reachable = true;  // else nobody can attach
   double wall_x = 1e9;    // m; limit of the grasped point's x
-  std::string ended;  // when not empty, the process has ended with these words
+  std::string ended;      // when not empty, the process has ended with these words
   std::vector<HandRequest> launched;
   int processes = 0;                    // number that run
   std::vector<std::string> last_words;  // lines that it says when it is asked to end

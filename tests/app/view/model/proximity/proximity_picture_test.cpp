@@ -56,9 +56,10 @@ TEST_F(BlockAndBallNear, ReportsTheLeastDistanceAndItsBodies) {
   EXPECT_EQ(far.other, "block");
   EXPECT_NEAR(far.nearest.distance, kGap, 1e-7);
   EXPECT_TRUE(far.shadow_W.empty());
-  EXPECT_EQ(DistanceText(far.nearest), "50.000 mm \u00b1 0.001 mm");
+  EXPECT_EQ(DistanceText(far.nearest, far.yield), "50.000 mm \u00b1 0.001 mm");
   const ProximityPicture within = composer_.Compose(BallMovedBy(Vec3(0, kGap + 0.02, 0)));
-  EXPECT_EQ(DistanceText(within.nearest), "overlap");
+  EXPECT_NEAR(within.nearest.depth, 0.02, 1e-4);
+  EXPECT_EQ(DistanceText(within.nearest, within.yield).substr(0, 25), "overlap, 20.000 mm deep; ");
 }
 
 TEST_F(BlockAndBallNear, ShowsTheBlocksVoxelsUnderTheBall) {
@@ -76,7 +77,19 @@ TEST(DistanceText, RoundsTheErrorUp) {
   near.distance = 0.0032;
   near.least = 0.0032 - 1.7321e-3;
   near.most = 0.0032 + 1.7321e-3;
-  EXPECT_EQ(DistanceText(near), "3.200 mm \u00b1 1.733 mm");
+  EXPECT_EQ(DistanceText(near, {}), "3.200 mm \u00b1 1.733 mm");
+}
+
+TEST(DistanceText, TellsTheDepthAndTheVoxelThatDecides) {
+  SceneNearness pressed;
+  pressed.overlap = true;
+  pressed.depth = 0.061e-3;
+  EXPECT_EQ(DistanceText(pressed, {.voxel_size = 0.0005}),
+            "overlap, 0.061 mm deep; contact gives 0.1 mm at 10 N; voxel_m 0.00014 decides");
+  EXPECT_EQ(DistanceText(pressed, {.voxel_size = 0.0001}),
+            "overlap, 0.061 mm deep; contact gives 0.021 mm at 10 N: they cross");
+  pressed.depth = 0;
+  EXPECT_EQ(DistanceText(pressed, {.voxel_size = 0.0005}), "overlap");
 }
 
 /// Returns a scene with a second ball beside the block and the ball, 0.1 m to the left.
