@@ -1,6 +1,8 @@
 // Replaces functions of Cyclone, because Cyclone finds these before its own. Cyclone binds its
 // sockets to all addresses, whatever its configuration says, and learns of networks only once, when
-// a domain is made. These functions give a domain's sockets to DomainNetworks, which knows better.
+// a domain is made. These functions give a domain's sockets to DomainNetworks, which knows better,
+// and what comes to PacketFilter. They stand in one file, so that no program has some of them
+// alone.
 
 #include <array>
 #include <atomic>
@@ -19,6 +21,7 @@
 
 #include "collab/dds/networks/domain_networks.h"
 #include "collab/dds/networks/live_domains.h"
+#include "collab/dds/transport/packet_filter.h"
 
 namespace tandem {
 namespace {
@@ -84,7 +87,8 @@ NewDomainNetworks::~NewDomainNetworks() {
 
 DomainNetworks* NetworksOfSocket(int socket) noexcept {
   if (socket < 0 || static_cast<std::size_t>(socket) >= kMostDescriptors) return nullptr;
-  return SharedDomains().of_socket[static_cast<std::size_t>(socket)].load(std::memory_order_acquire);
+  return SharedDomains().of_socket[static_cast<std::size_t>(socket)].load(
+      std::memory_order_acquire);
 }
 
 void ForEachLiveDomain(const std::function<void(DomainNetworks&)>& use) {
@@ -104,14 +108,16 @@ dds_return_t BindBounded(ddsrt_socket_t socket, const sockaddr* address, socklen
   std::memcpy(&own, address, sizeof own);
   if (!networks->Bind(socket, own.sin_addr.s_addr)) return DDS_RETCODE_ERROR;
   t_being_made.bound = true;
-  SharedDomains().of_socket[static_cast<std::size_t>(socket)].store(networks, std::memory_order_release);
+  SharedDomains().of_socket[static_cast<std::size_t>(socket)].store(networks,
+                                                                    std::memory_order_release);
   return cyclones(socket, reinterpret_cast<const sockaddr*>(&own), sizeof own);
 }
 
 void ReleaseSocket(ddsrt_socket_t socket) {
   DomainNetworks* const networks = NetworksOfSocket(socket);
   if (networks == nullptr) return;
-  SharedDomains().of_socket[static_cast<std::size_t>(socket)].store(nullptr, std::memory_order_release);
+  SharedDomains().of_socket[static_cast<std::size_t>(socket)].store(nullptr,
+                                                                    std::memory_order_release);
   // a domain that is being made goes with NewDomainNetworks
   if (!networks->Release(socket)) return;
   if (networks == t_being_made.networks) {
@@ -166,6 +172,27 @@ dds_return_t ddsrt_sendmsg(ddsrt_socket_t socket, const ddsrt_msghdr_t* message,
   *sent = networks->Send(socket, *message, flags);
   // Cyclone passes over this code without a line in its log
   return *sent >= 0 ? DDS_RETCODE_OK : DDS_RETCODE_NO_CONNECTION;
+}
+
+// For a dropped packet it returns that nobody is there, as after an ICMP message. Cyclone passes
+// over that code without a line in its log.
+dds_return_t ddsrt_recvmsg(ddsrt_socket_t socket, ddsrt_msghdr_t* message, int flags,
+                           ssize_t* received) {
+  static const auto cyclones = tandem::CyclonesOwn<decltype(ddsrt_recvmsg)>("ddsrt_recvmsg");
+  alignas(cmsghdr) std::array<std::byte, CMSG_SPACE(sizeof(in_pktinfo))> beside;
+  ddsrt_msghdr_t with_way = *message;
+  with_way.msg_control = beside.data();
+  with_way.msg_controllen = beside.size();
+  const dds_return_t code = cyclones(socket, &with_way, flags, received);
+  message->msg_namelen = with_way.msg_namelen;
+  message->msg_flags = with_way.msg_flags;
+  if (code == DDS_RETCODE_OK && *received > 0 &&
+      tandem::JudgeArrival(with_way, static_cast<std::size_t>(*received),
+                           tandem::NetworksOfSocket(socket)) != tandem::PacketDrop::kNone) {
+    *received = 0;
+    return DDS_RETCODE_NO_CONNECTION;
+  }
+  return code;
 }
 
 // Shows a domain that is being made one network that leads everywhere.

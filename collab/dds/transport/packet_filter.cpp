@@ -6,8 +6,6 @@
 #include <mutex>
 #include <random>
 
-#include <dds/ddsrt/sockets.h>
-#include <dlfcn.h>
 #include <netinet/in.h>
 
 #include "collab/dds/networks/domain_networks.h"
@@ -208,7 +206,10 @@ void CorrectAnnouncedAddress(std::span<std::uint8_t> packet, std::uint32_t from,
   });
 }
 
-PacketDrop JudgeShared(const msghdr& message, std::size_t size, DomainNetworks* networks) noexcept {
+}  // namespace
+
+PacketDrop JudgeArrival(const msghdr& message, std::size_t size,
+                        DomainNetworks* networks) noexcept {
   // Cyclone wakes its own threads with one byte
   if (size <= 1) return PacketDrop::kNone;
   if (message.msg_iovlen != 1 || message.msg_name == nullptr) return PacketDrop::kNone;
@@ -234,8 +235,6 @@ PacketDrop JudgeShared(const msghdr& message, std::size_t size, DomainNetworks* 
   return drop;
 }
 
-}  // namespace
-
 PacketCounts PacketsJudged() noexcept {
   PacketCounts judged{};
   for (std::size_t i = 0; i < judged.size(); ++i) {
@@ -245,29 +244,3 @@ PacketCounts PacketsJudged() noexcept {
 }
 
 }  // namespace tandem
-
-extern "C" {
-// Replaces Cyclone's function, because Cyclone finds this one before its own. For a dropped packet
-// it returns that nobody is there, as after an ICMP message. Cyclone passes over that code without
-// a line in its log.
-dds_return_t ddsrt_recvmsg(ddsrt_socket_t socket, ddsrt_msghdr_t* message, int flags,
-                           ssize_t* received) {
-  static const auto cyclones =
-      reinterpret_cast<decltype(&ddsrt_recvmsg)>(dlsym(RTLD_NEXT, "ddsrt_recvmsg"));
-  tandem::DomainNetworks* const networks = tandem::NetworksOfSocket(socket);
-  alignas(cmsghdr) std::array<std::byte, CMSG_SPACE(sizeof(in_pktinfo))> beside;
-  ddsrt_msghdr_t with_way = *message;
-  with_way.msg_control = beside.data();
-  with_way.msg_controllen = beside.size();
-  const dds_return_t code = cyclones(socket, &with_way, flags, received);
-  message->msg_namelen = with_way.msg_namelen;
-  message->msg_flags = with_way.msg_flags;
-  if (code == DDS_RETCODE_OK && *received > 0 &&
-      tandem::JudgeShared(with_way, static_cast<std::size_t>(*received), networks) !=
-          tandem::PacketDrop::kNone) {
-    *received = 0;
-    return DDS_RETCODE_NO_CONNECTION;
-  }
-  return code;
-}
-}

@@ -6,7 +6,11 @@
 #include <span>
 #include <vector>
 
+#include <sys/socket.h>
+
 namespace tandem {
+
+class DomainNetworks;
 
 /// The reason why a packet was dropped before DDS saw it.
 enum class PacketDrop : std::uint8_t {
@@ -84,6 +88,11 @@ class PacketFilter {
   Pace others_;
   Pace endpoints_;
 };
+
+/// Judges a packet that came by a socket of a domain, with this process's filter. `networks`: of
+/// the domain; null: it is bound to none. Announcements that pass name the address that they came
+/// from.
+PacketDrop JudgeArrival(const msghdr& message, std::size_t size, DomainNetworks* networks) noexcept;
 
 /// The packets of this process so far, by reason; kNone counts those that DDS saw.
 using PacketCounts = std::array<std::uint64_t, static_cast<std::size_t>(PacketDrop::kCount)>;

@@ -53,6 +53,22 @@ TEST_F(Program, EndsInOneLineWhereTheDisplayRefusesIt) {
   server.waitForFinished(kPatienceMs);
 }
 
+// A linker leaves out a file of a library that no other file names, and the functions in it too.
+TEST_F(Program, HasEveryFunctionThatReplacesOneOfCyclones) {
+  for (const char* program : {TANDEM_VIEW, TANDEM_PROGRAM}) {
+    QProcess nm;
+    nm.start("nm", {"-D", "--defined-only", program});
+    ASSERT_TRUE(nm.waitForFinished(kPatienceMs));
+    const std::string symbols = nm.readAllStandardOutput().toStdString();
+    for (const char* name :
+         {"ddsrt_recvmsg", "ddsrt_sendmsg", "ddsrt_bind", "ddsrt_close", "ddsrt_setsockopt",
+          "ddsrt_getifaddrs", "ddsrt_thread_create", "ddsrt_cond_waitfor", "ddsrt_cond_waituntil",
+          "ddsi_tkmap_lookup_instance_ref", "ddsi_typeinfo_valid"}) {
+      EXPECT_THAT(symbols, ::testing::HasSubstr(std::string(" T ") + name)) << program;
+    }
+  }
+}
+
 // The window never came, so that there is no controller that could go on.
 TEST_F(Program, OpenSaysNothingOfAControllerThatWasNotStarted) {
   QProcessEnvironment other = here_;
