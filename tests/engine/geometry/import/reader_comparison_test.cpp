@@ -174,8 +174,10 @@ TEST(ReaderComparison, FilesMadeHereMatchTheOracle) {
   const TempFolder folder;
   std::vector<fs::path> files;
   for (const Case& one : Cases()) {
-    if (std::string(one.name).starts_with("p"))
+    // the oracle splits polygons as a fan, which is no measure for the concave prism
+    if (std::string(one.name).starts_with("plain")) {
       files.push_back(folder.Write(one.name, one.content));
+    }
   }
   const auto oracle = AskOracle(files);
   if (oracle.empty()) GTEST_SKIP() << "python3 does not run";
@@ -237,7 +239,13 @@ TEST(ReaderComparison, ModelsMatchTheOracleAndAssimpExceptWhereExplained) {
     EXPECT_EQ(asked && AreAlike(own, *asked), !oracle_differs.contains(model))
         << file << ": " << describe(own) << ", the oracle "
         << (asked ? describe(*asked) : "refuses it");
-    const Measured assimp = MeasureOf(ReadWithAssimp(file.string(), ""));
+    Measured assimp = MeasureOf(ReadWithAssimp(file.string(), ""));
+    if (EndingOf(file) == "dae") {
+      // assimp multiplies the unit in
+      const double unit_m = answer->metres_per_unit;
+      assimp.area /= std::pow(unit_m, 2);
+      assimp.volume /= std::pow(unit_m, 3);
+    }
     EXPECT_EQ(AreAlike(own, assimp), !assimp_differs.contains(model))
         << file << ": " << describe(own) << ", assimp " << describe(assimp);
   }
