@@ -90,9 +90,9 @@ TEST_F(ControlUsersTest, HostHearsNothingOfAFileThatIsNoScene) {
   Controller host = Attach();
   const std::filesystem::path file = folder_.path() / "shadow";
   std::ofstream(file) << "root:verysecret:1:0:99999";
-  for (const ControlRequest& request :
-       std::vector<ControlRequest>{LoadSceneRequest{file.string()}, LoadMeshRequest{file.string()},
-                                   VoxelizeRequest{file.string()}}) {
+  for (const ControlRequest& request : std::vector<ControlRequest>{
+           LoadSceneRequest{file.string()}, LoadMeshRequest{.file = file.string(), .body = {}},
+           VoxelizeRequest{file.string()}}) {
     const Answer answer = host.Ask(request, 20);
     EXPECT_FALSE(answer.ok);
     EXPECT_EQ(answer.reason.find("root"), std::string::npos) << answer.reason;
