@@ -90,9 +90,9 @@ TEST_F(ControlUsersTest, HostHearsNothingOfAFileThatIsNoScene) {
   Controller host = Attach();
   const std::filesystem::path file = folder_.path() / "shadow";
   std::ofstream(file) << "root:verysecret:1:0:99999";
-  for (const ControlRequest& request :
-       std::vector<ControlRequest>{LoadSceneRequest{file.string()}, LoadMeshRequest{file.string()},
-                                   VoxelizeRequest{file.string()}}) {
+  for (const ControlRequest& request : std::vector<ControlRequest>{
+           LoadSceneRequest{file.string()}, LoadMeshRequest{.file = file.string(), .body = {}},
+           VoxelizeRequest{file.string()}}) {
     const Answer answer = host.Ask(request, 20);
     EXPECT_FALSE(answer.ok);
     EXPECT_EQ(answer.reason.find("root"), std::string::npos) << answer.reason;
@@ -114,21 +114,21 @@ TEST_F(ControlUsersTest, ResetPutsBackWhatAnotherUserMovedLast) {
   controller_.emplace(*std::move(started));
   name_ += "-ben";
   Controller ben = Attach();
-  const auto rises = [](Controller& host, double height) {
+  const auto slides = [](Controller& host, double way) {
     while (host.snapshot().hand.body < 0) host.Wait(milliseconds(50));
     PlainPose goal = host.snapshot().hand.X_WG;
-    goal.p_W[2] += height;
+    goal.p_W[0] += way;
     host.SetGoal(goal);
     const auto body = static_cast<std::size_t>(host.snapshot().hand.body);
-    const double from = host.snapshot().bodies[body].X_W.p_W[2];
+    const double from = host.snapshot().bodies[body].X_W.p_W[0];
     for (int i = 0; i < 300; ++i) {
       host.Wait(milliseconds(20));
-      if (host.snapshot().bodies[body].X_W.p_W[2] - from > 0.9 * height) return body;
+      if (host.snapshot().bodies[body].X_W.p_W[0] - from > 0.9 * way) return body;
     }
     return std::size_t{99};
   };
   ASSERT_TRUE(anna.Ask(GrabRequest{.body = "peg"}).ok);
-  const std::size_t peg = rises(anna, 0.02);
+  const std::size_t peg = slides(anna, 0.02);
   ASSERT_LT(peg, 2U);
   Answer given;
   for (int i = 0; i < 100 && !given.ok; ++i) {
@@ -136,11 +136,14 @@ TEST_F(ControlUsersTest, ResetPutsBackWhatAnotherUserMovedLast) {
     anna.Wait(milliseconds(50));
   }
   ASSERT_TRUE(given.ok) << given.reason;
-  ASSERT_EQ(rises(ben, 0.02), peg);
+  ASSERT_EQ(slides(ben, 0.02), peg);
   Answer back = anna.Ask(RetraceRequest{RetraceRequest::To::kReset});
   EXPECT_FALSE(back.ok);
   EXPECT_EQ(back.reason, "0 bodies went back; peg did not: ben holds it");
   ASSERT_TRUE(ben.Ask(ReleaseRequest{}).ok);
+  for (int i = 0; i < 100 && !anna.snapshot().bodies[peg].holders.empty(); ++i) {
+    anna.Wait(milliseconds(50));  // until anna's program has heard of it
+  }
   // ben has not held it where it began, and anna has not moved it last
   back = anna.Ask(RetraceRequest{RetraceRequest::To::kReset});
   EXPECT_TRUE(back.ok) << back.reason;

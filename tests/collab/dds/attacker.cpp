@@ -8,6 +8,7 @@
 // "refused" if it could not even begin, else "attacking".
 #include <array>
 #include <cstdio>
+#include <cstring>
 #include <limits>
 #include <map>
 #include <string>
@@ -123,7 +124,9 @@ class Attacker {
                                [this](const tandem_SceneManifest& manifest) {
                                  if (manifest.offered_by != victim_) return false;
                                  offer_ = manifest;
+                                 // lists of a sample that is given back
                                  offer_.bodies = {};
+                                 offer_.mesh_digests = {};
                                  return true;
                                });
   }
@@ -320,7 +323,10 @@ class Attacker {
     tandem_SceneManifest manifest = offer_;
     manifest.offered_by = self_;
     manifest.revision = SceneManifest::kUnderWay;
-    if (content != 0) manifest.content_hash = content;
+    if (content != 0) {
+      manifest.content_hash = content;
+      std::memcpy(manifest.content_digest.bytes, &content, sizeof content);
+    }
     if (voxel_size != 0) manifest.voxel_size = voxel_size;
     manifest.friction = friction;
     return writer > 0 && dds_write(writer, &manifest) == DDS_RETCODE_OK;
