@@ -10,6 +10,7 @@
 #include "app/common/console.h"
 #include "app/common/exit_codes.h"
 #include "app/common/option_checks.h"
+#include "app/common/scene_files.h"
 #include "engine/base/text/json_text.h"
 #include "engine/contact/kept/surface_file.h"
 #include "engine/geometry/import/mesh_file.h"

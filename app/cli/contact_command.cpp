@@ -11,6 +11,7 @@
 #include "app/common/exit_codes.h"
 #include "app/common/option_checks.h"
 #include "app/common/poses_file.h"
+#include "app/common/scene_files.h"
 #include "engine/contact/pair/contact_pair.h"
 #include "engine/geometry/exact/exact_surface.h"
 #include "engine/geometry/import/mesh_file.h"

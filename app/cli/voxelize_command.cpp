@@ -11,6 +11,7 @@
 #include "app/common/console.h"
 #include "app/common/exit_codes.h"
 #include "app/common/option_checks.h"
+#include "app/common/scene_files.h"
 #include "app/common/stop_signal.h"
 #include "engine/base/hash.h"
 #include "engine/base/peak_memory.h"

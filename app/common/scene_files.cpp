@@ -1,8 +1,10 @@
 #include "app/common/scene_files.h"
 
 #include <algorithm>
+#include <utility>
 #include <vector>
 
+#include "app/common/console.h"
 #include "app/common/program_folders.h"
 
 namespace tandem {
@@ -39,6 +41,15 @@ Result<Scene> LoadNamedScene(const std::string& name_or_path) {
   }
   return Error{"there is no scene '" + name_or_path + "': name a file, or one of " + scenes + " (" +
                file.parent_path().string() + ")"};
+}
+
+Result<TriangleMesh> ImportAndTell(const std::filesystem::path& file, const ImportOptions& options,
+                                   std::vector<std::string>* remarks) {
+  std::vector<std::string> told;
+  Result<TriangleMesh> mesh = ImportMesh(file, options, &told);
+  for (const std::string& remark : told) Say(file.native() + ": " + remark);
+  if (remarks != nullptr) *remarks = std::move(told);
+  return mesh;
 }
 
 }  // namespace tandem

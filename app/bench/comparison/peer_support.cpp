@@ -5,7 +5,7 @@
 #include <ctime>
 
 #include "app/common/exit_codes.h"
-#include "app/common/mesh_unit.h"
+#include "app/common/scene_files.h"
 #include "engine/base/units.h"
 #include "engine/geometry/import/mesh_file.h"
 #include "engine/geometry/mesh/mass_properties.h"

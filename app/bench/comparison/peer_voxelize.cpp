@@ -5,7 +5,7 @@
 #include <tbb/global_control.h>
 
 #include "app/bench/comparison/peer_support.h"
-#include "app/common/mesh_unit.h"
+#include "app/common/scene_files.h"
 #include "engine/geometry/import/mesh_file.h"
 #include "engine/voxel/build/voxelize.h"
 

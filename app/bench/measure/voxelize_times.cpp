@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "app/bench/measure/bench_scene.h"
-#include "app/common/mesh_unit.h"
 #include "app/common/scene_files.h"
 #include "app/picture/chart.h"
 #include "app/process/child_processes.h"

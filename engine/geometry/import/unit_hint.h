@@ -4,26 +4,11 @@
 #include <filesystem>
 #include <optional>
 #include <string>
-#include <utility>
-#include <vector>
 
-#include "app/common/console.h"
 #include "engine/geometry/import/declared_unit.h"
-#include "engine/geometry/import/mesh_file.h"
 #include "engine/geometry/mesh/triangle_mesh.h"
 
 namespace tandem {
-
-/// Does ImportMesh(), and says what the file asks for and its reader does not honour, a line each.
-inline Result<TriangleMesh> ImportAndTell(const std::filesystem::path& file,
-                                          const ImportOptions& options,
-                                          std::vector<std::string>* remarks = nullptr) {
-  std::vector<std::string> told;
-  Result<TriangleMesh> mesh = ImportMesh(file, options, &told);
-  for (const std::string& remark : told) Say(file.native() + ": " + remark);
-  if (remarks != nullptr) *remarks = std::move(told);
-  return mesh;
-}
 
 /// Returns a hint on a mesh file that was read at `scale` metres per file unit, if a person gave
 /// that scale. A file that is very long in metres, and whose unit nobody gave, is in millimetres as
