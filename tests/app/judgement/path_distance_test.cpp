@@ -16,14 +16,14 @@ namespace {
 using testing::BoxBetween;
 using testing::BoxOfHalf;
 
-constexpr double kMillimetre = 1e-3;
+constexpr double kPathMillimetre = 1e-3;  // m
 
 // A cube over a plate with far edges is as far from it as its lowest corner is high.
 TEST(PathDistance, MatchesARotatingCubeWithFewSearches) {
   const TriangleMesh plate = BoxBetween({-1, -1, -0.02}, {1, 1, 0});
-  const TriangleMesh cube = Transformed(BoxOfHalf(Vec3::Constant(10 * kMillimetre)),
-                                        {Quat::Identity(), Vec3(0, 0, 50 * kMillimetre)});
-  const auto model = testing::MakeWorldModel({{plate, true}, {cube}}, 5 * kMillimetre);
+  const TriangleMesh cube = Transformed(BoxOfHalf(Vec3::Constant(10 * kPathMillimetre)),
+                                        {Quat::Identity(), Vec3(0, 0, 50 * kPathMillimetre)});
+  const auto model = testing::MakeWorldModel({{plate, true}, {cube}}, 5 * kPathMillimetre);
   const Quat& q_WB0 = model->bodies[0].X_WB0.q;
   PathDistance path(std::make_shared<const PathMeshes>(model));
   double least = std::numeric_limits<double>::infinity();
@@ -42,9 +42,9 @@ TEST(PathDistance, MatchesARotatingCubeWithFewSearches) {
                             : Vec3(0.1 * std::sin(t), 0.1 * t, 0.06 + 0.03 * std::cos(5 * t));
     path.See(0, {{turn * q_WB0, centre}}, i);
     for (int corner = 0; corner < 8; ++corner) {
-      const Vec3 p_B((corner & 1) != 0 ? 10 * kMillimetre : -10 * kMillimetre,
-                     (corner & 2) != 0 ? 10 * kMillimetre : -10 * kMillimetre,
-                     (corner & 4) != 0 ? 10 * kMillimetre : -10 * kMillimetre);
+      const Vec3 p_B((corner & 1) != 0 ? 10 * kPathMillimetre : -10 * kPathMillimetre,
+                     (corner & 2) != 0 ? 10 * kPathMillimetre : -10 * kPathMillimetre,
+                     (corner & 4) != 0 ? 10 * kPathMillimetre : -10 * kPathMillimetre);
       least = std::min(least, (turn * p_B).z() + centre.z());
     }
     ASSERT_NEAR(path.nearest().distance, least, 1e-12) << "frame " << i;
@@ -54,20 +54,21 @@ TEST(PathDistance, MatchesARotatingCubeWithFewSearches) {
 
 // Two cubes on one line: the gap between their faces, whichever of them moves.
 TEST(PathDistance, CountsTheMotionOfBothBodies) {
-  const TriangleMesh cube = BoxOfHalf(Vec3::Constant(10 * kMillimetre));
-  const TriangleMesh beside = Transformed(cube, {Quat::Identity(), Vec3(50 * kMillimetre, 0, 0)});
-  const auto model = testing::MakeWorldModel({{cube}, {beside}}, 5 * kMillimetre);
+  const TriangleMesh cube = BoxOfHalf(Vec3::Constant(10 * kPathMillimetre));
+  const TriangleMesh beside =
+      Transformed(cube, {Quat::Identity(), Vec3(50 * kPathMillimetre, 0, 0)});
+  const auto model = testing::MakeWorldModel({{cube}, {beside}}, 5 * kPathMillimetre);
   PathDistance path(std::make_shared<const PathMeshes>(model));
   double least = std::numeric_limits<double>::infinity();
   for (int i = 0; i < 1000; ++i) {
     // in the second half the other one moves alone
-    const double x = i < 500 ? 10 * kMillimetre * std::sin(0.01 * i) : 12 * kMillimetre;
-    const double other_x = 50 * kMillimetre - 15 * kMillimetre * std::sin(0.013 * i);
+    const double x = i < 500 ? 10 * kPathMillimetre * std::sin(0.01 * i) : 12 * kPathMillimetre;
+    const double other_x = 50 * kPathMillimetre - 15 * kPathMillimetre * std::sin(0.013 * i);
     path.See(0,
              {{model->bodies[0].X_WB0.q, Vec3(x, 0, 0)},
               {model->bodies[1].X_WB0.q, Vec3(other_x, 0, 0)}},
              i);
-    least = std::min(least, other_x - x - 20 * kMillimetre);
+    least = std::min(least, other_x - x - 20 * kPathMillimetre);
     ASSERT_NEAR(path.nearest().distance, least, 1e-12) << "frame " << i;
   }
   EXPECT_EQ(path.nearest().other, 1);

@@ -19,9 +19,9 @@ using testing::MakeWorldModel;
 using testing::TestBody;
 using testing::TotalEnergy;
 
-constexpr double kGravity = 9.81;
+constexpr double kStandardGravity = 9.81;
 constexpr double kMostRisen = 1e-3;  // share of the energy exchanged
-const Vec3 kDown(0, 0, -kGravity);
+const Vec3 kGravityDown_W(0, 0, -kStandardGravity);
 
 /// Returns a world's model for a brick on a plate, under gravity that leans by `angle`.
 std::shared_ptr<const WorldModel> BrickOnASlope(double angle, double friction) {
@@ -30,7 +30,7 @@ std::shared_ptr<const WorldModel> BrickOnASlope(double angle, double friction) {
                        {At(Box(Vec3(0.03, 0.02, 0.008)), Vec3(0, 0, 0.004 + 0.45 * kVoxel))}},
                       kVoxel));
   model->scene.friction = friction;
-  model->scene.gravity_W = RotationBy(Vec3(0, -angle, 0)) * kDown;
+  model->scene.gravity_W = RotationBy(Vec3(0, -angle, 0)) * kGravityDown_W;
   return model;
 }
 
@@ -56,7 +56,7 @@ TEST(ClosedForm, ABrickSlidesUpToTheTravelLimitAndGainsNoEnergy) {
         from = speed;
       }
     }
-    const double exact = kGravity * (std::sin(angle) - kMu * std::cos(angle));
+    const double exact = kStandardGravity * (std::sin(angle) - kMu * std::cos(angle));
     EXPECT_NEAR((speed - from) / (frames * kFrame), exact, 0.03 * exact) << degrees;
     EXPECT_LT(energy.risen(), kMostRisen) << degrees;
   }
@@ -84,7 +84,7 @@ TEST(ClosedForm, ABrickBelowTheAngleOfFrictionSticks) {
 std::shared_ptr<WorldModel> BoxOnAJoint(const Vec3& size, const Pose& X_WB) {
   auto model =
       std::make_shared<WorldModel>(*MakeWorldModel({{At(Box(size), X_WB.p, X_WB.q)}}, kVoxel));
-  model->scene.gravity_W = kDown;
+  model->scene.gravity_W = kGravityDown_W;
   return model;
 }
 
@@ -107,7 +107,7 @@ TEST(ClosedForm, APendulumSwingsForTheExactPeriod) {
       other = std::sqrt(mean * other);
       mean = next;
     }
-    const double moment = mass * kGravity * kLength;
+    const double moment = mass * kStandardGravity * kLength;
     const double about = body.inertia.I_B(1, 1) + mass * kLength * kLength;
     const double period = 2 * std::numbers::pi * std::sqrt(about / moment) / mean;
     // from the first passage of the lowest place to the fifth after it: two and a half periods
@@ -145,7 +145,7 @@ TEST(ClosedForm, ATopPrecessesSteadily) {
   const double I3 = axis.dot(I_W * axis);
   const double I1 = Vec3::UnitX().dot(I_W * Vec3::UnitX()) + inertia.mass * kHeight * kHeight;
   const double a = I1 * std::cos(kTilt);
-  const double moment = inertia.mass * kGravity * kHeight;
+  const double moment = inertia.mass * kStandardGravity * kHeight;
   const double round = (I3 * kSpin - std::sqrt(I3 * I3 * kSpin * kSpin - 4 * a * moment)) / (2 * a);
   World world(model);
   StepInputs inputs = FreeInputs(*model);

@@ -20,7 +20,7 @@ using testing::MakeWorldModel;
 using testing::Sphere;
 using testing::TotalEnergy;
 
-constexpr double kGravity = 9.81;
+constexpr double kRollingGravity = 9.81;
 /// At this speed the top of a roller goes 0.8 of half a voxel in a frame.
 constexpr double kFastest = 0.8 * 0.5 * kVoxel / (2 * kFrame);
 
@@ -53,16 +53,16 @@ struct Roller {
   double share;  // of g sin(angle) by which it accelerates: 5/7 or 2/3
 };
 
-struct Run {
+struct Descent {
   double acceleration = 0;  // m/s^2
   double slip = 0;          // the greatest, m/s
   double risen = 0;         // TotalEnergy::risen()
 };
 
 /// A plate along the x axis of `q`, with a roller on it.
-class Slope {
+class RollersSlope {
  public:
-  Slope(const Roller& roller, const Quat& q)
+  RollersSlope(const Roller& roller, const Quat& q)
       : radius_(roller.radius),
         q_(q),
         model_(std::make_shared<WorldModel>(
@@ -74,14 +74,14 @@ class Slope {
   }
 
   /// Lets the roller go under gravity that leans by an angle against the plate.
-  Run Down(double degrees) {
+  Descent Down(double degrees) {
     kHapticThread.Enter();
     const double angle = degrees * std::numbers::pi / 180;
-    model_->scene.gravity_W = q_ * (RotationBy(Vec3(0, -angle, 0)) * Vec3(0, 0, -kGravity));
+    model_->scene.gravity_W = q_ * (RotationBy(Vec3(0, -angle, 0)) * Vec3(0, 0, -kRollingGravity));
     World world(model_);
     const StepInputs inputs = FreeInputs(*model_);
     TotalEnergy energy(*model_, world.state(0));
-    Run run;
+    Descent descent;
     int frames = -1;
     double from = 0;
     double speed = 0;
@@ -92,15 +92,15 @@ class Slope {
       if (frames >= 0) {
         ++frames;
         const double turning = radius_ * V_WB.w.dot(q_ * Vec3::UnitY());
-        run.slip = std::max(run.slip, std::abs(speed - turning));
+        descent.slip = std::max(descent.slip, std::abs(speed - turning));
       } else if (speed > 0.04) {
         frames = 0;
         from = speed;
       }
     }
-    run.acceleration = (speed - from) / (frames * kFrame);
-    run.risen = energy.risen();
-    return run;
+    descent.acceleration = (speed - from) / (frames * kFrame);
+    descent.risen = energy.risen();
+    return descent;
   }
 
  private:
@@ -119,16 +119,17 @@ TEST(Rolling, BallsAndCylindersAccelerateAsTheTextbookSays) {
       Roller{"slender cylinder", Cylinder(0.005, 0.02, 48), 0.005, 0.0043, 2.0 / 3}};
   for (const Roller& roller : rollers) {
     for (const bool tilted : {false, true}) {
-      Slope slope(roller, RotationBy(Vec3(0, tilted ? 0.2 : 0.0, 0)));
+      RollersSlope slope(roller, RotationBy(Vec3(0, tilted ? 0.2 : 0.0, 0)));
       for (const double degrees : {5.0, 10.0, 20.0}) {
-        const double exact = roller.share * kGravity * std::sin(degrees * std::numbers::pi / 180);
-        const Run run = slope.Down(degrees);
+        const double exact =
+            roller.share * kRollingGravity * std::sin(degrees * std::numbers::pi / 180);
+        const Descent descent = slope.Down(degrees);
         const std::string which =
             roller.name + ", " + std::to_string(degrees) + (tilted ? ", tilted" : "");
-        RecordProperty(which, std::to_string(run.acceleration / exact));
-        EXPECT_NEAR(run.acceleration / exact, 1.0, 0.03) << which;
-        EXPECT_LT(run.slip, 1e-3) << which;
-        EXPECT_LT(run.risen, 1e-3) << which;
+        RecordProperty(which, std::to_string(descent.acceleration / exact));
+        EXPECT_NEAR(descent.acceleration / exact, 1.0, 0.03) << which;
+        EXPECT_LT(descent.slip, 1e-3) << which;
+        EXPECT_LT(descent.risen, 1e-3) << which;
       }
     }
   }
