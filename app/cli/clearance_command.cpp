@@ -52,7 +52,8 @@ std::string DescribePath(const HandFreeSpace& room, const std::string& body,
   }
   if (*room.crosses) {
     return body + "-" + other + ": the surfaces cross by " + AsMillimetres(-nearest.distance) +
-           place + (room.contact ? "; " + yield.Describe(-nearest.distance) : "");
+           " \u00b1 " + AsMillimetres(room.depth_error) + place +
+           (room.contact ? "; " + yield.Describe(-nearest.distance) : "");
   }
   return body + "-" + other + ": " + AsMillimetres(nearest.distance) + " is the least distance" +
          place;
@@ -91,6 +92,7 @@ nlohmann::ordered_json AsJson(const HandFreeSpace& room, const std::string& body
                               {"at_s", nullptr},
                               {"p_W", nullptr},
                               {"crosses", nullptr},
+                              {"depth_tolerance_mm", nullptr},
                               {"passes_with_mm", nullptr},
                               {"at_least", room.at_least},
                               {"kept_mm", nullptr},
@@ -104,6 +106,7 @@ nlohmann::ordered_json AsJson(const HandFreeSpace& room, const std::string& body
     json["p_W"] = {nearest.p_W.x(), nearest.p_W.y(), nearest.p_W.z()};
   }
   if (room.crosses) json["crosses"] = *room.crosses;
+  if (room.crosses.value_or(false)) json["depth_tolerance_mm"] = 1e3 * room.depth_error;
   if (room.passes_with) json["passes_with_mm"] = 1e3 * *room.passes_with;
   if (room.kept && std::isfinite(*room.kept)) json["kept_mm"] = 1e3 * *room.kept;
   if (!room.contact) return json;
@@ -133,8 +136,9 @@ int RunClearance(const ClearanceArguments& arguments) {
   const std::string body = (*model)->bodies[room->nearest.body].name;
   const std::string other = NameOfOther(**model, room->nearest);
   const WorldModel& of = **model;
-  const ContactYield yield =
+  ContactYield yield =
       YieldOf(of.scene, of.scene.bodies[of.object[room->nearest.body]].inward_shift_voxels);
+  yield.force = std::max(kHandForce, room->peak_force);
   if (arguments.json) {
     PrintText(JsonText(AsJson(*room, body, other, yield), 2));
   } else {

@@ -247,7 +247,8 @@ int RunReplay(const ReplayArguments& arguments) {
     Say("the recording is incomplete: it ends within a frame, and the frames before are replayed");
   const std::vector<BodyVerdict> verdicts =
       Judge(**model, player.poses(), player.met(), FinalPoses((*replay)->node().world()),
-            !header.peer.experiments.contact);
+            !header.peer.experiments.contact,
+            (*replay)->node().peer().telemetry().hand_figures().peak_force);
   for (const BodyVerdict& verdict : verdicts) Say(Describe(verdict));
   if (arguments.json) {
     ordered_json json = ReplayJson(result, *reader, wall_s);

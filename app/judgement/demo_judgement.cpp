@@ -137,9 +137,11 @@ PenetrationReport Penetration(const WorldModel& model, std::size_t body,
   const PenetrationOracle oracle(BodiesMeeting(fixture_W, way), part_B, voxel_size);
   const int threads = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
   const std::int64_t start_ns = MonotonicNowNs();
-  return oracle.Check(series, threads, [&] {
+  PenetrationReport report = oracle.Check(series, threads, [&] {
     return ToSeconds(MonotonicNowNs() - start_ns) > seconds_limit;
   });
+  oracle.Refine(series, report);
+  return report;
 }
 
 PenetrationReport Penetration(const WorldModel& model, std::size_t body,

@@ -28,8 +28,8 @@ struct Outcome {
 Outcome OutcomeOf(const WorldModel& model, std::size_t body, const Pose& X_WB);
 
 /// Judges poses by exact geometry against all fixed bodies, a series of poses for each instance. It
-/// judges all poses, or as many as the time allows. `voxel_size`: unit of the depths, and twice the
-/// spacing of the samples on the body.
+/// judges all poses, or as many as the time allows, and bounds the error of the greatest depth.
+/// `voxel_size`: unit of the depths, and twice the spacing of the samples on the body.
 PenetrationReport Penetration(const WorldModel& model, std::size_t body,
                               const std::vector<std::vector<Pose>>& series, double voxel_size,
                               double seconds_limit);

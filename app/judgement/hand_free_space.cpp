@@ -61,7 +61,8 @@ struct HandRun {
   std::vector<Pose> last_WB;
   std::int64_t frames = 0;
   std::int64_t first_ns = 0;
-  double outward = 0;  // m, farthest that recorded orders displace points outwards
+  double peak_force = 0;  // N, of the hand
+  double outward = 0;     // m, farthest that recorded orders displace points outwards
   bool torn = false;
   bool whole = true;  // the replay did not end because surfaces came too near
 };
@@ -112,6 +113,7 @@ Result<HandRun> RunWith(const RecordedHand& hand, double by, double least) {
                  std::to_string(reader->unread_bytes()) + " bytes cannot be replayed"};
   }
   run.torn = reader->torn();
+  run.peak_force = node.peer().telemetry().hand_figures().peak_force;
   run.last_WB = PosesIn(node.world());
   return run;
 }
@@ -131,8 +133,10 @@ bool EndsAsRecorded(const PathMeshes& meshes, const HandRun& recorded, const Han
 }
 
 /// Returns the least distance along a path; where surfaces cross it is below 0, by their depth.
-/// Sets `crosses`, to nothing where surfaces meet and the depth is not judged.
-NearestPlace SignedNearest(const HandRun& run, double voxel_size, std::optional<bool>& crosses) {
+/// Sets `crosses` of `room`, to nothing where surfaces meet and the depth is not judged, and the
+/// error of the depth.
+NearestPlace SignedNearest(const HandRun& run, double voxel_size, HandFreeSpace& room) {
+  std::optional<bool>& crosses = room.crosses;
   NearestPlace nearest = run.path.nearest();
   crosses = false;
   if (nearest.distance > 0) return nearest;
@@ -141,6 +145,7 @@ NearestPlace SignedNearest(const HandRun& run, double voxel_size, std::optional<
   if (!deepest) return nearest;
   crosses = deepest->depth > kCrossesVoxels * voxel_size;
   if (!*crosses) return nearest;
+  room.depth_error = deepest->error;
   nearest = deepest->place;
   nearest.distance = -deepest->depth;
   return nearest;
@@ -193,9 +198,9 @@ class ClearanceSearch {
     if (!run) return run.error();
     std::optional<double> kept;
     if (run->whole && EndsAsRecorded(*hand_.meshes, recorded_, *run)) {
-      std::optional<bool> crosses;
-      const double distance = SignedNearest(*run, voxel_, crosses).distance;
-      if (crosses && distance >= least) kept = distance;
+      HandFreeSpace trial;
+      const double distance = SignedNearest(*run, voxel_, trial).distance;
+      if (trial.crosses && distance >= least) kept = distance;
     }
     if (on_trial_) on_trial_(clearance, kept.has_value());
     return kept;
@@ -224,7 +229,8 @@ Result<HandFreeSpace> MeasureHandFreeSpace(const std::filesystem::path& file,
   room.frames = recorded->frames;
   room.torn = recorded->torn;
   room.contact = reader->header().peer.experiments.contact;
-  room.nearest = SignedNearest(*recorded, model->scene.voxel_size, room.crosses);
+  room.nearest = SignedNearest(*recorded, model->scene.voxel_size, room);
+  room.peak_force = recorded->peak_force;
   room.at_s = ToSeconds(room.nearest.at_ns - recorded->first_ns);
   if (!room.contact) return room;
   ClearanceSearch search(hand, *recorded, on_trial);

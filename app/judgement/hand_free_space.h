@@ -25,7 +25,9 @@ struct HandFreeSpace {
   NearestPlace nearest;  // nearest place along the recorded poses; distance below 0: depth
   /// True: the surfaces cross. Nothing: they meet, and depth is not judged.
   std::optional<bool> crosses;
-  double at_s = 0;  // time of `nearest`, from the recording's first frame
+  double depth_error = 0;  // m, by which surfaces that cross may be deeper
+  double peak_force = 0;   // N, the greatest of the recorded hand
+  double at_s = 0;         // time of `nearest`, from the recording's first frame
   /// m, the greatest clearance with which the same hand moves the part to where it ended. Nothing:
   /// none passes, depth was not judged, or bodies were not solid.
   std::optional<double> passes_with;

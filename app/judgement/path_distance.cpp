@@ -125,12 +125,13 @@ std::optional<DeepestPlace> PathDistance::Deepest(double seconds) const {
     const TriangleMesh part_B = meshes_->MeshOf(static_cast<int>(body));
     const double voxel = SampledVoxel(part_B, model.scene.voxel_size);
     const PenetrationOracle oracle(meshes_->MeshOf(other), part_B, voxel);
-    const PenetrationReport report = oracle.Check(poses_OB, 1, [&] {
+    PenetrationReport report = oracle.Check(poses_OB, 1, [&] {
       return ToSeconds(MonotonicNowNs() - begin_ns) > seconds;
     });
+    oracle.Refine(poses_OB, report);
     const double depth = voxel * report.max_penetration_voxels;
     if (depth <= deepest.depth) continue;
-    deepest = {depth, *places[report.worst_pose]};
+    deepest = {depth, voxel * report.error_voxels, *places[report.worst_pose]};
     deepest.place.p_W = PlaceOf(other, deepest.place.bodies_WB) * report.p_FWorst;
   }
   return deepest;

@@ -26,6 +26,7 @@ struct NearestPlace {
 /// The greatest depth of a body in another along a path.
 struct DeepestPlace {
   double depth = 0;  // m
+  double error = 0;  // m, by which it may be deeper at that pose
   NearestPlace place;
 };
 
@@ -71,9 +72,9 @@ class PathDistance {
   /// Returns the number of searches so far, each of one pair of bodies.
   std::size_t searches() const noexcept { return searches_; }
   /// Returns the deepest place of the poses at which the surfaces met, by samples of the body that
-  /// are half a voxel apart. The depth is 0 if no sample was inside. Of more than kMostMet poses it
-  /// judges an even share. Nothing: the meshes are too large for it. Takes at most `seconds`, and
-  /// the time of what is begun by then.
+  /// are half a voxel apart, and its greatest depth there. The depth is 0 if no sample was inside.
+  /// Of more than kMostMet poses it judges an even share. Nothing: the meshes are too large for it.
+  /// Takes at most `seconds`, and the time of what is begun by then.
   std::optional<DeepestPlace> Deepest(double seconds) const;
 
  private:

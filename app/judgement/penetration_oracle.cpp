@@ -6,6 +6,7 @@
 #include <limits>
 #include <thread>
 
+#include "app/judgement/exact_depth.h"
 #include "engine/base/check.h"
 
 namespace tandem {
@@ -155,6 +156,7 @@ PenetrationOracle::PenetrationOracle(const TriangleMesh& fixture_F, const Triang
                                      double voxel_size)
     : voxel_size_(voxel_size),
       fixture_(fixture_F),
+      moving_B_(moving_B),
       samples_(SampleSurface(moving_B, 0.5 * voxel_size)) {
   TANDEM_CHECK(voxel_size > 0);
 }
@@ -213,6 +215,18 @@ PenetrationReport PenetrationOracle::Check(std::span<const std::vector<Pose>> se
   for (const PenetrationReport& report : reports) total = Merged(total, report, 0);
   total.poses_given = given;
   return total;
+}
+
+void PenetrationOracle::Refine(std::span<const std::vector<Pose>> series,
+                               PenetrationReport& report) const {
+  constexpr double kToVoxels = 0.005;
+  if (report.overlapping_poses == 0) return;
+  const BoundedDepth found =
+      GreatestDepth(fixture_, moving_B_, series[report.worst_series][report.worst_pose],
+                    report.max_penetration_voxels * voxel_size_, kToVoxels * voxel_size_);
+  // no point of the mesh is farther from a sample than samples are apart
+  report.error_voxels = std::min(report.error_voxels, found.error / voxel_size_);
+  report.max_penetration_voxels = found.depth / voxel_size_;
 }
 
 }  // namespace tandem

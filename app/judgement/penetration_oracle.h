@@ -15,6 +15,8 @@ namespace tandem {
 /// The findings of the oracle over a run.
 struct PenetrationReport {
   double max_penetration_voxels = 0;  // 0 if never inside
+  // voxels by which the moving body may be deeper at that pose; set by Refine()
+  double error_voxels = 0.5;
   std::size_t overlapping_poses = 0;  // poses with at least one sample inside
   std::size_t poses_checked = 0;
   std::size_t poses_given = 0;
@@ -64,6 +66,10 @@ class PenetrationOracle {
   PenetrationReport Check(std::span<const std::vector<Pose>> series, int threads,
                           const std::function<bool()>& out_of_time) const;
 
+  /// Replaces the depth of the deepest sample by the greatest depth of the moving mesh at that
+  /// pose, and bounds its error. `report`: of Check() over the same poses.
+  void Refine(std::span<const std::vector<Pose>> series, PenetrationReport& report) const;
+
   /// Returns the depth of the deepest sample at a pose, voxels; 0 if none is inside.
   double PenetrationVoxels(const Pose& X_FB) const;
 
@@ -77,6 +83,7 @@ class PenetrationOracle {
 
   double voxel_size_;
   ExactSurface fixture_;
+  TriangleMesh moving_B_;
   SampleTree samples_;
 };
 

@@ -101,7 +101,7 @@ void MeasureDepth(const Scene& scene, const PlacedMesh& moving, const PlacedMesh
   if (!gap.overlap) gap.depth = 0;
 }
 
-/// What a pair needs, m.
+/// The gap that a pair needs, m.
 struct Needs {
   double gap = 0;      // GapNeeded()
   double pressed = 0;  // ContactYield::PressedDepth()
@@ -135,7 +135,8 @@ std::optional<StartGap> GapOf(const Scene& scene, const PlacedMesh& moving, cons
   if (gap.distance > 0) {
     gap.voxel_fits = RoundedDown(gap.distance * scene.voxel_size / needed);
     const double pressed = needs.pressed > 0 ? needs.pressed : needed;
-    gap.voxel_decides = RoundedDown(gap.distance * scene.voxel_size / pressed);
+    // contact then gives way by at most half of the gap
+    gap.voxel_decides = RoundedDown(0.5 * gap.distance * scene.voxel_size / pressed);
   }
   return gap;
 }

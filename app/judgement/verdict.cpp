@@ -78,7 +78,7 @@ void HeldPoses::Add(const HeldPose& pose) {
 
 std::vector<BodyVerdict> Judge(const WorldModel& model, const HeldPoses& poses,
                                const TouchedBodies& met, const std::vector<FinalPose>& last,
-                               bool contact_off, double seconds) {
+                               bool contact_off, double peak_force, double seconds) {
   std::vector<std::size_t> bodies;
   for (const HeldPose& pose : poses.kept()) {
     const auto body = static_cast<std::size_t>(pose.body);
@@ -92,6 +92,7 @@ std::vector<BodyVerdict> Judge(const WorldModel& model, const HeldPoses& poses,
     if (!contact_off) {
       verdict.yield =
           YieldOf(model.scene, model.scene.bodies[model.object[body]].inward_shift_voxels);
+      verdict.yield->force = std::max(kHandForce, peak_force);
     }
     verdict.met = met[body];
     std::vector<std::vector<Pose>> series(1);
@@ -118,10 +119,21 @@ std::vector<BodyVerdict> Judge(const WorldModel& model, const HeldPoses& poses,
       const PenetrationReport report = Penetration(model, body, series, voxel, seconds);
       verdict.poses_judged = report.poses_checked;
       verdict.deepest = report.max_penetration_voxels * voxel;
+      verdict.deepest_error = report.overlapping_poses > 0 ? report.error_voxels * voxel : 0;
     }
   }
   return verdicts;
 }
+
+namespace {
+
+/// Returns a value to so many digits behind the point, and at least one of the last.
+double RoundedUp(double value, int digits) {
+  const double unit = std::pow(10.0, -digits);
+  return unit * std::max(1.0, std::ceil(value / unit));
+}
+
+}  // namespace
 
 std::string DescribeGap(const NearestBody& held_from) {
   std::array<char, 32> gap{};
@@ -130,12 +142,13 @@ std::string DescribeGap(const NearestBody& held_from) {
          "; a smaller voxel_m lets it come nearer";
 }
 
-std::string DescribePenetration(double depth, double voxel_size) {
-  std::array<char, 96> text{};
+std::string DescribePenetration(double depth, double error, double voxel_size) {
+  std::array<char, 120> text{};
   // the hundredth of a millimetre is too coarse for a small voxel
   const int digits = depth < 1e-4 ? 3 : 2;
-  std::snprintf(text.data(), text.size(), "went %.*f mm into fixed bodies (%.2f voxels)", digits,
-                1e3 * depth, depth / voxel_size);
+  std::snprintf(text.data(), text.size(),
+                "went %.*f mm \u00b1 %.*f mm into fixed bodies (%.2f voxels)", digits, 1e3 * depth,
+                digits, RoundedUp(1e3 * error, digits), depth / voxel_size);
   return text.data();
 }
 
@@ -153,8 +166,9 @@ std::string DescribeDepth(const BodyVerdict& verdict) {
   if (verdict.poses_judged == 0) return "it touched nothing";
   const std::string judged = ", by " + WithPlural(verdict.poses_judged, "pose") + " of its way";
   if (*verdict.deepest > kRounding * verdict.voxel_size) {
-    return "it " + DescribePenetration(*verdict.deepest, verdict.voxel_size) + judged +
-           (verdict.yield ? "; " + verdict.yield->Describe(*verdict.deepest) : "");
+    return "it " +
+           DescribePenetration(*verdict.deepest, verdict.deepest_error, verdict.voxel_size) +
+           judged + (verdict.yield ? "; " + verdict.yield->Describe(*verdict.deepest) : "");
   }
   return "it never went into fixed bodies" + judged;
 }
@@ -189,6 +203,7 @@ nlohmann::ordered_json AsJson(const std::vector<BodyVerdict>& verdicts) {
                                {"was_out", verdict.was_out},
                                {"met", verdict.met},
                                {"deepest_mm", nullptr},
+                               {"deepest_tolerance_mm", nullptr},
                                {"poses_judged", verdict.poses_judged},
                                {"held_from", nullptr},
                                {"held_from_mm", nullptr},
@@ -203,7 +218,10 @@ nlohmann::ordered_json AsJson(const std::vector<BodyVerdict>& verdicts) {
       }
     }
     if (verdict.out) row["out"] = *verdict.out;
-    if (verdict.deepest) row["deepest_mm"] = 1e3 * *verdict.deepest;
+    if (verdict.deepest) {
+      row["deepest_mm"] = 1e3 * *verdict.deepest;
+      row["deepest_tolerance_mm"] = 1e3 * verdict.deepest_error;
+    }
     if (verdict.held_from) {
       row["held_from"] = verdict.held_from->name;
       row["held_from_mm"] = 1e3 * verdict.held_from->distance;

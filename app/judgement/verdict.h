@@ -58,7 +58,8 @@ struct BodyVerdict {
   bool met = false;         // contact pushed it while it was held
   /// m, greatest depth in fixed bodies over the poses judged; nothing: not judged, or none is fixed
   std::optional<double> deepest;
-  double voxel_size = 0;  // m
+  double deepest_error = 0;  // m, by which it may be deeper at that pose
+  double voxel_size = 0;     // m
   /// How contact of the body gives way; nothing: contact was off.
   std::optional<ContactYield> yield;
   std::size_t poses_judged = 0;
@@ -89,11 +90,13 @@ inline constexpr double kHurriedVerdictSeconds = 0.1;  // for a program that a s
 
 /// Judges the bodies that were in hand, in the order of their first poses, by exact geometry and
 /// against the fixed bodies. `last`: places of all moving bodies. A body that touched nothing has
-/// gone into nothing, unless `contact_off`. Takes at most `seconds` of search for each body. Of
-/// scenes above 300,000 triangles neither penetration nor gaps are judged.
+/// gone into nothing, unless `contact_off`. `peak_force` (N): the greatest of the hand, which may
+/// press more than kHandForce. Takes at most `seconds` of search for each body. Of scenes above
+/// 300,000 triangles neither penetration nor gaps are judged.
 std::vector<BodyVerdict> Judge(const WorldModel& model, const HeldPoses& poses,
                                const TouchedBodies& met, const std::vector<FinalPose>& last,
-                               bool contact_off, double seconds = kVerdictSeconds);
+                               bool contact_off, double peak_force,
+                               double seconds = kVerdictSeconds);
 
 /// Returns one line for a person: "peg stands 60.0 mm from its first place and is out; it never
 /// went into what is fixed". Motion by others' hands counts too.
@@ -102,11 +105,12 @@ std::string Describe(const BodyVerdict& verdict);
 /// Returns "contact holds it 0.38 mm from hole; a smaller voxel_m lets it nearer".
 std::string DescribeGap(const NearestBody& held_from);
 
-/// Returns "went 0.40 mm into what is fixed (0.80 voxels)".
-std::string DescribePenetration(double depth, double voxel_size);
+/// Returns "went 0.40 mm ± 0.01 mm into fixed bodies (0.80 voxels)". `error` (m): by which the
+/// depth may be greater.
+std::string DescribePenetration(double depth, double error, double voxel_size);
 
 /// Returns an object for each verdict: body, moved_mm, farthest_mm, out, was_out, met, deepest_mm,
-/// poses_judged, held_from, held_from_mm, pressed_mm, voxel_m_decides.
+/// deepest_tolerance_mm, poses_judged, held_from, held_from_mm, pressed_mm, voxel_m_decides.
 nlohmann::ordered_json AsJson(const std::vector<BodyVerdict>& verdicts);
 
 }  // namespace tandem

@@ -112,7 +112,7 @@ std::vector<BodyVerdict> VerdictsOfPeer(const PeerArguments& arguments, const Se
                                         double seconds) {
   if (arguments.brief) return {};
   return Judge(*setup.model, poses, met, FinalPoses(setup.node->world()), arguments.no_contact,
-               seconds);
+               setup.node->peer().telemetry().hand_figures().peak_force, seconds);
 }
 
 /// Counts the points that contact tests, and the voxels that it tests them against.

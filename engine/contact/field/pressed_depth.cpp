@@ -46,7 +46,7 @@ std::string Millimetres(double metres) {
 
 }  // namespace
 
-double ContactYield::PressedDepth(double force) const noexcept {
+double ContactYield::PressedDepth() const noexcept {
   const bool refined = contact == ContactModel::kRefined;
   const double begins = refined ? std::min(kLeastReach, kRefinedClearance - inward_shift_voxels)
                                 : kPlainBegins + kPlainLayer * force_layer - inward_shift_voxels;
@@ -54,13 +54,13 @@ double ContactYield::PressedDepth(double force) const noexcept {
   return std::max(0.0, spring - begins) * voxel_size;
 }
 
-double ContactYield::VoxelThatDecides(double depth, double force) const noexcept {
-  const double pressed = PressedDepth(force);
+double ContactYield::VoxelThatDecides(double depth) const noexcept {
+  const double pressed = PressedDepth();
   return pressed > 0 ? RoundedDown(0.5 * depth / pressed * voxel_size) : 0;
 }
 
-std::string ContactYield::Brief(double depth, double force) const {
-  const double pressed = PressedDepth(force);
+std::string ContactYield::Brief(double depth) const {
+  const double pressed = PressedDepth();
   std::array<char, 120> text{};
   const std::string gives = Millimetres(pressed);
   if (depth > pressed) {
@@ -68,23 +68,24 @@ std::string ContactYield::Brief(double depth, double force) const {
                   force);
   } else {
     std::snprintf(text.data(), text.size(), "contact gives %s at %.0f N; voxel_m %.2g decides",
-                  gives.c_str(), force, VoxelThatDecides(depth, force));
+                  gives.c_str(), force, VoxelThatDecides(depth));
   }
   return text.data();
 }
 
-std::string ContactYield::Describe(double depth, double force) const {
-  const double pressed = PressedDepth(force);
+std::string ContactYield::Describe(double depth) const {
+  const double pressed = PressedDepth();
   std::array<char, 200> text{};
   const std::string gives = "contact gives way by up to " + Millimetres(pressed);
   if (depth > pressed) {
     std::snprintf(text.data(), text.size(),
-                  "%s where %.0f N rest on one place, so the surfaces cross", gives.c_str(), force);
+                  "%s where %.0f N rest on one place, which is less: the surfaces cross",
+                  gives.c_str(), force);
   } else {
     std::snprintf(text.data(), text.size(),
                   "%s where %.0f N rest on one place, so this does not decide whether the part "
                   "fits: a voxel_m of %.2g or less does",
-                  gives.c_str(), force, VoxelThatDecides(depth, force));
+                  gives.c_str(), force, VoxelThatDecides(depth));
   }
   return text.data();
 }

@@ -48,6 +48,11 @@ Vec3 ExactSurface::ClosestPoint(const Vec3& p) const {
   return Search(p, std::numeric_limits<double>::infinity()).point;
 }
 
+const Facet& ExactSurface::ClosestFacet(const Vec3& p) const {
+  TANDEM_CHECK(!empty());
+  return facets_[Search(p, std::numeric_limits<double>::infinity()).facet];
+}
+
 double ExactSurface::Depth(const Vec3& p, const Hint& hint) const {
   if (empty()) return -std::numeric_limits<double>::infinity();
   // a little more than the hint, because the closest point itself must be found

@@ -55,6 +55,9 @@ class ExactSurface {
 
   /// Returns the point of the union's surface closest to p. The mesh must enclose something.
   Vec3 ClosestPoint(const Vec3& p) const;
+  /// Returns the facet of the union's surface closest to p. No place is deeper than it is far from
+  /// any facet. The mesh must enclose something.
+  const Facet& ClosestFacet(const Vec3& p) const;
 
  private:
   struct Closest {

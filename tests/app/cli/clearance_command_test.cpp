@@ -309,8 +309,10 @@ TEST_F(ClearanceCommand, TellsADepthThatContactGives) {
   ASSERT_EQ(room.at("crosses"), true) << room;
   const double depth_mm = -room.at("along_path_mm").get<double>();
   const double pressed_mm = room.at("pressed_mm").get<double>();
-  EXPECT_NEAR(pressed_mm, 0.208, 0.001);  // of voxels of a millimetre
+  EXPECT_NEAR(pressed_mm, 0.208, 0.001);  // at voxels of a millimetre
   EXPECT_LT(depth_mm, pressed_mm);
+  EXPECT_GE(room.at("depth_tolerance_mm").get<double>(), 0);
+  EXPECT_LE(room.at("depth_tolerance_mm").get<double>(), 0.02);
   const double decides = 1e-3 * 0.5 * depth_mm / pressed_mm;
   EXPECT_LE(room.at("voxel_m_decides").get<double>(), decides * (1 + 1e-6));
   EXPECT_GE(room.at("voxel_m_decides").get<double>(), 0.9 * decides);

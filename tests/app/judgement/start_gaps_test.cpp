@@ -98,7 +98,7 @@ TEST(StartGaps, NameTheVoxelSizeThatDecidesWhetherAPressedPartFits) {
   EXPECT_NEAR(pressed[0].voxel_decides, 0.33 * kMm, 0.01 * kMm);
   EXPECT_THAT(Describe(pressed[0]), HasSubstr("key-hole: 0.07 mm apart, and a hand may press them "
                                               "up to 0.104 mm into one another"));
-  EXPECT_THAT(Describe(pressed[0]), HasSubstr("a voxel_m of 0.00033 or less decides"));
+  EXPECT_THAT(Describe(pressed[0]), HasSubstr("a voxel_m of 0.00016 or less decides"));
   EXPECT_THAT(FindStartGaps(SceneOfBodies(0.33 * kMm, kKey), meshes_W).gaps, IsEmpty());
   Scene plain = scene;
   plain.contact = ContactModel::kPlain;

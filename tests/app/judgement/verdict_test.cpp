@@ -36,14 +36,15 @@ TouchedBodies Met(bool pushed) {
 
 /// Returns the verdict of a run through these displacements.
 BodyVerdict VerdictOf(const std::vector<Vec3>& way, bool loaded, bool contact_off = false,
-                      bool loaded_at_last = false) {
+                      bool loaded_at_last = false, double peak_force = 0) {
   const Pose& X_WB0 = Key()->bodies[0].X_WB0;
   HeldPoses poses;
   for (const Vec3& p : way) {
     poses.Add({.body = 0, .X_WB = {X_WB0.q, X_WB0.p + p}});
   }
-  const std::vector<BodyVerdict> verdicts = Judge(
-      *Key(), poses, Met(loaded), {{{X_WB0.q, X_WB0.p + way.back()}, loaded_at_last}}, contact_off);
+  const std::vector<BodyVerdict> verdicts =
+      Judge(*Key(), poses, Met(loaded), {{{X_WB0.q, X_WB0.p + way.back()}, loaded_at_last}},
+            contact_off, peak_force);
   EXPECT_THAT(verdicts, SizeIs(1));
   return verdicts.front();
 }
@@ -57,8 +58,9 @@ TEST(Verdict, ReportsTheDepthOfAPenetration) {
   ASSERT_TRUE(verdict.deepest);
   EXPECT_NEAR(*verdict.deepest, 0.0004, 1e-6);
   EXPECT_EQ(verdict.poses_judged, 3U);
-  EXPECT_THAT(Describe(verdict), HasSubstr("stands 60.0 mm from its first place and is out; it "
-                                           "went 0.40 mm into fixed bodies (0.80 voxels"));
+  EXPECT_THAT(Describe(verdict),
+              HasSubstr("stands 60.0 mm from its first place and is out; it "
+                        "went 0.40 mm \u00b1 0.01 mm into fixed bodies (0.80 voxels"));
 }
 
 TEST(Verdict, TellsWhetherContactGivesWayByTheDepth) {
@@ -69,7 +71,7 @@ TEST(Verdict, TellsWhetherContactGivesWayByTheDepth) {
   ASSERT_NEAR(voxel, 0.0005, 1e-12);
   ASSERT_TRUE(pressed.yield);
   EXPECT_NEAR(pressed.yield->PressedDepth(), 0.208 * voxel, 0.002 * voxel);
-  EXPECT_THAT(Describe(pressed), HasSubstr("went 0.030 mm into fixed bodies (0.06 voxels)"));
+  EXPECT_THAT(Describe(pressed), HasSubstr("went 0.030 mm \u00b1 0.00"));
   EXPECT_THAT(
       Describe(pressed),
       HasSubstr("contact gives way by up to 0.1 mm where 10 N rest on one place, so this "
@@ -78,8 +80,29 @@ TEST(Verdict, TellsWhetherContactGivesWayByTheDepth) {
   // 0.4 mm is more than any hand presses
   const BodyVerdict deep =
       VerdictOf({Vec3::Zero(), Vec3(0.00049, 0, 0.005), Vec3(0, 0, 0.06)}, true);
-  EXPECT_THAT(Describe(deep), HasSubstr("so the surfaces cross"));
+  EXPECT_THAT(Describe(deep), HasSubstr("which is less: the surfaces cross"));
   EXPECT_TRUE(AsJson({deep})[0].at("voxel_m_decides").is_null());
+}
+
+// A hand may be set to pull by up to 30 N.
+TEST(Verdict, TakesTheHandsGreatestForceForTheYield) {
+  const std::vector<Vec3> way{Vec3::Zero(), Vec3(0.00026, 0, 0.005), Vec3(0, 0, 0.06)};
+  const BodyVerdict usual = VerdictOf(way, true);
+  EXPECT_THAT(Describe(usual), HasSubstr("the surfaces cross"));
+  const BodyVerdict strong = VerdictOf(way, true, false, false, 30.0);
+  EXPECT_THAT(Describe(strong), HasSubstr("where 30 N rest on one place, so this does not decide"));
+  EXPECT_GT(strong.yield->PressedDepth(), usual.yield->PressedDepth());
+}
+
+TEST(Verdict, BoundsTheErrorOfADepth) {
+  const BodyVerdict verdict =
+      VerdictOf({Vec3::Zero(), Vec3(0.00049, 0, 0.005), Vec3(0, 0, 0.06)}, true);
+  ASSERT_TRUE(verdict.deepest);
+  EXPECT_LE(*verdict.deepest, 0.0004 + 1e-9);
+  EXPECT_GE(*verdict.deepest + verdict.deepest_error, 0.0004 - 1e-9);
+  EXPECT_LE(verdict.deepest_error, 0.01 * verdict.voxel_size);
+  EXPECT_DOUBLE_EQ(AsJson({verdict})[0].at("deepest_tolerance_mm").get<double>(),
+                   1e3 * verdict.deepest_error);
 }
 
 TEST(Verdict, ReportsAJammedPart) {
@@ -174,7 +197,7 @@ TEST(Verdict, ReportsTheDistanceOfABlockedPart) {
 TEST(Verdict, EmptyHandHasNoVerdict) {
   HeldPoses poses;
   poses.Add({});
-  EXPECT_THAT(Judge(*Key(), poses, Met(false), {{Key()->bodies[0].X_WB0}}, false), IsEmpty());
+  EXPECT_THAT(Judge(*Key(), poses, Met(false), {{Key()->bodies[0].X_WB0}}, false, 0), IsEmpty());
 }
 
 TEST(Verdict, SamplesLongRunsEvenly) {

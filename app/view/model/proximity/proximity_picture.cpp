@@ -42,7 +42,7 @@ std::string DistanceText(const SceneNearness& nearest, const ContactYield& yield
   if (nearest.overlap && !(nearest.depth > 0)) return "overlap";
   if (nearest.overlap) {
     char depth[64];
-    std::snprintf(depth, sizeof depth, "overlap, %.3f mm deep; ", 1e3 * nearest.depth);
+    std::snprintf(depth, sizeof depth, "overlap, at least %.3f mm deep; ", 1e3 * nearest.depth);
     return depth + yield.Brief(nearest.depth);
   }
   const double error_mm = 1e-3 * std::max(1.0, std::ceil(1e6 * nearest.error_bound()));
@@ -127,7 +127,11 @@ ProximityPicture ProximityComposer::Compose(std::span<const Pose> X_W,
     const SceneNearness near = proximity_.NearestTo(part, X_W, {.depth = true});
     if (near.other == SceneNearness::kNone) continue;
     const bool first = picture.of_held.other == SceneNearness::kNone;
-    if (!first && near.distance >= picture.of_held.distance) continue;
+    const SceneNearness& nearest = picture.of_held;
+    // among several overlaps the deepest counts
+    const bool nearer = near.distance < nearest.distance ||
+                        (near.overlap && nearest.overlap && near.depth > nearest.depth);
+    if (!first && !nearer) continue;
     picture.of_held = near;
     picture.held_part = proximity_.parts()[near.part].name;
     picture.held_other = proximity_.parts()[near.other].name;

@@ -35,7 +35,7 @@ struct ProximityPicture {
                                                // none in hand
   std::string held_part, held_other;
   ContactYield yield;       // how contact of `part` gives way
-  ContactYield held_yield;  // of `held_part`
+  ContactYield held_yield;  // that of `held_part`
 };
 
 /// Formats a distance as "3.214 mm ± 0.001 mm", with the error rounded up. Of bodies that overlap

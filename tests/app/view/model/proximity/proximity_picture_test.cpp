@@ -59,7 +59,7 @@ TEST_F(BlockAndBallNear, ReportsTheLeastDistanceAndItsBodies) {
   EXPECT_EQ(DistanceText(far.nearest, far.yield), "50.000 mm \u00b1 0.001 mm");
   const ProximityPicture within = composer_.Compose(BallMovedBy(Vec3(0, kGap + 0.02, 0)));
   EXPECT_NEAR(within.nearest.depth, 0.02, 1e-4);
-  EXPECT_EQ(DistanceText(within.nearest, within.yield).substr(0, 25), "overlap, 20.000 mm deep; ");
+  EXPECT_EQ(DistanceText(within.nearest, within.yield).substr(0, 34), "overlap, at least 20.000 mm deep; ");
 }
 
 TEST_F(BlockAndBallNear, ShowsTheBlocksVoxelsUnderTheBall) {
@@ -85,9 +85,9 @@ TEST(DistanceText, TellsTheDepthAndTheVoxelThatDecides) {
   pressed.overlap = true;
   pressed.depth = 0.061e-3;
   EXPECT_EQ(DistanceText(pressed, {.voxel_size = 0.0005}),
-            "overlap, 0.061 mm deep; contact gives 0.1 mm at 10 N; voxel_m 0.00014 decides");
+            "overlap, at least 0.061 mm deep; contact gives 0.1 mm at 10 N; voxel_m 0.00014 decides");
   EXPECT_EQ(DistanceText(pressed, {.voxel_size = 0.0001}),
-            "overlap, 0.061 mm deep; contact gives 0.021 mm at 10 N: they cross");
+            "overlap, at least 0.061 mm deep; contact gives 0.021 mm at 10 N: they cross");
   pressed.depth = 0;
   EXPECT_EQ(DistanceText(pressed, {.voxel_size = 0.0005}), "overlap");
 }

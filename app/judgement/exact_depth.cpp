@@ -1,0 +1,95 @@
+#include "app/judgement/exact_depth.h"
+
+#include <algorithm>
+#include <array>
+#include <limits>
+#include <queue>
+#include <vector>
+
+#include "engine/geometry/mesh/closest_on_triangle.h"
+
+namespace tandem {
+
+namespace {
+
+/// A triangle of the moving mesh, in the fixture's frame.
+struct Piece {
+  std::array<Vec3, 3> corners;
+  double most = 0;  // m, no point of it is deeper
+
+  bool operator<(const Piece& other) const { return most < other.most; }
+};
+
+/// Finds the deepest point.
+class Search {
+ public:
+  Search(const ExactSurface& fixture, double at_least) : fixture_(fixture), deepest_(at_least) {}
+
+  double deepest() const { return deepest_; }
+  std::size_t looks() const { return looks_; }
+  /// Returns how much deeper than the deepest point found any may be.
+  double error() const { return open_.empty() ? 0 : std::max(0.0, open_.top().most - deepest_); }
+
+  void Add(const std::array<Vec3, 3>& corners) {
+    ++looks_;
+    const Vec3 middle = (corners[0] + corners[1] + corners[2]) / 3;
+    double radius = 0;
+    for (const Vec3& corner : corners) radius = std::max(radius, (corner - middle).norm());
+    const double depth = fixture_.Depth(middle);
+    deepest_ = std::max(deepest_, depth);
+    const double most = std::min(depth + radius, MostFrom(fixture_.ClosestFacet(middle), corners));
+    if (most > deepest_) open_.push({corners, most});
+  }
+
+  void SplitTheMostPromising() {
+    const Piece piece = open_.top();
+    open_.pop();
+    const auto& [a, b, c] = piece.corners;
+    const Vec3 ab = (a + b) / 2;
+    const Vec3 bc = (b + c) / 2;
+    const Vec3 ca = (c + a) / 2;
+    for (const std::array<Vec3, 3>& part : {std::array{a, ab, ca}, std::array{ab, b, bc},
+                                            std::array{ca, bc, c}, std::array{ab, bc, ca}}) {
+      Add(part);
+    }
+  }
+
+ private:
+  /// Returns the greatest distance of a triangle's points from a facet. The distance from a convex
+  /// shape is greatest at a corner.
+  static double MostFrom(const Facet& facet, const std::array<Vec3, 3>& corners) {
+    double most = 0;
+    for (const Vec3& corner : corners) {
+      const Vec3 there = ClosestOnTriangle(facet.a, facet.b, facet.c, corner).point;
+      most = std::max(most, (corner - there).norm());
+    }
+    return most;
+  }
+
+  const ExactSurface& fixture_;
+  double deepest_;
+  std::size_t looks_ = 0;
+  std::priority_queue<Piece> open_;
+};
+
+}  // namespace
+
+BoundedDepth GreatestDepth(const ExactSurface& fixture_F, const TriangleMesh& moving_B,
+                           const Pose& X_FB, double at_least, double tolerance,
+                           std::size_t most_looks) {
+  if (fixture_F.empty()) return {at_least, 0};
+  if (moving_B.triangles.size() > most_looks) {
+    return {at_least, std::numeric_limits<double>::infinity()};
+  }
+  Search search(fixture_F, at_least);
+  const auto at = [&](std::uint32_t vertex) {
+    return X_FB * moving_B.vertices[vertex];
+  };
+  for (const TriangleMesh::Triangle& t : moving_B.triangles) {
+    search.Add({at(t[0]), at(t[1]), at(t[2])});
+  }
+  while (search.error() > tolerance && search.looks() < most_looks) search.SplitTheMostPromising();
+  return {search.deepest(), search.error()};
+}
+
+}  // namespace tandem
