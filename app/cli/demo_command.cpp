@@ -228,8 +228,10 @@ Result<Judged> JudgeRun(const DemoArguments& arguments, const Scene& scene,
   if (!out) judged.failures.emplace_back("the part did not come out");
   if (!stable) judged.failures.emplace_back("the part did not come to rest");
   if (penetration.max_penetration_voxels > kDeepestVoxels) {
-    judged.failures.push_back("the part " + DescribePenetration(depth, scene.voxel_size) + ", in " +
-                              Percent(penetration.overlap_share()) + " of the poses judged");
+    judged.failures.push_back(
+        "the part " +
+        DescribePenetration(depth, penetration.error_voxels * scene.voxel_size, scene.voxel_size) +
+        ", in " + Percent(penetration.overlap_share()) + " of the poses judged");
   }
   const auto apart_ns = traces[1].front().time_ns - traces[0].front().time_ns;
   judged.json = {
