@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <limits>
 #include <queue>
 #include <vector>
@@ -20,6 +21,29 @@ struct Piece {
   bool operator<(const Piece& other) const { return most < other.most; }
 };
 
+/// Tells whether two facets share an edge, lie in one plane and are convex together.
+bool AreAConvexQuadrangle(const Facet& one, const Facet& other) {
+  const std::array<Vec3, 3> a{one.a, one.b, one.c};
+  const std::array<Vec3, 3> b{other.a, other.b, other.c};
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t j = 0; j < 3; ++j) {
+      // the edge from p to q of the one is that from q to p of the other
+      const Vec3& p = a[i];
+      const Vec3& q = a[(i + 1) % 3];
+      if (p != b[(j + 1) % 3] || q != b[j]) continue;
+      const Vec3& left = a[(i + 2) % 3];
+      const Vec3& right = b[(j + 2) % 3];
+      const double flat = 1e-9 * ((q - p).norm() + (right - p).norm());
+      const auto turns_left = [&](const Vec3& from, const Vec3& by, const Vec3& to) {
+        return one.nhat.dot((by - from).cross(to - by)) >= 0;
+      };
+      return std::abs(one.nhat.dot(right - p)) <= flat && turns_left(left, p, right) &&
+             turns_left(p, right, q) && turns_left(right, q, left) && turns_left(q, left, p);
+    }
+  }
+  return false;
+}
+
 /// Finds the deepest point.
 class Search {
  public:
@@ -37,7 +61,7 @@ class Search {
     for (const Vec3& corner : corners) radius = std::max(radius, (corner - middle).norm());
     const double depth = fixture_.Depth(middle);
     deepest_ = std::max(deepest_, depth);
-    const double most = std::min(depth + radius, MostFrom(fixture_.ClosestFacet(middle), corners));
+    const double most = std::min(depth + radius, MostFrom(Near(middle, corners), corners));
     if (most > deepest_) open_.push({corners, most});
   }
 
@@ -55,13 +79,36 @@ class Search {
   }
 
  private:
-  /// Returns the greatest distance of a triangle's points from a facet. The distance from a convex
+  /// A facet, or two that are one convex quadrangle.
+  struct Face {
+    const Facet* first = nullptr;
+    const Facet* second = nullptr;
+  };
+
+  /// Returns the face near a triangle: the facet closest to its middle, and the one closest to a
+  /// corner that completes it.
+  Face Near(const Vec3& middle, const std::array<Vec3, 3>& corners) const {
+    Face face{&fixture_.ClosestFacet(middle), nullptr};
+    for (const Vec3& corner : corners) {
+      const Facet& other = fixture_.ClosestFacet(corner);
+      if (&other == face.first || !AreAConvexQuadrangle(*face.first, other)) continue;
+      face.second = &other;
+      break;
+    }
+    return face;
+  }
+
+  /// Returns the greatest distance of a triangle's points from a face. The distance from a convex
   /// shape is greatest at a corner.
-  static double MostFrom(const Facet& facet, const std::array<Vec3, 3>& corners) {
+  static double MostFrom(const Face& face, const std::array<Vec3, 3>& corners) {
+    const auto distance = [](const Facet& facet, const Vec3& p) {
+      return (p - ClosestOnTriangle(facet.a, facet.b, facet.c, p).point).norm();
+    };
     double most = 0;
     for (const Vec3& corner : corners) {
-      const Vec3 there = ClosestOnTriangle(facet.a, facet.b, facet.c, corner).point;
-      most = std::max(most, (corner - there).norm());
+      double there = distance(*face.first, corner);
+      if (face.second != nullptr) there = std::min(there, distance(*face.second, corner));
+      most = std::max(most, there);
     }
     return most;
   }

@@ -298,14 +298,16 @@ TEST_F(ClearanceCommand, PathThroughABodyHasNegativeClearance) {
   EXPECT_TRUE(room.at("pressed_mm").is_null()) << "there was no contact";
 }
 
-// A cube between two walls with play of 0.01 voxel: a hand that draws it aside with 7 N presses it
-// into one of them. That is less than contact gives, and the voxel that decides gives half of it.
+// A cube between the ends of two pins, with play of 0.01 voxel: a hand that draws it aside presses
+// it onto one of them. That is less than contact gives, and the voxel that decides gives half of
+// it.
 TEST_F(ClearanceCommand, TellsADepthThatContactGives) {
-  constexpr double kWall = 10.01 * kMillimetre;
-  TriangleMesh walls = BoxBetween({kWall, -0.03, -0.03}, {kWall + 10 * kMillimetre, 0.03, 0.03});
-  Append(walls, BoxBetween({-kWall - 10 * kMillimetre, -0.03, -0.03}, {-kWall, 0.03, 0.03}));
-  const json room = Measured(CubeBeside(walls),
-                             {{.body = "cube", .to_W = Vec3(9 * kMillimetre, 0, 0), .seconds = 1}});
+  constexpr double kEnd = 10.01 * kMillimetre;
+  constexpr double kHalf = 0.3 * kMillimetre;
+  TriangleMesh pins = BoxBetween({kEnd, -kHalf, -kHalf}, {kEnd + 10 * kMillimetre, kHalf, kHalf});
+  Append(pins, BoxBetween({-kEnd - 10 * kMillimetre, -kHalf, -kHalf}, {-kEnd, kHalf, kHalf}));
+  const json room = Measured(
+      CubeBeside(pins), {{.body = "cube", .to_W = Vec3(40 * kMillimetre, 0, 0), .seconds = 1}});
   ASSERT_EQ(room.at("crosses"), true) << room;
   const double depth_mm = -room.at("along_path_mm").get<double>();
   const double pressed_mm = room.at("pressed_mm").get<double>();

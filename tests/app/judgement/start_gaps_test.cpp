@@ -95,7 +95,7 @@ TEST(StartGaps, NameTheVoxelSizeThatDecidesWhetherAPressedPartFits) {
   const std::vector<StartGap> pressed = FindStartGaps(scene, meshes_W).gaps;
   ASSERT_THAT(pressed, SizeIs(1));
   EXPECT_NEAR(pressed[0].pressed, 0.104 * kMm, 0.001 * kMm);
-  EXPECT_NEAR(pressed[0].voxel_decides, 0.33 * kMm, 0.01 * kMm);
+  EXPECT_NEAR(pressed[0].voxel_decides, 0.165 * kMm, 0.01 * kMm);
   EXPECT_THAT(Describe(pressed[0]), HasSubstr("key-hole: 0.07 mm apart, and a hand may press them "
                                               "up to 0.104 mm into one another"));
   EXPECT_THAT(Describe(pressed[0]), HasSubstr("a voxel_m of 0.00016 or less decides"));

@@ -71,7 +71,7 @@ TEST(Verdict, TellsWhetherContactGivesWayByTheDepth) {
   ASSERT_NEAR(voxel, 0.0005, 1e-12);
   ASSERT_TRUE(pressed.yield);
   EXPECT_NEAR(pressed.yield->PressedDepth(), 0.208 * voxel, 0.002 * voxel);
-  EXPECT_THAT(Describe(pressed), HasSubstr("went 0.030 mm \u00b1 0.00"));
+  EXPECT_THAT(Describe(pressed), HasSubstr("went 0.030 mm \u00b1 0.0"));
   EXPECT_THAT(
       Describe(pressed),
       HasSubstr("contact gives way by up to 0.1 mm where 10 N rest on one place, so this "

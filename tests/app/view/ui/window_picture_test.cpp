@@ -99,7 +99,8 @@ TEST_F(Window, ShowsTheSceneAndMovesABodyWhenAPoseComes) {
   fake_.inbox->OnView(FakeSession::Frame(5, kBall, moved, 104), 0);
   ASSERT_TRUE(FrameAfter(frames));
   EXPECT_TRUE(window_.ShowsPoses());
-  const QColor now = PixelAt(p_WBall_ + moved);
+  // below the dot of its label
+  const QColor now = PixelAt(p_WBall_ + moved - Vec3(0, 0, 0.008));
   EXPECT_GT(now.green(), now.red() + 60);
 }
 
