@@ -80,7 +80,7 @@ Result<std::size_t> WriteSurface(const VoxelizeArguments& arguments, const Trian
 struct Voxelized {
   TriangleMesh mesh;
   MeshDiagnosis diagnosis;
-  MassProperties mass;  // mass of the union of its solids
+  UnionMass mass;
   std::vector<std::string> remarks;
   std::size_t threads = 0;
   double seconds = 0;
@@ -198,6 +198,10 @@ int RunVoxelize(const VoxelizeArguments& arguments) {
   made.mesh = *std::move(mesh);
   made.diagnosis = Diagnose(made.mesh);
   made.mass = ComputeUnionMass(made.mesh);
+  if (made.mass.counts_twice) {
+    made.remarks.push_back(std::string("its volume ") + kCountsTwice);
+    Say(arguments.file + ": " + made.remarks.back());
+  }
   made.threads =
       arguments.threads > 0
           ? arguments.threads

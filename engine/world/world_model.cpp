@@ -83,9 +83,22 @@ std::optional<Error> MakePlainParts(const Scene& scene, const SceneBody& body,
   return std::nullopt;
 }
 
+/// Returns a remark if a body's mass is an estimate. Given mass, its centre and inertia are.
+std::optional<std::string> MassRemark(const SceneBody& body, const UnionMass& mass, double kg) {
+  char text[80];
+  std::snprintf(text, sizeof text, "its mass of %.4g kg by density_kg_m3 ", kg);
+  const std::string what = body.mass > 0 ? "its centre of mass and inertia " : std::string(text);
+  if (mass.counts_twice) return what + kCountsTwice;
+  if (mass.solid || body.mass > 0) return std::nullopt;
+  return what +
+         "is an estimate, for its surface encloses no sound volume: give mass_kg, or mend "
+         "the mesh";
+}
+
 Result<BodyModel> LoadBody(const Scene& scene, const SceneBody& body, const TriangleMesh& mesh_W,
-                           bool with_voxmap, const LoadOptions& options) {
-  const MassProperties mass = ComputeUnionMass(Transformed(mesh_W, body.X_WM.Inverse()));
+                           bool with_voxmap, const LoadOptions& options,
+                           std::vector<std::string>& remarks) {
+  const UnionMass mass = ComputeUnionMass(Transformed(mesh_W, body.X_WM.Inverse()));
   BodyModel model;
   model.name = body.name;
   model.X_MB = {Quat::Identity(), mass.p_MBo};
@@ -94,6 +107,9 @@ Result<BodyModel> LoadBody(const Scene& scene, const SceneBody& body, const Tria
   model.inertia.I_B = model.inertia.mass * mass.unit_inertia;
   if (!(model.inertia.mass > 0) || !(model.inertia.I_B.determinant() > 0)) {
     return At(body, "has no mass to move: give mass_kg, or a mesh with some extent");
+  }
+  if (const auto remark = MassRemark(body, mass, model.inertia.mass)) {
+    remarks.push_back(At(body, *remark).what);
   }
   if (body.constraint.kind != SceneConstraint::Kind::kNone) {
     model.constraint = MakeConstraint(body.constraint, model.X_WB0);
@@ -179,6 +195,7 @@ std::optional<Error> LoadBodies(const Scene& scene, const LoadOptions& options, 
   }
   if (moving.empty()) return Error{scene.file.string() + ": no body can move"};
   std::vector<std::optional<Result<BodyModel>>> models(moving.size());
+  std::vector<std::vector<std::string>> remarks(moving.size());
   std::optional<Error> fixture_fault;
   // the fixture first: it is usually the largest
   tbb::parallel_for(std::size_t{0}, moving.size() + 1, [&](std::size_t i) {
@@ -186,7 +203,7 @@ std::optional<Error> LoadBodies(const Scene& scene, const LoadOptions& options, 
     if (i > 0) {
       const std::uint32_t body = moving[i - 1];
       models[i - 1] = LoadBody(scene, scene.bodies[body], WholeOf(scene, world.meshes_W, body),
-                               moving.size() > 1, options);
+                               moving.size() > 1, options, remarks[i - 1]);
     } else if (!fixture_W.triangles.empty()) {
       fixture_fault = LoadFixture(scene, fixture_W, options, world);
     }
@@ -197,6 +214,7 @@ std::optional<Error> LoadBodies(const Scene& scene, const LoadOptions& options, 
     const SceneBody& body = scene.bodies[moving[k]];
     Result<BodyModel>& model = *models[k];
     if (!model) return model.error();
+    world.remarks.insert(world.remarks.end(), remarks[k].begin(), remarks[k].end());
     if (body.inward_shift_voxels != 0) {
       if (const auto gap = GapRemark(scene, *model, 0)) {
         world.remarks.push_back(At(body, *gap).what);

@@ -76,8 +76,8 @@ void FeedCollada(std::string_view bytes) {
 
 void FeedGltf(std::string_view bytes) {
   const std::filesystem::path file = Named("fed.gltf", bytes);
-  if (const auto answer = ReadGltf(bytes, file)) ExpectSound(*answer);
-  if (const auto answer = ReadGltf(bytes, file, "lid")) ExpectSound(*answer);
+  if (const auto answer = ReadGltf(std::string(bytes), file)) ExpectSound(*answer);
+  if (const auto answer = ReadGltf(std::string(bytes), file, "lid")) ExpectSound(*answer);
 }
 
 void Feed3mf(std::string_view bytes) {

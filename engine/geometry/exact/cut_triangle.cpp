@@ -95,10 +95,13 @@ void CutTriangle::Meet(const Vec3& a, const Vec3& b, const Vec3& c) {
 
 void CutTriangle::AddBoundary(const std::function<bool(const Vec3&)>& solid,
                               const std::optional<Sides>& known, bool sheets,
-                              std::uint32_t triangle, std::vector<Facet>& facets) const {
+                              std::uint32_t triangle, WorkShare& work,
+                              std::vector<Facet>& facets) const {
+  constexpr std::uint64_t kOfPiece = 100;  // work of a piece by itself, and a bound on its memory
   std::vector<Polygon> pieces{{InPlane(a_), InPlane(b_), InPlane(c_)}};
   for (const Segment& segment : segments_) {
     const std::size_t count = pieces.size();
+    if (!work.Spend(count)) return;
     for (std::size_t i = 0; i < count; ++i) {
       if (!Crosses(segment, pieces[i], tolerance_)) continue;
       std::array<Polygon, 2> halves = Cut(pieces[i], segment);
@@ -107,6 +110,7 @@ void CutTriangle::AddBoundary(const std::function<bool(const Vec3&)>& solid,
     }
   }
   for (const Polygon& piece : pieces) {
+    if (!work.Spend(kOfPiece)) return;
     if (piece.size() < 3) continue;
     const Vec2 sum = std::accumulate(piece.begin(), piece.end(), Vec2(Vec2::Zero()));
     const Vec3 centre = InSpace(sum / static_cast<double>(piece.size()));

@@ -44,9 +44,10 @@ class CutTriangle {
   }
 
   /// Adds the pieces that the segments cut it into, if they bound the union. `known`: the sides of
-  /// all of them.
+  /// all of them. With too much work, pieces are missing.
   void AddBoundary(const std::function<bool(const Vec3&)>& solid, const std::optional<Sides>& known,
-                   bool sheets, std::uint32_t triangle, std::vector<Facet>& facets) const;
+                   bool sheets, std::uint32_t triangle, WorkShare& work,
+                   std::vector<Facet>& facets) const;
 
  private:
   std::array<Vec3, 3> corners() const { return {a_, b_, c_}; }

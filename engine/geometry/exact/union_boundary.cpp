@@ -49,8 +49,12 @@ class Pieces {
  public:
   using Solid = std::function<bool(const Vec3&)>;
 
-  Pieces(const TriangleMesh& mesh, const Solid& solid, bool sheets)
-      : mesh_(mesh), solid_(solid), sheets_(sheets), tolerance_(CoincidenceTolerance(mesh)) {
+  Pieces(const TriangleMesh& mesh, const Solid& solid, bool sheets, WorkBudget* budget)
+      : mesh_(mesh),
+        solid_(solid),
+        sheets_(sheets),
+        budget_(budget),
+        tolerance_(CoincidenceTolerance(mesh)) {
     boxes_.resize(mesh.triangles.size());
     for (std::size_t t = 0; t < boxes_.size(); ++t) {
       for (std::size_t k = 0; k < 3; ++k) {
@@ -68,14 +72,15 @@ class Pieces {
     std::vector<std::vector<Facet>> facets_of(boxes_.size());
     tbb::parallel_for(std::size_t{0}, boxes_.size(), [&](std::size_t t) {
       CutTriangle cut = TriangleAt(t);
-      if (cut.flat()) return;
+      if (cut.flat() || IsExceeded()) return;
+      WorkShare work(budget_);
       if (!known[t]) {
-        VisitMet(t, [&](std::size_t other, const SharedCorners&) {
+        VisitMet(t, work, [&](std::size_t other, const SharedCorners&) {
           cut.Meet(mesh_.corner(other, 0), mesh_.corner(other, 1), mesh_.corner(other, 2));
           return true;
         });
       }
-      cut.AddBoundary(solid_, known[t], sheets_, static_cast<std::uint32_t>(t), facets_of[t]);
+      cut.AddBoundary(solid_, known[t], sheets_, static_cast<std::uint32_t>(t), work, facets_of[t]);
     });
     std::vector<Facet> facets;
     for (const std::vector<Facet>& some : facets_of)
@@ -84,16 +89,18 @@ class Pieces {
   }
 
  private:
+  bool IsExceeded() const { return budget_ != nullptr && budget_->exceeded(); }
+
   CutTriangle TriangleAt(std::size_t t) const {
     return {mesh_.corner(t, 0), mesh_.corner(t, 1), mesh_.corner(t, 2), tolerance_};
   }
 
   /// Calls `visit(other, shared)` for triangles whose boxes overlap that of a triangle, except
-  /// those that share an edge with it, until it returns false.
+  /// those that share an edge with it, until it returns false or there is too much work.
   template <typename Visit>
-  void VisitMet(std::size_t t, const Visit& visit) const {
+  void VisitMet(std::size_t t, WorkShare& work, const Visit& visit) const {
     std::vector<std::uint32_t> open{0};
-    while (!open.empty()) {
+    while (!open.empty() && work.Spend(1)) {
       const std::uint32_t i = open.back();
       open.pop_back();
       const BoxTree::Node& node = tree_.nodes[i];
@@ -115,10 +122,11 @@ class Pieces {
   /// Tells whether a triangle meets others only at corners and along edges that it shares with
   /// them.
   bool IsAlone(std::size_t t) const {
+    WorkShare work(budget_);
     const CutTriangle here = TriangleAt(t);
     if (here.flat()) return false;
     bool alone = true;
-    VisitMet(t, [&](std::size_t other, const SharedCorners& shared) {
+    VisitMet(t, work, [&](std::size_t other, const SharedCorners& shared) {
       const CutTriangle there = TriangleAt(other);
       alone = !there.flat() && here.IsApartFrom(there, shared.here, shared.there);
       return alone;
@@ -134,7 +142,7 @@ class Pieces {
     const std::size_t count = boxes_.size();
     std::vector<std::uint8_t> alone(count);
     tbb::parallel_for(std::size_t{0}, count, [&](std::size_t t) {
-      alone[t] = IsAlone(t) ? 1 : 0;
+      alone[t] = !IsExceeded() && IsAlone(t) ? 1 : 0;
     });
     std::vector<std::uint32_t> patch_of(count, MeshSides::kNone);
     std::vector<std::uint32_t> largest;  // per patch
@@ -178,6 +186,7 @@ class Pieces {
   const TriangleMesh& mesh_;
   const Solid& solid_;
   bool sheets_;
+  WorkBudget* budget_;
   double tolerance_;
   std::vector<Bounds> boxes_;
   BoxTree tree_;
@@ -240,12 +249,13 @@ std::vector<Facet> UnionBoundary(const TriangleMesh& mesh, const WindingNumber& 
   const auto solid = [&winding](const Vec3& p) {
     return winding.At(p) >= 0.5;
   };
-  return Pieces(mesh, solid, false).Find(nullptr);
+  return Pieces(mesh, solid, false, nullptr).Find(nullptr);
 }
 
 std::vector<Facet> UnionBoundaryAndSheets(const TriangleMesh& mesh, const MeshSides* sides,
-                                          const std::function<bool(const Vec3&)>& solid) {
-  return Pieces(mesh, solid, true).Find(sides);
+                                          const std::function<bool(const Vec3&)>& solid,
+                                          WorkBudget* budget) {
+  return Pieces(mesh, solid, true, budget).Find(sides);
 }
 
 }  // namespace tandem

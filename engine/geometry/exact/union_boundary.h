@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "engine/geometry/exact/winding_number.h"
+#include "engine/geometry/exact/work_budget.h"
 #include "engine/geometry/mesh/mesh_sides.h"
 #include "engine/geometry/mesh/triangle_mesh.h"
 
@@ -39,8 +40,9 @@ std::vector<Facet> UnionBoundary(const TriangleMesh& mesh, const WindingNumber& 
 /// pieces with free space on both sides, as sheets. `sides` are the mesh's; null: `solid` is called
 /// for every piece. Otherwise `solid` must change at triangles alone. It does not do so where open
 /// bodies are closed by their winding number. Then one call decides for triangles that are
-/// connected and meet no others.
+/// connected and meet no others. Where `budget` is exceeded, the pieces are not whole.
 std::vector<Facet> UnionBoundaryAndSheets(const TriangleMesh& mesh, const MeshSides* sides,
-                                          const std::function<bool(const Vec3&)>& solid);
+                                          const std::function<bool(const Vec3&)>& solid,
+                                          WorkBudget* budget = nullptr);
 
 }  // namespace tandem

@@ -48,19 +48,42 @@ Solids FindSolids(const TriangleMesh& mesh, const MeshSides& sides) {
   return solids;
 }
 
-/// Tells whether any two boxes have a volume in common.
-bool AnyOverlap(std::vector<Bounds> boxes, double tolerance) {
-  std::ranges::sort(boxes, {}, [](const Bounds& box) {
-    return box.min.x();
-  });
-  for (std::size_t i = 0; i < boxes.size(); ++i) {
-    for (std::size_t j = i + 1; j < boxes.size(); ++j) {
-      if (boxes[j].min.x() >= boxes[i].max.x() - tolerance) break;
-      const Vec3 common = boxes[i].max.cwiseMin(boxes[j].max) - boxes[i].min.cwiseMax(boxes[j].min);
-      if (common.minCoeff() > tolerance) return true;
+/// Tells whether any two boxes have a volume in common; true also where there is too much work.
+bool AnyOverlap(const std::vector<Bounds>& boxes, double tolerance, WorkBudget& budget) {
+  const BoxTree tree = BuildBoxTree(boxes, 4);
+  const auto overlap = [tolerance](const Bounds& a, const Bounds& b) {
+    return (a.max.cwiseMin(b.max) - a.min.cwiseMax(b.min)).minCoeff() > tolerance;
+  };
+  WorkShare work(&budget);
+  std::vector<std::uint32_t> open;
+  for (std::uint32_t i = 0; i < boxes.size(); ++i) {
+    open.assign(1, 0);
+    while (!open.empty()) {
+      if (!work.Spend(1)) return true;
+      const std::uint32_t at = open.back();
+      open.pop_back();
+      const BoxTree::Node& node = tree.nodes[at];
+      if (!overlap(node.box, boxes[i])) continue;
+      if (!node.leaf()) {
+        open.push_back(node.right);
+        open.push_back(at + 1);
+        continue;
+      }
+      for (std::uint32_t k = node.first; k < node.first + node.count; ++k) {
+        const std::uint32_t other = tree.order[k];
+        if (other < i && overlap(boxes[other], boxes[i])) return true;
+      }
     }
   }
   return false;
+}
+
+/// Tells whether any side belongs to more than two triangles, as all do where two solids of the
+/// same corners lie exactly on one another.
+bool AnySharedSide(const MeshSides& sides) {
+  return std::ranges::any_of(sides.walls(), [](const MeshSides::Wall& wall) {
+    return wall.count > 2;
+  });
 }
 
 using FlatPolygon = std::vector<Vec3>;
@@ -105,8 +128,12 @@ class UnionSurface {
  public:
   UnionSurface(std::vector<Facet> facets, const Solids& solids, double tolerance)
       : facets_(std::move(facets)), solids_(solids), tolerance_(tolerance) {
+    // a piece without area has sides without a direction, along which nothing can be cut
     std::erase_if(facets_, [](const Facet& facet) {
-      return facet.sheet;
+      const Vec3 ab = facet.b - facet.a;
+      const Vec3 ac = facet.c - facet.a;
+      const double longest = std::max(ab.squaredNorm(), ac.squaredNorm());
+      return facet.sheet || ab.cross(ac).norm() <= 1e-14 * longest;
     });
     for (const Facet& facet : facets_) {
       Bounds& box = boxes_.emplace_back();
@@ -118,13 +145,17 @@ class UnionSurface {
     tree_ = BuildBoxTree(boxes_, 4);
   }
 
-  TriangleMesh Mesh() const {
+  /// With too much work, it is not whole.
+  TriangleMesh Mesh(WorkBudget& budget) const {
     TriangleMesh mesh;
-    for (std::uint32_t i = 0; i < facets_.size(); ++i) {
+    WorkShare work(&budget);
+    for (std::uint32_t i = 0; i < facets_.size() && !budget.exceeded(); ++i) {
       const Facet& facet = facets_[i];
       std::vector<FlatPolygon> polygons{{facet.a, facet.b, facet.c}};
-      for (const std::uint32_t earlier : EarlierOn(i))
+      for (const std::uint32_t earlier : EarlierOn(i, work)) {
+        if (!work.Spend(polygons.size())) return mesh;
         polygons = Without(polygons, facets_[earlier]);
+      }
       for (const FlatPolygon& polygon : polygons) Add(polygon, facet.nhat, mesh);
     }
     return mesh;
@@ -136,11 +167,11 @@ class UnionSurface {
   }
 
   /// Returns earlier facets of other solids in a facet's plane, where they may lie on it.
-  std::vector<std::uint32_t> EarlierOn(std::uint32_t i) const {
+  std::vector<std::uint32_t> EarlierOn(std::uint32_t i, WorkShare& work) const {
     constexpr double kSameWay = 1 - 1e-9;  // cosine
     std::vector<std::uint32_t> earlier;
     std::vector<std::uint32_t> open{0};
-    while (!open.empty()) {
+    while (!open.empty() && work.Spend(1)) {
       const std::uint32_t at = open.back();
       open.pop_back();
       const BoxTree::Node& node = tree_.nodes[at];
@@ -184,33 +215,69 @@ class UnionSurface {
   BoxTree tree_;
 };
 
-/// Returns the surface that bounds the union of the mesh's solids.
-TriangleMesh BoundaryOf(const TriangleMesh& outward, const MeshSides& sides, const Solids& solids) {
+/// Returns the surface that bounds the union of the mesh's solids. With too much work, it is not
+/// whole.
+TriangleMesh BoundaryOf(const TriangleMesh& outward, const MeshSides& sides, const Solids& solids,
+                        WorkBudget& budget) {
   const WindingNumber winding(outward);
+  const auto solid = [&](const Vec3& p) {
+    if (budget.exceeded()) return false;
+    std::size_t steps = 0;
+    const bool inside = winding.At(p, steps) >= 0.5;
+    budget.Spend(steps);
+    return inside;
+  };
   // cracks close by their winding number, which changes at no triangle
   const MeshSides* patches = sides.walls().empty() ? &sides : nullptr;
-  std::vector<Facet> facets = UnionBoundaryAndSheets(outward, patches, [&](const Vec3& p) {
-    return winding.At(p) >= 0.5;
-  });
-  return UnionSurface(std::move(facets), solids, CoincidenceTolerance(outward)).Mesh();
+  std::vector<Facet> facets = UnionBoundaryAndSheets(outward, patches, solid, &budget);
+  if (budget.exceeded() || facets.empty()) return {};
+  return UnionSurface(std::move(facets), solids, CoincidenceTolerance(outward)).Mesh(budget);
+}
+
+/// Returns the mesh with its bodies turned outward, after all of it is turned where it faces
+/// inwards as a whole, so that its cavities stay cavities.
+TriangleMesh Outward(const TriangleMesh& mesh, bool inwards) {
+  if (!inwards) return OrientBodiesOutward(mesh);
+  TriangleMesh turned = mesh;
+  for (TriangleMesh::Triangle& t : turned.triangles) std::swap(t[1], t[2]);
+  return OrientBodiesOutward(turned);
+}
+
+/// Tells whether some bodies of a mesh face another way than the others.
+bool AnyTurned(const TriangleMesh& outward, const TriangleMesh& mesh, bool inwards) {
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const TriangleMesh::Triangle& as_wound = mesh.triangles[t];
+    const bool same = outward.triangles[t] == as_wound;
+    if (same == inwards && as_wound[1] != as_wound[2]) return true;
+  }
+  return false;
 }
 
 }  // namespace
 
-MassProperties ComputeUnionMass(const TriangleMesh& mesh) {
+UnionMass ComputeUnionMass(const TriangleMesh& mesh, std::uint64_t most_work) {
   constexpr double kSame = 1e-6;  // share of the volume that the cuts may round away
-  MassProperties plain = ComputeMassProperties(mesh);
-  if (!plain.solid) return plain;
-  const TriangleMesh outward = OrientBodiesOutward(mesh);
+  const MassProperties as_wound = ComputeMassProperties(mesh);
+  const bool inwards = as_wound.volume < 0;
+  const TriangleMesh outward = Outward(mesh, inwards);
+  UnionMass plain{as_wound};
+  if (AnyTurned(outward, mesh, inwards)) plain = {ComputeMassProperties(outward)};
+  if (!plain.solid) return {as_wound};
+  plain.volume = std::copysign(plain.volume, as_wound.volume);
+  WorkBudget budget(most_work);
   const MeshSides sides(outward);
   const Solids solids = FindSolids(outward, sides);
-  if (!AnyOverlap(solids.boxes, CoincidenceTolerance(mesh))) return plain;
-  const TriangleMesh boundary = BoundaryOf(outward, sides, solids);
-  if (boundary.triangles.empty()) return plain;
-  MassProperties whole = ComputeBoundedMass(boundary);
-  if (!whole.solid || std::abs(whole.volume - std::abs(plain.volume)) <= kSame * whole.volume) {
-    return plain;
-  }
+  const bool meet =
+      AnySharedSide(sides) || AnyOverlap(solids.boxes, CoincidenceTolerance(mesh), budget);
+  if (!meet) return plain;
+  const TriangleMesh boundary =
+      budget.exceeded() ? TriangleMesh() : BoundaryOf(outward, sides, solids, budget);
+  plain.counts_twice = true;
+  if (budget.exceeded() || boundary.triangles.empty()) return plain;
+  UnionMass whole{ComputeBoundedMass(boundary)};
+  if (!whole.solid) return plain;
+  plain.counts_twice = false;
+  if (std::abs(whole.volume - std::abs(plain.volume)) <= kSame * whole.volume) return plain;
   whole.volume = std::copysign(whole.volume, plain.volume);
   return whole;
 }

@@ -1,15 +1,18 @@
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
 #include <map>
-#include <numbers>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
 
 #include "engine/base/spatial.h"
+#include "engine/geometry/formats/affine34.h"
+#include "engine/geometry/formats/amf_instance.h"
 #include "engine/geometry/formats/native_readers.h"
 #include "engine/geometry/formats/number_word.h"
 #include "engine/geometry/formats/package/slicer_parts.h"
@@ -23,6 +26,8 @@ namespace {
 
 // The additive manufacturing format (ISO/ASTM 52915): objects of one list of vertices and several
 // volumes of triangles, and constellations that place objects. Without a unit it is in millimetres.
+// Slic3r and its descendants write angles in radians in place of degrees, add sizes and mirrors,
+// and number their constellations without regard to their objects.
 
 constexpr int kDeepestPlaces = 32;
 
@@ -32,39 +37,22 @@ struct AmfObject {
   std::vector<TriangleMesh::Triangle> triangles;
 };
 
-struct AmfInstance {
-  std::string object;
-  std::array<double, 3> delta{};
-  std::array<double, 3> angle{};  // degrees about x, y, z, in that order
+struct AmfConstellation {
+  std::string id;
+  std::vector<AmfInstance> instances;
 };
 
-/// A placing of an object or a constellation.
-struct AmfPlace {
-  Mat3 R = Mat3::Identity();
-  Vec3 p = Vec3::Zero();
-};
+/// The programs of Slic3r's line.
+bool IsOfSlic3r(std::string_view program) {
+  const std::string small = InSmallLetters(program);
+  return small.starts_with("slic3r") || small.starts_with("prusaslicer") ||
+         small.starts_with("superslicer");
+}
 
 std::string_view Trimmed(std::string_view text) {
   constexpr std::string_view kSpace = " \t\r\n";
   text.remove_prefix(std::min(text.find_first_not_of(kSpace), text.size()));
   return text.substr(0, text.find_last_not_of(kSpace) + 1);
-}
-
-Mat3 Turn(int axis, double degrees) {
-  // quarter turns are exact, so that placed corners meet
-  const double radians = degrees * std::numbers::pi / 180;
-  const double quarter = degrees / 90;
-  const bool exact = quarter == std::round(quarter);
-  const double c = exact ? std::round(std::cos(radians)) : std::cos(radians);
-  const double s = exact ? std::round(std::sin(radians)) : std::sin(radians);
-  Mat3 R = Mat3::Identity();
-  const int a = (axis + 1) % 3;
-  const int b = (axis + 2) % 3;
-  R(a, a) = c;
-  R(a, b) = -s;
-  R(b, a) = s;
-  R(b, b) = c;
-  return R;
 }
 
 class AmfReader {
@@ -96,19 +84,19 @@ class AmfReader {
     if (name == "amf") {
       is_amf_ = true;
       const std::string unit = xml_.Attribute("unit").value_or("millimeter");
+      answer_.unit_of_format = !xml_.Attribute("unit");
       answer_.metres_per_unit = MetresOfUnit(unit);
     }
-    if (name == "object") {
-      id_ = xml_.Attribute("id").value_or("");
-      object_ = &objects_[id_];
-      order_.push_back(id_);
-    }
+    if (name == "object") BeginObject();
     if (name == "constellation") {
-      constellation_ = xml_.Attribute("id").value_or("#" + std::to_string(constellations_.size()));
-      constellations_[constellation_];
+      constellations_.push_back({xml_.Attribute("id").value_or(""), {}});
+      in_constellation_ = true;
     }
+    if (in_instance_) CheckWordOfInstance(name);
     if (name == "instance") {
-      instance_ = {xml_.Attribute("objectid").value_or(""), {}, {}};
+      instance_ = {};
+      instance_.object = xml_.Attribute("objectid").value_or("");
+      in_instance_ = true;
     }
     if (name == "vertex") point_ = {NAN, NAN, NAN};
     if (name == "triangle") corners_ = {-1, -1, -1};
@@ -125,20 +113,24 @@ class AmfReader {
     if (xml_.empty()) Close(name);
   }
 
+  void BeginObject() {
+    std::string id = xml_.Attribute("id").value_or("#" + std::to_string(order_.size()));
+    const auto [object, is_new] = objects_.try_emplace(id);
+    if (!is_new) {
+      return Fault("it has several objects of the id " + id.substr(0, 40) +
+                   ": give each an id of its own");
+    }
+    object_ = &object->second;
+    order_.push_back(std::move(id));
+  }
+
   void Close(const std::string& name) {
     if (name == "metadata") return TakeMetadata();
     if (name == "volume") return EndVolume();
-    if (name == "constellation") constellation_.clear();
-    if (name == "instance" && !constellation_.empty()) {
-      constellations_[constellation_].push_back(instance_);
-    }
+    if (name == "constellation") in_constellation_ = false;
+    if (name == "instance") EndInstance();
     if (name == "object") object_ = nullptr;
-    static constexpr std::array<const char*, 6> kPlaces{"deltax", "deltay", "deltaz",
-                                                        "rx",     "ry",     "rz"};
-    for (std::size_t k = 0; k < kPlaces.size(); ++k) {
-      if (name != kPlaces[k] || constellation_.empty()) continue;
-      TakeNumber(k < 3 ? instance_.delta[k] : instance_.angle[k - 3]);
-    }
+    if (in_instance_) TakePlace(name);
     if (object_ == nullptr) return;
     if (name == "x" || name == "y" || name == "z") {
       TakeNumber(point_[static_cast<std::size_t>(name[0] - 'x')]);
@@ -153,6 +145,32 @@ class AmfReader {
     if (name == "triangle") EndTriangle();
   }
 
+  /// Notes what an instance says besides its place.
+  void CheckWordOfInstance(const std::string& name) {
+    of_slic3r_ = of_slic3r_ || name.starts_with("scale") || name.starts_with("mirror");
+    if (IsPlaceOfAmf(name) || name == "printable") return;
+    remarks_.Count("unknown element of an instance", "unknown elements of instances",
+                   "left out, the first is <" + name.substr(0, 40) + ">");
+  }
+
+  /// Takes a word of an instance: a move, a turn, a size.
+  void TakePlace(const std::string& name) {
+    if (name == "printable" && Trimmed(text_) == "0") {
+      remarks_.Count("object that is not to be printed", "objects that are not to be printed",
+                     "read like the others");
+    }
+    double number = 0;
+    if (!IsPlaceOfAmf(name)) return;
+    TakeNumber(number);
+    TakePlaceOfAmf(name, number, instance_);
+  }
+
+  void EndInstance() {
+    in_instance_ = false;
+    if (in_constellation_) return constellations_.back().instances.push_back(instance_);
+    remarks_.Count("instance", "instances", "outside of all constellations left out");
+  }
+
   void TakeNumber(double& number) {
     if (!ParseNumber(Trimmed(text_), number)) Fault(NoNumberWords(Trimmed(text_)));
   }
@@ -160,6 +178,7 @@ class AmfReader {
   void TakeMetadata() {
     const std::string value(Trimmed(text_));
     if (metadata_ == "name" && object_ != nullptr && !in_volume_) object_->name = value;
+    if (metadata_ == "cad") of_slic3r_ = of_slic3r_ || IsOfSlic3r(value);
     if (metadata_ == "slic3r.volume_type") use_ = PartUseNamed(value);
     if (metadata_ == "slic3r.modifier" && value == "1" && use_ == PartUse::kShape) {
       use_ = PartUse::kLeftOut;
@@ -200,44 +219,69 @@ class AmfReader {
     object_->triangles.push_back(triangle);
   }
 
+  /// Returns the constellation of an id that no object has; nothing: there is none.
+  std::optional<std::size_t> ConstellationOf(const std::string& id) const {
+    if (objects_.contains(id)) return std::nullopt;
+    const auto found = constellation_of_.find(id);
+    return found == constellation_of_.end() ? std::nullopt : std::optional(found->second);
+  }
+
   /// Places all objects as they are, or those of constellations that stand in no other one.
   void Place() {
     if (constellations_.empty()) {
-      for (const std::string& id : order_) Append(id, {}, part_.empty(), 0);
+      for (const std::string& id : order_) AppendObject(id, Affine34::Identity(), part_.empty());
       return;
     }
-    std::vector<std::string> placed;
-    for (const auto& [id, instances] : constellations_) {
-      for (const AmfInstance& instance : instances) placed.push_back(instance.object);
+    for (std::size_t c = 0; c < constellations_.size(); ++c) {
+      const std::string& id = constellations_[c].id;
+      if (id.empty() || constellation_of_.emplace(id, c).second) continue;
+      return Fault("it has several constellations of the id " + id.substr(0, 40) +
+                   ": give each an id of its own");
+    }
+    std::set<std::string> objects_placed;
+    std::vector<bool> placed(constellations_.size(), false);
+    for (const AmfConstellation& constellation : constellations_) {
+      for (const AmfInstance& instance : constellation.instances) {
+        if (const auto other = ConstellationOf(instance.object)) placed[*other] = true;
+        objects_placed.insert(instance.object);
+        NoteRadians(instance);
+      }
     }
     bool any = false;
-    for (const auto& [id, instances] : constellations_) {
-      if (std::ranges::count(placed, id) > 0) continue;
+    for (std::size_t c = 0; c < constellations_.size(); ++c) {
+      if (placed[c]) continue;
       any = true;
-      Append(id, {}, part_.empty(), 0);
+      AppendConstellation(c, Affine34::Identity(), part_.empty(), 0);
     }
     if (!any) return Fault("its constellations are within one another");
     for (const std::string& id : order_) {
-      if (std::ranges::count(placed, id) > 0) continue;
+      if (objects_placed.contains(id)) continue;
       remarks_.Count("object that no constellation places", "objects that no constellation places",
                      "left out");
     }
   }
 
-  void Append(const std::string& id, const AmfPlace& X, bool wanted, int depth) {
+  void NoteRadians(const AmfInstance& instance) {
+    if (!of_slic3r_ || instance.angle == std::array<double, 3>{}) return;
+    remarks_.Say(
+        "its angles are taken as radians, as Slic3r and its descendants write them: the format's "
+        "own are degrees");
+  }
+
+  void AppendConstellation(std::size_t index, const Affine34& X, bool wanted, int depth) {
+    if (!fault_.empty()) return;
     if (depth > kDeepestPlaces) return Fault("its constellations are within one another");
-    const auto constellation = constellations_.find(id);
-    if (constellation != constellations_.end()) {
-      for (const AmfInstance& instance : constellation->second) {
-        AmfPlace placed;
-        const Mat3 R =
-            Turn(2, instance.angle[2]) * Turn(1, instance.angle[1]) * Turn(0, instance.angle[0]);
-        placed.R = X.R * R;
-        placed.p = X.p + X.R * Vec3(instance.delta[0], instance.delta[1], instance.delta[2]);
-        Append(instance.object, placed, wanted, depth + 1);
+    for (const AmfInstance& instance : constellations_[index].instances) {
+      const Affine34 placed = ProductOf(X, PlacingOf(instance, of_slic3r_));
+      if (const auto other = ConstellationOf(instance.object)) {
+        AppendConstellation(*other, placed, wanted, depth + 1);
+      } else {
+        AppendObject(instance.object, placed, wanted);
       }
-      return;
     }
+  }
+
+  void AppendObject(const std::string& id, const Affine34& X, bool wanted) {
     const auto found = objects_.find(id);
     if (found == objects_.end()) return Fault("there is no object " + id.substr(0, 40));
     const AmfObject& object = found->second;
@@ -245,17 +289,20 @@ class AmfReader {
     found_ = found_ || (wanted && !part_.empty());
     RawMesh& whole = answer_.mesh;
     const auto first = static_cast<std::uint32_t>(whole.points.size());
+    const bool mirrored = X.leftCols<3>().determinant() < 0;
     for (const TriangleMesh::Triangle& t : object.triangles) {
       for (const std::uint32_t corner : t) {
         if (corner < object.points.size()) continue;
         return Fault("a triangle uses vertex " + std::to_string(corner) + ", but there are only " +
                      std::to_string(object.points.size()));
       }
-      if (wanted) whole.triangles.push_back({first + t[0], first + t[1], first + t[2]});
+      if (!wanted) continue;
+      whole.triangles.push_back(
+          {first + t[0], first + t[mirrored ? 2 : 1], first + t[mirrored ? 1 : 2]});
     }
     if (!wanted) return;
     for (const FilePoint& point : object.points) {
-      const Vec3 p = X.R * Vec3(point[0], point[1], point[2]) + X.p;
+      const Vec3 p = Placed(X, Vec3(point[0], point[1], point[2]));
       whole.points.push_back({p.x(), p.y(), p.z()});
     }
   }
@@ -278,11 +325,13 @@ class AmfReader {
   bool is_amf_ = false;
   std::map<std::string, AmfObject> objects_;
   std::vector<std::string> order_;
-  std::map<std::string, std::vector<AmfInstance>> constellations_;
-  std::string constellation_;  // id of the one that is open
+  std::vector<AmfConstellation> constellations_;
+  std::map<std::string, std::size_t> constellation_of_;  // by id
+  bool in_constellation_ = false;
   AmfInstance instance_;
+  bool in_instance_ = false;
+  bool of_slic3r_ = false;
   AmfObject* object_ = nullptr;
-  std::string id_;
   FilePoint point_{};
   std::array<std::int64_t, 3> corners_{};
   std::size_t volume_begin_ = 0;

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <cstdint>
+#include <cstring>
 #include <utility>
 
 #include "engine/base/files/regular_file.h"
@@ -37,9 +39,16 @@ std::string WithoutXmlHead(std::string text) {
   return end == std::string::npos ? text : text.substr(end + 2);
 }
 
-/// Tells whether an STL file is binary by its length, whatever its words begin with.
+/// Tells whether an STL file is binary by its length, whatever its words begin with. A text in
+/// UTF-16 may have such a length, but hardly the count of its triangles where that stands.
 bool IsWholeBinaryStl(std::string_view bytes) {
-  return bytes.size() >= 84 && (bytes.size() - 84) % 50 == 0 && bytes.find('\0') < 84 + 50;
+  if (bytes.size() < 84 || (bytes.size() - 84) % 50 != 0 || bytes.find('\0') >= 84 + 50) {
+    return false;
+  }
+  std::uint32_t count = 0;
+  std::memcpy(&count, bytes.data() + 80, sizeof count);
+  const bool marked = bytes.starts_with("\xFE\xFF") || bytes.starts_with("\xFF\xFE");
+  return !marked || count == (bytes.size() - 84) / 50;
 }
 
 ReadAnswer ReadAmfFile(std::string bytes, const std::filesystem::path& file,
@@ -84,11 +93,15 @@ std::optional<ReadAnswer> ReadNatively(const std::filesystem::path& file, const 
     return ReadStl(IsWholeBinaryStl(*bytes) ? *std::move(bytes) : InUtf8(*std::move(bytes)), part);
   }
   if (ending == "obj") return ReadObj(InUtf8(*std::move(bytes)), part);
-  if (ending == "ply") return ReadPly(bytes->starts_with("ply") ? *bytes : InUtf8(*bytes));
+  if (ending == "ply") {
+    if (!bytes->starts_with("ply")) *bytes = InUtf8(*std::move(bytes));
+    return ReadPly(*bytes);
+  }
   if (ending == "amf") return ReadAmfFile(*std::move(bytes), file, part);
   if (ending == "dae") return ReadCollada(InUtf8(*std::move(bytes)), part);
   if (ending == "gltf" || ending == "glb") {
-    return ReadGltf(bytes->starts_with("glTF") ? *bytes : InUtf8(*bytes), file, part);
+    if (!bytes->starts_with("glTF")) *bytes = InUtf8(*std::move(bytes));
+    return ReadGltf(*std::move(bytes), file, part);
   }
   return ReadOff(InUtf8(*std::move(bytes)));
 }

@@ -31,7 +31,7 @@ ReadAnswer ReadObj(std::string_view text, std::string_view part = {});
 ReadAnswer ReadAmf(std::string_view text, std::string_view part = {});
 /// Reads the content of a glTF 2 file, text or binary, and the buffers beside it; nothing: it is of
 /// the first version.
-std::optional<ReadAnswer> ReadGltf(std::string_view bytes, const std::filesystem::path& file,
+std::optional<ReadAnswer> ReadGltf(std::string content, const std::filesystem::path& file,
                                    std::string_view part = {});
 /// Reads the content of a COLLADA file; nothing: it is of a version before 1.4.
 std::optional<ReadAnswer> ReadCollada(std::string_view text, std::string_view part = {});

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <string>
 #include <string_view>
+#include <unordered_map>
 #include <utility>
 #include <vector>
 
@@ -17,8 +18,8 @@ namespace tandem {
 namespace {
 
 // Wavefront's format: a statement a line. A backslash at a line's end continues the statement on
-// the next line. Remarks do not go on, and neither do names whose next line is a statement: a
-// folder of Windows may end in a backslash, too.
+// the next line. Remarks do not go on. Of the other statements, only vertices and faces go on
+// whatever the next line is: a folder of Windows may end in a backslash, too.
 
 /// The treatment of a statement.
 enum class Statement { kVertex, kFace, kName, kIgnored, kLine, kCurve, kCall, kUnknown };
@@ -77,12 +78,6 @@ Statement StatementOf(std::string_view word) {
   return kUnknown;
 }
 
-bool HoldsNames(std::string_view word) {
-  return word == "o" || word == "g" || word == "usemtl" || word == "mtllib" || word == "usemap" ||
-         word == "maplib" || word == "call" || word == "csh" || word == "shadow_obj" ||
-         word == "trace_obj";
-}
-
 /// Cuts a remark off a line of numbers.
 std::string_view WithoutRemark(std::string_view line) {
   return line.substr(0, line.find('#'));
@@ -129,12 +124,10 @@ class ObjReader {
       if (const double unit = UnitOfRemark(line); unit > 0) answer_.remarked_unit = unit;
       return;
     }
-    if (HoldsNames(word)) {
-      if (line.ends_with('\\') && !BeginsAnew(lines_.rest())) joined = Joined(line);
-    } else if (WithoutRemark(line).ends_with('\\')) {
-      joined = Joined(line);
-    }
-    if (!joined.empty()) {
+    const Statement statement = StatementOf(word);
+    const bool numbers = statement == Statement::kVertex || statement == Statement::kFace;
+    if (GoesOn(numbers ? WithoutRemark(line) : line, numbers)) {
+      joined = Joined(line, numbers);
       rest = joined;
       word = InSmallLetters(TakeWord(rest));
     }
@@ -143,8 +136,13 @@ class ObjReader {
     }
   }
 
+  /// Tells whether the next line continues this one. `numbers`: of a vertex or a face.
+  bool GoesOn(std::string_view line, bool numbers) const {
+    return line.ends_with('\\') && (numbers || !BeginsAnew(lines_.rest()));
+  }
+
   /// Joins a line with those that continue it.
-  std::string Joined(std::string_view line) {
+  std::string Joined(std::string_view line, bool numbers) {
     std::string whole;
     while (true) {
       whole.append(line.substr(0, line.size() - 1));
@@ -152,7 +150,7 @@ class ObjReader {
       std::string_view next;
       if (!lines_.Next(next)) return whole;
       line = WithoutRemark(next);
-      if (line.ends_with('\\')) continue;
+      if (GoesOn(line, numbers)) continue;
       whole.append(line);
       return whole;
     }
@@ -243,9 +241,19 @@ class ObjReader {
     const std::size_t begin = std::min(rest.find_first_not_of(" \t"), rest.size());
     const std::size_t end = rest.find_last_not_of(" \t");
     const std::string name(rest.substr(begin, end == std::string_view::npos ? 0 : end + 1 - begin));
-    const auto known = std::ranges::find(names_, name);
-    current = static_cast<std::uint32_t>(known - names_.begin());
-    if (known == names_.end()) names_.push_back(name);
+    const auto next = static_cast<std::uint32_t>(names_.size());
+    const auto [known, is_new] = number_of_name_.emplace(name, next);
+    current = known->second;
+    if (!is_new) return;
+    names_.push_back(name);
+    wanted_.push_back(part_.empty() || name == part_ || WithoutRemarkBehind(name) == part_);
+  }
+
+  /// Returns a name without a remark that stands behind it, a blank apart.
+  static std::string_view WithoutRemarkBehind(std::string_view name) {
+    const std::size_t remark = name.find(" #");
+    const std::size_t last = name.substr(0, remark).find_last_not_of(" \t");
+    return name.substr(0, last == std::string_view::npos ? 0 : last + 1);
   }
 
   /// Splits the faces, when all vertices are known.
@@ -255,8 +263,7 @@ class ObjReader {
     RawMesh& mesh = answer_.mesh;
     std::vector<std::uint32_t> corners;
     for (const Face& face : faces_) {
-      const bool wanted =
-          part_.empty() || names_[face.object] == part_ || names_[face.group] == part_;
+      const bool wanted = wanted_[face.object] || wanted_[face.group];
       found_ = found_ || wanted;
       corners.clear();
       for (std::size_t k = 0; k < face.count; ++k) {
@@ -285,6 +292,8 @@ class ObjReader {
   std::vector<std::int64_t> corners_;
   std::vector<Face> faces_;
   std::vector<std::string> names_{""};
+  std::vector<bool> wanted_{part_.empty()};  // by name
+  std::unordered_map<std::string, std::uint32_t> number_of_name_{{"", 0}};
   std::uint32_t object_ = 0;
   std::uint32_t group_ = 0;
   bool found_ = false;

@@ -208,13 +208,17 @@ std::string ElementsFault(const PlyHead& head, RemarkList& remarks) {
 }
 
 /// Splits faces and strips; returns what is wrong, or nothing.
-std::string MakeTriangles(const Faces& faces, RawMesh& mesh) {
+std::string MakeTriangles(const Faces& faces, RemarkList& remarks, RawMesh& mesh) {
   const auto beyond = [&](std::int64_t corner) {
     return "a face uses vertex " + std::to_string(corner) + ", but there are only " +
            std::to_string(mesh.points.size());
   };
   std::size_t at = 0;
   for (const std::uint32_t count : faces.counts) {
+    if (count < 3) {
+      remarks.Count("face with fewer than three corners", "faces with fewer than three corners",
+                    "left out");
+    }
     const std::span corners(faces.corners.data() + at, count);
     at += count;
     for (const std::uint32_t corner : corners) {
@@ -237,6 +241,15 @@ std::string MakeTriangles(const Faces& faces, RawMesh& mesh) {
         {strip[n - 3], strip[odd ? n - 1 : n - 2], strip[odd ? n - 2 : n - 1]});
   }
   return {};
+}
+
+/// Tells whether the places of vertices are 32-bit numbers.
+bool HasFloatPlaces(const PlyHead& head) {
+  const auto vertex = std::ranges::find(head.elements, "vertex", &PlyElement::name);
+  return vertex != head.elements.end() &&
+         std::ranges::any_of(vertex->properties, [](const PlyProperty& property) {
+           return property.name == "x" && property.kind == PlyNumberKind::kFloat;
+         });
 }
 
 }  // namespace
@@ -270,9 +283,10 @@ ReadAnswer ReadPly(std::string_view bytes) {
       numbers.SkipRemarks();
     }
   }
-  if (std::string fault = MakeTriangles(faces, answer.mesh); !fault.empty()) {
+  if (std::string fault = MakeTriangles(faces, remarks, answer.mesh); !fault.empty()) {
     return RefusedPly(fault);
   }
+  answer.single_precision = !head.text && HasFloatPlaces(head);
   if (const std::size_t rest = numbers.Rest().size(); rest > 0) {
     if (head.text) {
       return RefusedPly("it has more numbers than its head declares, from '" +

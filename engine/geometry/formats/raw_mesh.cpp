@@ -9,7 +9,7 @@
 namespace tandem {
 namespace {
 
-constexpr std::uint64_t kMagic = 0x0348'5345'4d44'4e54;  // "TNDMESH", 3
+constexpr std::uint64_t kMagic = 0x0448'5345'4d44'4e54;  // "TNDMESH", 4
 
 struct StreamHeader {
   std::uint64_t magic;
@@ -19,6 +19,7 @@ struct StreamHeader {
   std::uint64_t triangles;
   std::uint64_t remarks;  // bytes, each remark ends a line
   std::uint64_t single_precision;
+  std::uint64_t unit_of_format;
   double metres_per_unit;
   double remarked_unit;
 };
@@ -58,6 +59,7 @@ bool WriteAnswer(int fd, const ReadAnswer& answer) {
                             mesh.triangles.size(),
                             remarks.size(),
                             answer.single_precision ? 1U : 0U,
+                            answer.unit_of_format ? 1U : 0U,
                             answer.metres_per_unit,
                             answer.remarked_unit};
   return WriteAll(fd, &header, sizeof header) &&
@@ -87,6 +89,7 @@ std::optional<ReadAnswer> ParseAnswer(std::string_view bytes) {
   answer.metres_per_unit = header.metres_per_unit;
   answer.remarked_unit = header.remarked_unit;
   answer.single_precision = header.single_precision != 0;
+  answer.unit_of_format = header.unit_of_format != 0;
   Take(bytes, header.words, answer.words);
   std::string remarks;
   Take(bytes, header.remarks, remarks);

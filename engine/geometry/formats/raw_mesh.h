@@ -27,6 +27,7 @@ struct ReadAnswer {
   std::string words;  // text of a refusal
   RawMesh mesh;
   double metres_per_unit = 0;     // as the file declares; 0: it does not
+  bool unit_of_format = false;    // that is the format's own unit, and the file names none
   double remarked_unit = 0;       // metres per unit as a remark in the file says; 0: none does
   bool single_precision = false;  // the file holds positions as 32-bit numbers
   /// Statements of the file that the reader does not honour, one line each, for the user.

@@ -70,6 +70,20 @@ void AppendTriangles(std::string_view records, std::size_t count, bool swapped, 
   }
 }
 
+/// Returns where the words "facet normal" begin; the end: nowhere.
+std::size_t FacetIn(std::string_view line) {
+  const auto is_here = [&](std::size_t at, std::string_view word) {
+    return InSmallLetters(line.substr(at, word.size())) == word;
+  };
+  for (std::size_t at = line.find_first_of("fF"); at != std::string_view::npos;
+       at = line.find_first_of("fF", at + 1)) {
+    if (!is_here(at, "facet")) continue;
+    const std::size_t next = line.find_first_not_of(" \t", at + 5);
+    if (next != std::string_view::npos && is_here(next, "normal")) return at;
+  }
+  return line.size();
+}
+
 /// Reads several binary files that stand one behind the other; false: they do not fill the bytes.
 bool AppendInARow(std::string_view bytes, RawMesh& mesh) {
   std::vector<std::pair<std::string_view, std::size_t>> solids;
@@ -162,9 +176,12 @@ class StlText {
 
   void Take(const std::string& word) {
     if (word == "solid") return TakeName();
-    if (word == "facet" || word == "facetnormal") return BeginFacet();
+    if (word == "facet" || word == "facetnormal") return BeginFacet(word);
     if (word == "outer" || word == "outerloop" || word == "loop") {
       if (state_ < State::kInFacet) return Fault("a loop stands in no facet");
+      if (state_ == State::kInFacet && !corners_.empty()) {
+        return Fault("a facet has several loops: export it as triangles");
+      }
       state_ = State::kInLoop;
       return;
     }
@@ -178,8 +195,7 @@ class StlText {
     if (word == "endsolid") {
       if (state_ >= State::kInFacet) return Fault("a solid ends within a facet");
       state_ = State::kOutside;
-      line_ = {};
-      return;
+      return SkipNameOfEnd();
     }
     if (word == "end") {  // "end loop"
       const std::string what = InSmallLetters(TakeWord(line_));
@@ -198,18 +214,27 @@ class StlText {
     line_ = {};
   }
 
+  /// Skips the name behind an endsolid: all of the line, or up to a solid or facet that goes on.
+  void SkipNameOfEnd() {
+    const std::size_t facet = FacetIn(line_);
+    if (facet == line_.size()) {
+      line_ = {};
+      return;
+    }
+    std::string_view rest = line_.substr(0, facet);
+    std::string_view here = rest;
+    while (!here.empty()) {
+      rest = here;
+      if (InSmallLetters(TakeWord(here)) == "solid") break;
+      rest = here;
+    }
+    line_.remove_prefix(facet - rest.size());
+  }
+
   /// Takes a name, which may hold any words up to the line's end, or to a facet on the same line.
   void TakeName() {
     if (state_ >= State::kInFacet) return Fault("a solid begins within a facet");
-    const std::string small = InSmallLetters(line_);
-    std::size_t end = small.size();
-    for (std::size_t at = small.find("facet"); at != std::string::npos;
-         at = small.find("facet", at + 1)) {
-      const std::size_t next = small.find_first_not_of(" \t", at + 5);
-      if (next == std::string::npos || small.compare(next, 6, "normal") != 0) continue;
-      end = at;
-      break;
-    }
+    const std::size_t end = FacetIn(line_);
     std::string_view name = line_.substr(0, end);
     line_.remove_prefix(end);
     name.remove_prefix(std::min(name.find_first_not_of(" \t"), name.size()));
@@ -220,11 +245,12 @@ class StlText {
     state_ = State::kInSolid;
   }
 
-  void BeginFacet() {
+  void BeginFacet(const std::string& word) {
     if (state_ >= State::kInFacet) return Fault("a facet begins within another");
     state_ = State::kInFacet;
     corners_.clear();
-    if (InSmallLetters(line_).find("normal") == std::string::npos) SkipNormal();
+    std::string_view rest = line_;
+    if (word == "facetnormal" || InSmallLetters(TakeWord(rest)) != "normal") SkipNormal();
   }
 
   /// Skips the normal, which follows from the corners and may be no numbers at all.
@@ -295,6 +321,10 @@ bool IsTextFile(std::string_view bytes) {
 
 ReadAnswer ReadStl(std::string_view bytes, std::string_view part) {
   if (IsTextFile(bytes)) return StlText(bytes, part).Read();
+  if (!part.empty()) {
+    return RefusedStl("it has no part '" + std::string(part) +
+                      "', for a binary file has none: leave \"part\" out");
+  }
   return ReadBinary(bytes);
 }
 

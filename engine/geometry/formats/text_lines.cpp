@@ -146,7 +146,7 @@ std::string WithoutPercents(std::string_view name) {
 std::string InUtf8(std::string text) {
   constexpr std::string_view kLittleXml("<\0", 2);
   constexpr std::string_view kBigXml("\0<", 2);
-  if (text.starts_with("\xEF\xBB\xBF")) return text.substr(3);
+  if (text.starts_with("\xEF\xBB\xBF")) text.erase(0, 3);
   if (text.starts_with("\xFE\xFF")) return FromUtf16(std::string_view(text).substr(2), true);
   if (text.starts_with("\xFF\xFE")) return FromUtf16(std::string_view(text).substr(2), false);
   if (text.starts_with(kLittleXml)) return FromUtf16(text, false);

@@ -167,9 +167,11 @@ std::vector<std::string> RemarksOn(const aiScene& scene) {
   return remarks.Lines();
 }
 
-/// Returns metres per unit as an FBX file says, in centimetres; 0: another format.
+/// Returns metres per unit as an FBX file says, in centimetres, or 1 for COLLADA's first versions,
+/// whose units the library multiplies in; 0: another format.
 double UnitOf(const aiScene& scene, const std::string& file) {
   constexpr double kCentimetre = 0.01;
+  if (EndingOf(file) == "dae") return 1;
   if (EndingOf(file) != "fbx") return 0;
   float units = 1;
   double long_units = 1;
@@ -212,6 +214,12 @@ ReadAnswer ReadWithAssimp(const std::string& file, const std::string& part) {
   answer.single_precision = true;
   answer.remarks = RemarksOn(*scene);
   answer.metres_per_unit = UnitOf(*scene, file);
+  if (EndingOf(file) == "dae") {
+    answer.unit_of_format = true;
+    answer.remarks.emplace_back(
+        "it is of a version of COLLADA before 1.4: its unit is multiplied in, so that a scale is "
+        "taken besides it");
+  }
   if (scene->mRootNode == nullptr) return answer;
   const Affine34 X_MM = AffineOf(aiMatrix4x4());
   if (part.empty()) {

@@ -27,7 +27,7 @@ Result<ImportedMesh> ImportAndDiagnose(const std::filesystem::path& file,
 /// A mesh in a file of a cache. The version grows by one when the same file and options come to
 /// give another mesh or another text.
 inline constexpr BlockFileKind kKeptMeshFile{
-    {'t', 'a', 'n', 'd', 'e', 'm', 'K', 'M'}, 2, "mesh of a cache"};
+    {'t', 'a', 'n', 'd', 'e', 'm', 'K', 'M'}, 3, "mesh of a cache"};
 
 /// Returns a key of a mesh by its file's bytes. Returns nothing for kinds of files that name
 /// others, and where the file cannot be read.

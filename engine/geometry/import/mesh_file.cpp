@@ -264,8 +264,11 @@ void AddUnitRemarks(std::optional<double> scale, ReadAnswer& answer) {
   constexpr double kSame = 1e-6;
   const double declared = answer.metres_per_unit;
   if (scale && declared > 0 && std::abs(*scale / declared - 1) > kSame) {
-    answer.remarks.push_back("it declares " + Number(declared) + " m per unit, and the scale of " +
-                             Number(*scale) + " m per unit is taken in its place");
+    answer.remarks.push_back(
+        (answer.unit_of_format
+             ? "its format has " + Number(declared) + " m per unit where a file names no other"
+             : "it declares " + Number(declared) + " m per unit") +
+        ", and the scale of " + Number(*scale) + " m per unit is taken in its place");
   }
   if (!scale && !(declared > 0) && answer.remarked_unit > 0 && answer.remarked_unit != 1) {
     answer.remarks.push_back("a remark in it says " + Number(answer.remarked_unit) +

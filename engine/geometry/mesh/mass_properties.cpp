@@ -112,9 +112,12 @@ class Border {
 };
 
 /// Tells whether all bodies face the same way, except cavities: a body that faces the other way
-/// must lie in the box of one that does not.
+/// must lie in the box of one that does not. A mesh of so many of both that this takes too long
+/// does not.
 bool FacesOneWay(const TriangleMesh& mesh, const std::vector<double>& volume_of_triangle,
                  double whole) {
+  constexpr std::size_t kMostComparisons = 200'000'000;
+  std::size_t comparisons = 0;
   const MeshDiagnosis diagnosis = Diagnose(mesh);
   std::vector<double> volume(diagnosis.bodies, 0.0);
   std::vector<Bounds> bounds(diagnosis.bodies);
@@ -127,6 +130,7 @@ bool FacesOneWay(const TriangleMesh& mesh, const std::vector<double>& volume_of_
     if (volume[i] >= -1e-6 * std::abs(whole)) continue;
     bool cavity = false;
     for (std::size_t j = 0; j < volume.size() && !cavity; ++j) {
+      if (++comparisons > kMostComparisons) return false;
       cavity = volume[j] > 0 && (bounds[j].min.array() <= bounds[i].min.array()).all() &&
                (bounds[i].max.array() <= bounds[j].max.array()).all();
     }

@@ -88,6 +88,34 @@ TEST_F(LoadedWorld, OverlappingSolidsWeighWhatTheirUnionDoes) {
   }
 }
 
+// A mesh of two cubes of 2 cm, one of which is wound inside out, weighs as much as both.
+TEST_F(LoadedWorld, MassByDensityCountsAShellThatIsWoundInsideOut) {
+  TriangleMesh cubes = Box(Vec3(0.02, 0.02, 0.02));
+  TriangleMesh other = Box(Vec3(0.02, 0.02, 0.02));
+  for (Vec3& vertex : other.vertices) vertex.x() += 0.05;
+  for (TriangleMesh::Triangle& t : other.triangles) std::swap(t[1], t[2]);
+  Append(cubes, other);
+  folder_.Write("two.obj", ObjText(cubes));
+  const auto world =
+      LinearizedForce(R"({"name": "c", "mesh": "two.obj", "density_kg_m3": 1000, "free": true})");
+  EXPECT_NEAR(world->bodies[0].inertia.mass, 0.016, 1e-8);
+  EXPECT_THAT(world->remarks, ::testing::IsEmpty());
+}
+
+TEST_F(LoadedWorld, MassByDensityOfAnOpenSurfaceIsToldAsAnEstimate) {
+  TriangleMesh open = Box(Vec3(0.02, 0.02, 0.02));
+  open.triangles.pop_back();
+  folder_.Write("open.obj", ObjText(open));
+  const auto remarks = [this](const std::string& mass) {
+    return LinearizedForce(R"({"name": "c", "mesh": "open.obj", )" + mass + R"(, "free": true})")
+        ->remarks;
+  };
+  const std::string words = "by density_kg_m3 is an estimate, for its surface encloses no sound";
+  EXPECT_THAT(remarks("\"density_kg_m3\": 1000"), ::testing::Contains(::testing::HasSubstr(words)));
+  EXPECT_THAT(remarks("\"mass_kg\": 1"),
+              ::testing::Not(::testing::Contains(::testing::HasSubstr(words))));
+}
+
 // Statements of a mesh file that its reader leaves out are remarks of the world, by body.
 TEST_F(LoadedWorld, RemarksOfMeshFilesNameTheirBody) {
   folder_.Write("lines.obj", ObjText(Box(Vec3(0.02, 0.02, 0.02))) + "l 1 2\n");

@@ -39,26 +39,26 @@ ControlledMesh ColladaControllers::Read(const XmlElement& element, const FindJoi
 const XmlElement* ColladaControllers::InputOf(const XmlElement& parent, const char* semantic) {
   for (const XmlElement* input : parent.Children("input")) {
     if (input->Attribute("semantic") == semantic) {
-      return meshes_.Referred(input->Attribute("source"));
+      return meshes_.Referred(input->Attribute("source"), {"source"});
     }
   }
   meshes_.Fault("a controller has no input " + std::string(semantic));
   return nullptr;
 }
 
-std::vector<std::string> ColladaControllers::NamesOf(const XmlElement& source) {
+std::pair<std::vector<std::string>, bool> ColladaControllers::NamesOf(const XmlElement& source) {
   std::vector<std::string> names;
   for (const char* array : {"Name_array", "IDREF_array", "SIDREF_array"}) {
     const XmlElement* found = source.Child(array);
     if (found == nullptr) continue;
     for (const std::string_view word : found->Words()) names.emplace_back(word);
   }
-  return names;
+  return {std::move(names), source.Child("IDREF_array") != nullptr};
 }
 
 ControlledMesh ColladaControllers::ReadMorph(const XmlElement& morph, const FindJoint& joints,
                                              int depth) {
-  const XmlElement* base = meshes_.Referred(morph.Attribute("source"));
+  const XmlElement* base = meshes_.Referred(morph.Attribute("source"), {"geometry", "controller"});
   const XmlElement* targets = morph.Child("targets");
   if (base == nullptr || targets == nullptr) {
     meshes_.Fault("a morph has no targets");
@@ -69,7 +69,7 @@ ControlledMesh ColladaControllers::ReadMorph(const XmlElement& morph, const Find
   const XmlElement* weights = InputOf(*targets, "MORPH_WEIGHT");
   if (names == nullptr || weights == nullptr) return {};
   const auto rows = meshes_.ReadRows(*weights);
-  const std::vector<std::string> ids = NamesOf(*names);
+  const std::vector<std::string> ids = NamesOf(*names).first;
   if (!rows || rows->count() < ids.size()) {
     meshes_.Fault("a morph has fewer weights than targets");
     return {};
@@ -80,7 +80,7 @@ ControlledMesh ColladaControllers::ReadMorph(const XmlElement& morph, const Find
   for (std::size_t t = 0; t < ids.size(); ++t) {
     const double weight = rows->numbers[t * rows->width];
     if (weight == 0) continue;
-    const XmlElement* target = meshes_.Referred("#" + ids[t]);
+    const XmlElement* target = meshes_.Referred("#" + ids[t], {"geometry", "controller"});
     if (target == nullptr) return {};
     const ControlledMesh other = Read(*target, joints, depth + 1);
     if (other.mesh.points.size() != moved.size()) {
@@ -111,7 +111,7 @@ std::optional<std::vector<Affine34>> ColladaControllers::JointsOf(const XmlEleme
   const XmlElement* names = InputOf(*group, "JOINT");
   const XmlElement* binds = InputOf(*group, "INV_BIND_MATRIX");
   if (names == nullptr || binds == nullptr) return std::nullopt;
-  const std::vector<std::string> ids = NamesOf(*names);
+  const auto [ids, by_id] = NamesOf(*names);
   const auto rows = meshes_.ReadRows(*binds);
   if (!rows) return std::nullopt;
   if (rows->width != 16 || rows->count() < ids.size()) {
@@ -120,10 +120,11 @@ std::optional<std::vector<Affine34>> ColladaControllers::JointsOf(const XmlEleme
   }
   std::vector<Affine34> placed;
   for (std::size_t j = 0; j < ids.size(); ++j) {
-    const std::optional<Affine34> X = joints(ids[j]);
+    const Result<Affine34> X = joints(ids[j], by_id);
     const std::optional<Affine34> bind = AffineOf(rows->numbers.data() + 16 * j);
     if (!X || !bind) {
-      meshes_.Fault("a skin has a joint '" + ids[j].substr(0, 40) + "' that stands nowhere");
+      meshes_.Fault("a skin has a joint '" + ids[j].substr(0, 40) + "' " +
+                    (X ? "with a matrix that is no placing" : X.error().what));
       return std::nullopt;
     }
     placed.push_back(ProductOf(*X, *bind));
@@ -133,7 +134,7 @@ std::optional<std::vector<Affine34>> ColladaControllers::JointsOf(const XmlEleme
 
 ControlledMesh ColladaControllers::ReadSkin(const XmlElement& skin, const FindJoint& joints,
                                             int depth) {
-  const XmlElement* base = meshes_.Referred(skin.Attribute("source"));
+  const XmlElement* base = meshes_.Referred(skin.Attribute("source"), {"geometry", "controller"});
   if (base == nullptr) return {};
   ControlledMesh shaped = Read(*base, joints, depth + 1);
   Affine34 bind_shape = Affine34::Identity();
@@ -196,11 +197,14 @@ ControlledMesh ColladaControllers::ReadSkin(const XmlElement& skin, const FindJo
                               : (*placed)[static_cast<std::size_t>(joint)]);
       sum += share;
     }
-    if (!(sum > 0)) {
-      meshes_.Fault("a vertex of a skin hangs on no joint");
+    if (sum == 0) {
+      meshes_.remarks().Count("vertex of a skin hangs", "vertices of skins hang",
+                              "on no joint: read where the skin's own shape is");
+    } else if (!(sum > 0)) {
+      meshes_.Fault("a vertex of a skin has weights below 0");
       return {};
     }
-    X = ProductOf(X / sum, bind_shape);
+    X = sum == 0 ? bind_shape : ProductOf(X / sum, bind_shape);
     FilePoint& point = shaped.mesh.points[i];
     const Vec3 p = X.leftCols<3>() * Vec3(point[0], point[1], point[2]) + X.col(3);
     point = {p.x(), p.y(), p.z()};

@@ -3,8 +3,10 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "engine/base/result.h"
 #include "engine/base/spatial.h"
 #include "engine/geometry/formats/affine34.h"
 #include "engine/geometry/formats/collada/collada_mesh.h"
@@ -26,8 +28,8 @@ struct ControlledMesh {
 /// that the file holds.
 class ColladaControllers {
  public:
-  /// Finds where the joint of a name or an id stands; nothing: there is none.
-  using FindJoint = std::function<std::optional<Affine34>(const std::string&)>;
+  /// Finds where a joint stands by its name, or by its id if `by_id`; the error says why it cannot.
+  using FindJoint = std::function<Result<Affine34>(const std::string& name, bool by_id)>;
 
   explicit ColladaControllers(ColladaMeshReader& meshes) : meshes_(meshes) {}
 
@@ -38,7 +40,8 @@ class ColladaControllers {
   ControlledMesh ReadMorph(const XmlElement& morph, const FindJoint& joints, int depth);
   ControlledMesh ReadSkin(const XmlElement& skin, const FindJoint& joints, int depth);
   const XmlElement* InputOf(const XmlElement& parent, const char* semantic);
-  std::vector<std::string> NamesOf(const XmlElement& source);
+  /// Returns the words of a source, and whether they are ids.
+  static std::pair<std::vector<std::string>, bool> NamesOf(const XmlElement& source);
   std::optional<std::vector<Affine34>> JointsOf(const XmlElement& skin, const FindJoint& joints);
 
   ColladaMeshReader& meshes_;

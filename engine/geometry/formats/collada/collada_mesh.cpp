@@ -17,14 +17,25 @@ bool IsSurface(std::string_view name) {
 
 }  // namespace
 
-const XmlElement* ColladaMeshReader::Referred(const std::string& url) {
+const XmlElement* ColladaMeshReader::Referred(const std::string& url, Kinds kinds) {
   if (!url.starts_with('#')) {
     Fault("it takes '" + url.substr(0, 80) + "' from another file: export all in one file");
     return nullptr;
   }
-  const XmlElement* element = tree_.ById(std::string_view(url).substr(1));
-  if (element == nullptr) Fault("there is no element '" + url.substr(1, 80) + "'");
-  return element;
+  const XmlElement* found = nullptr;
+  for (const XmlElement* element : tree_.ById(std::string_view(url).substr(1))) {
+    if (std::ranges::count(kinds, std::string_view(element->name)) == 0) continue;
+    if (found != nullptr) {
+      Fault("it has several <" + element->name.substr(0, 40) + "> of the id '" + url.substr(1, 80) +
+            "': give each an id of its own");
+      return nullptr;
+    }
+    found = element;
+  }
+  if (found == nullptr) {
+    Fault("there is no <" + std::string(*kinds.begin()) + "> '" + url.substr(1, 80) + "'");
+  }
+  return found;
 }
 
 bool ColladaMeshReader::ReadNumbers(const XmlElement& element, std::vector<double>& numbers) {
@@ -56,7 +67,8 @@ std::optional<ColladaRows> ColladaMeshReader::ReadRows(const XmlElement& source)
   const XmlElement* technique = source.Child("technique_common");
   const XmlElement* accessor = technique == nullptr ? nullptr : technique->Child("accessor");
   const XmlElement* array =
-      accessor == nullptr ? source.Child("float_array") : Referred(accessor->Attribute("source"));
+      accessor == nullptr ? source.Child("float_array")
+                          : Referred(accessor->Attribute("source"), {"float_array", "int_array"});
   if (!fault_.empty()) return std::nullopt;
   if (array == nullptr) {
     Fault("its source '" + source.Attribute("id") + "' has no numbers");
@@ -114,7 +126,7 @@ bool ColladaMeshReader::ReadPoints(const XmlElement& mesh, RawMesh& read) {
   if (vertices == nullptr) return true;
   for (const XmlElement* input : vertices->Children("input")) {
     if (input->Attribute("semantic") != "POSITION") continue;
-    const XmlElement* source = Referred(input->Attribute("source"));
+    const XmlElement* source = Referred(input->Attribute("source"), {"source"});
     if (source == nullptr) return false;
     const auto rows = ReadRows(*source);
     if (!rows) return false;
@@ -205,10 +217,28 @@ std::optional<std::vector<std::uint32_t>> ColladaMeshReader::Polygon(const XmlEl
   return polygon;
 }
 
+void ColladaMeshReader::CompareCount(const XmlElement& primitive, std::string_view parts,
+                                     std::size_t found) {
+  std::uint64_t said = 0;
+  if (!ParseNumber(primitive.Attribute("count"), said) || said == found) return;
+  remarks_.Say("a <" + primitive.name + "> says that it has " + std::to_string(said) + " " +
+               std::string(parts) + ", and has " + std::to_string(found) + ": these are read");
+}
+
+void ColladaMeshReader::AddPolygon(std::span<const std::uint32_t> polygon, RawMesh& read) {
+  if (polygon.size() < 3) {
+    remarks_.Count("polygon with fewer than three corners",
+                   "polygons with fewer than three corners", "left out");
+  }
+  SplitPolygon(read.points, polygon, read.triangles);
+}
+
 void ColladaMeshReader::ReadPolygons(const XmlElement& primitive, const Corners& corners,
                                      RawMesh& read) {
+  std::size_t count = 0;
   for (const auto& child : primitive.children) {
     if (child->name != "p" && child->name != "ph") continue;
+    ++count;
     const bool holed = child->name == "ph";
     const XmlElement* outline = holed ? child->Child("p") : child.get();
     if (outline == nullptr) return Fault("a <ph> has no outline");
@@ -221,12 +251,13 @@ void ColladaMeshReader::ReadPolygons(const XmlElement& primitive, const Corners&
       holes.push_back(*std::move(hole));
     }
     if (holes.empty()) {
-      SplitPolygon(read.points, *polygon, read.triangles);
+      AddPolygon(*polygon, read);
     } else if (!SplitPolygonWithHoles(read.points, *std::move(polygon), std::move(holes),
                                       read.triangles)) {
       return Fault("a polygon has a hole that does not lie within it: export it as triangles");
     }
   }
+  CompareCount(primitive, "polygons", count);
 }
 
 void ColladaMeshReader::ReadPolylist(const XmlElement& primitive, const Corners& corners,
@@ -234,7 +265,12 @@ void ColladaMeshReader::ReadPolylist(const XmlElement& primitive, const Corners&
   std::vector<std::int64_t> counts;
   const XmlElement* vcount = primitive.Child("vcount");
   const XmlElement* p = primitive.Child("p");
-  if (vcount == nullptr || p == nullptr) return;
+  if (vcount == nullptr || p == nullptr) {
+    std::uint64_t said = 0;
+    if (vcount == p && (!ParseNumber(primitive.Attribute("count"), said) || said == 0)) return;
+    return Fault("a <polylist> has no <" + std::string(vcount == nullptr ? "vcount" : "p") +
+                 ">: it is damaged");
+  }
   if (!ReadWholes(*vcount, counts)) return;
   const auto polygon = Polygon(*p, corners, read);
   if (!polygon) return;
@@ -243,11 +279,11 @@ void ColladaMeshReader::ReadPolylist(const XmlElement& primitive, const Corners&
     if (count < 0 || static_cast<std::uint64_t>(count) > polygon->size() - at) {
       return Fault("its polygons have more corners than its <p>");
     }
-    SplitPolygon(read.points, std::span(*polygon).subspan(at, static_cast<std::size_t>(count)),
-                 read.triangles);
+    AddPolygon(std::span(*polygon).subspan(at, static_cast<std::size_t>(count)), read);
     at += static_cast<std::size_t>(count);
   }
   if (at != polygon->size()) Fault("its <p> has more corners than its polygons");
+  CompareCount(primitive, "polygons", counts.size());
 }
 
 void ColladaMeshReader::ReadPrimitive(const XmlElement& primitive, RawMesh& read) {
@@ -256,7 +292,8 @@ void ColladaMeshReader::ReadPrimitive(const XmlElement& primitive, RawMesh& read
   if (primitive.name == "polygons") return ReadPolygons(primitive, *corners, read);
   if (primitive.name == "polylist") return ReadPolylist(primitive, *corners, read);
   std::size_t triangles = 0;
-  for (const XmlElement* p : primitive.Children("p")) {
+  const std::vector<const XmlElement*> runs = primitive.Children("p");
+  for (const XmlElement* p : runs) {
     const auto polygon = Polygon(*p, *corners, read);
     if (!polygon) return;
     const std::size_t count = polygon->size();
@@ -277,12 +314,8 @@ void ColladaMeshReader::ReadPrimitive(const XmlElement& primitive, RawMesh& read
       }
     }
   }
-  std::uint64_t said = 0;
-  if (primitive.name == "triangles" && ParseNumber(primitive.Attribute("count"), said) &&
-      said != triangles) {
-    remarks_.Say("a <triangles> says that it has " + std::to_string(said) + " triangles, and has " +
-                 std::to_string(triangles) + ": these are read");
-  }
+  const bool plain = primitive.name == "triangles";
+  CompareCount(primitive, plain ? "triangles" : "strips or fans", plain ? triangles : runs.size());
 }
 
 }  // namespace tandem

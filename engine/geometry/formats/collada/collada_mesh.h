@@ -1,7 +1,9 @@
 #pragma once
 
 #include <cstdint>
+#include <initializer_list>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -35,8 +37,11 @@ class ColladaMeshReader {
   /// Reads numbers; false: a fault is noted.
   bool ReadNumbers(const XmlElement& element, std::vector<double>& numbers);
   bool ReadWholes(const XmlElement& element, std::vector<std::int64_t>& numbers);
-  /// Returns the element of a reference such as "#id" in this file.
-  const XmlElement* Referred(const std::string& url);
+  /// Names of elements, one of which a reference leads to.
+  using Kinds = std::initializer_list<std::string_view>;
+  /// Returns the element of a reference such as "#id" in this file, of one of these kinds.
+  const XmlElement* Referred(const std::string& url, Kinds kinds);
+  RemarkList& remarks() { return remarks_; }
   const std::string& fault() const noexcept { return fault_; }
   void Fault(std::string why) {
     if (fault_.empty()) fault_ = std::move(why);
@@ -54,6 +59,9 @@ class ColladaMeshReader {
                                                     const RawMesh& read);
   void ReadPolygons(const XmlElement& primitive, const Corners& corners, RawMesh& read);
   void ReadPolylist(const XmlElement& primitive, const Corners& corners, RawMesh& read);
+  /// Tells where a primitive says another number of its parts than it has.
+  void CompareCount(const XmlElement& primitive, std::string_view parts, std::size_t found);
+  void AddPolygon(std::span<const std::uint32_t> polygon, RawMesh& read);
 
   const XmlTree& tree_;
   RemarkList& remarks_;

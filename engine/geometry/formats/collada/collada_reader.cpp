@@ -11,11 +11,13 @@
 
 #include "engine/base/spatial.h"
 #include "engine/geometry/formats/collada/collada_controller.h"
+#include "engine/geometry/formats/collada/collada_joints.h"
 #include "engine/geometry/formats/collada/collada_mesh.h"
 #include "engine/geometry/formats/collada/xml_tree.h"
 #include "engine/geometry/formats/native_readers.h"
 #include "engine/geometry/formats/number_word.h"
 #include "engine/geometry/formats/remark_list.h"
+#include "engine/geometry/formats/text_lines.h"
 
 namespace tandem {
 
@@ -34,7 +36,9 @@ class ColladaReader {
     const XmlElement* scene = VisualScene();
     if (scene != nullptr) {
       for (const XmlElement* node : scene->Children("node")) {
-        PlaceJoints(*node, Affine34::Identity(), 0);
+        joints_.Place(*node, Affine34::Identity(), 0, [this](const XmlElement& element) {
+          return LocalOf(element);
+        });
       }
       for (const XmlElement* node : scene->Children("node")) {
         Append(*node, Affine34::Identity(), part_.empty(), 0);
@@ -57,13 +61,11 @@ class ColladaReader {
  private:
   void ReadAsset() {
     answer_.metres_per_unit = 1;
+    answer_.unit_of_format = true;
+    TellUnitsWithin(tree_.root(), 0);
     const XmlElement* asset = tree_.root().Child("asset");
     if (asset == nullptr) return;
-    if (const XmlElement* unit = asset->Child("unit"); unit && unit->HasAttribute("meter")) {
-      double metres = 0;
-      const bool sound = ParseNumber(unit->Attribute("meter"), metres) && metres > 0;
-      answer_.metres_per_unit = sound && std::isfinite(metres) ? metres : 0;
-    }
+    if (const XmlElement* unit = asset->Child("unit")) ReadUnit(*unit);
     const XmlElement* up = asset->Child("up_axis");
     if (up == nullptr || up->Words().empty()) return;
     const std::string axis(up->Words()[0]);
@@ -73,10 +75,48 @@ class ColladaReader {
     }
   }
 
+  /// Reads a unit: its metres, or its name where they are missing.
+  void ReadUnit(const XmlElement& unit) {
+    constexpr double kSame = 1e-3;
+    const std::string name = unit.Attribute("name").substr(0, 40);
+    const double named = MetresOfUnit(name);
+    if (unit.HasAttribute("meter")) {
+      double metres = 0;
+      const bool sound = ParseNumber(unit.Attribute("meter"), metres) && metres > 0;
+      answer_.metres_per_unit = sound && std::isfinite(metres) ? metres : 0;
+      answer_.unit_of_format = false;
+      if (sound && named > 0 && std::abs(named / metres - 1) > kSame) {
+        remarks_.Say("it names its unit '" + name + "', and says that it is " +
+                     unit.Attribute("meter").substr(0, 40) + " m: the number is taken");
+      }
+      return;
+    }
+    if (named > 0) {
+      answer_.metres_per_unit = named;
+      answer_.unit_of_format = false;
+      remarks_.Say("it names its unit '" + name + "' without its metres: the name is taken");
+    } else if (!name.empty()) {
+      remarks_.Say("it names a unit '" + name +
+                   "' that is not known, without its metres: it is "
+                   "read in metres");
+    }
+  }
+
+  /// Tells of units that parts of the file have besides its own.
+  void TellUnitsWithin(const XmlElement& element, int depth) {
+    for (const auto& child : element.children) {
+      if (depth > 0 && child->name == "asset" && child->Child("unit") != nullptr) {
+        remarks_.Count("unit of a part of the file", "units of parts of the file",
+                       "not honoured: that of the file is taken for all of it");
+      }
+      TellUnitsWithin(*child, depth + 1);
+    }
+  }
+
   const XmlElement* VisualScene() {
     if (const XmlElement* scene = tree_.root().Child("scene")) {
       if (const XmlElement* instance = scene->Child("instance_visual_scene")) {
-        return meshes_.Referred(instance->Attribute("url"));
+        return meshes_.Referred(instance->Attribute("url"), {"visual_scene"});
       }
     }
     std::vector<const XmlElement*> scenes;
@@ -93,7 +133,7 @@ class ColladaReader {
   void AppendAllGeometries() {
     for (const XmlElement* library : tree_.root().Children("library_geometries")) {
       for (const XmlElement* geometry : library->Children("geometry")) {
-        AppendShape(*geometry, Affine34::Identity(), part_.empty());
+        AppendShape(*geometry, Affine34::Identity(), part_.empty(), {});
       }
     }
   }
@@ -162,17 +202,6 @@ class ColladaReader {
     return X;
   }
 
-  /// Notes where all nodes of the scene stand, by id, sid and name, for joints.
-  void PlaceJoints(const XmlElement& node, const Affine34& X_MP, int depth) {
-    if (depth > kDeepestPlacing || !meshes_.fault().empty()) return;
-    const Affine34 X_MN = ProductOf(X_MP, LocalOf(node));
-    for (const char* key : {"sid", "id", "name"}) {
-      const std::string name = node.Attribute(key);
-      if (!name.empty()) joints_.emplace(name, X_MN);
-    }
-    for (const XmlElement* child : node.Children("node")) PlaceJoints(*child, X_MN, depth + 1);
-  }
-
   void Append(const XmlElement& node, const Affine34& X_MP, bool wanted, int depth) {
     if (!meshes_.fault().empty()) return;
     if (depth > kDeepestPlacing) return meshes_.Fault("its nodes are within one another");
@@ -181,24 +210,38 @@ class ColladaReader {
     for (const auto& child : node.children) {
       if (child->name == "node") Append(*child, X_MN, wanted, depth + 1);
       if (child->name == "instance_node") {
-        const XmlElement* other = meshes_.Referred(child->Attribute("url"));
+        const XmlElement* other = meshes_.Referred(child->Attribute("url"), {"node"});
         if (other != nullptr) Append(*other, X_MN, wanted, depth + 1);
       }
       if (child->name != "instance_geometry" && child->name != "instance_controller") continue;
       const std::string name = NameOf(node);
-      if (!name.empty() && std::ranges::count(names_, name) == 0) names_.push_back(name);
-      const XmlElement* shape = meshes_.Referred(child->Attribute("url"));
-      if (shape != nullptr) AppendShape(*shape, X_MN, wanted);
+      if (!part_.empty() && !name.empty() && seen_.insert(name).second) names_.push_back(name);
+      const bool plain = child->name == "instance_geometry";
+      const XmlElement* shape =
+          meshes_.Referred(child->Attribute("url"), {plain ? "geometry" : "controller"});
+      if (shape != nullptr) AppendShape(*shape, X_MN, wanted, SkeletonsOf(*child));
     }
   }
 
-  void AppendShape(const XmlElement& shape, const Affine34& X_MN, bool wanted) {
+  /// Returns the nodes below which the joints of an instance of a skin are.
+  std::vector<const XmlElement*> SkeletonsOf(const XmlElement& instance) {
+    std::vector<const XmlElement*> roots;
+    for (const XmlElement* skeleton : instance.Children("skeleton")) {
+      const std::vector<std::string_view> words = skeleton->Words();
+      const XmlElement* root =
+          words.empty() ? nullptr : meshes_.Referred(std::string(words[0]), {"node"});
+      if (root != nullptr) roots.push_back(root);
+    }
+    return roots;
+  }
+
+  void AppendShape(const XmlElement& shape, const Affine34& X_MN, bool wanted,
+                   const std::vector<const XmlElement*>& skeletons) {
     if (!meshes_.fault().empty()) return;
     if (IsPart(shape)) wanted = found_ = true;
     if (!wanted) return;
-    const auto find_joint = [&](const std::string& name) {
-      const auto found = joints_.find(name);
-      return found == joints_.end() ? std::nullopt : std::optional(found->second);
+    const auto find_joint = [&](const std::string& name, bool by_id) {
+      return joints_.Find(name, by_id, skeletons);
     };
     const ControlledMesh read = controllers_.Read(shape, find_joint);
     RawMesh& whole = answer_.mesh;
@@ -221,8 +264,9 @@ class ColladaReader {
   RemarkList remarks_;
   ColladaMeshReader meshes_;
   ColladaControllers controllers_;
-  std::map<std::string, Affine34> joints_;
+  ColladaJoints joints_;
   std::vector<std::string> names_;
+  std::set<std::string> seen_;  // names_ again
   bool found_ = false;
   ReadAnswer answer_{ReadAnswer::Kind::kMesh, {}, {}, 0};
 };

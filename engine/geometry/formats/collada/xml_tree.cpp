@@ -92,9 +92,11 @@ Result<XmlTree> XmlTree::Parse(std::string_view text) {
   return tree;
 }
 
-const XmlElement* XmlTree::ById(std::string_view id) const {
-  const auto found = by_id_.find(id);
-  return found == by_id_.end() ? nullptr : found->second;
+std::vector<const XmlElement*> XmlTree::ById(std::string_view id) const {
+  std::vector<const XmlElement*> elements;
+  const auto [begin, end] = by_id_.equal_range(id);
+  for (auto at = begin; at != end; ++at) elements.push_back(at->second);
+  return elements;
 }
 
 }  // namespace tandem

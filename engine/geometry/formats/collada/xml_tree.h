@@ -36,12 +36,12 @@ class XmlTree {
   static Result<XmlTree> Parse(std::string_view text);
 
   const XmlElement& root() const { return *root_; }
-  /// Returns the element of an id; null: there is none.
-  const XmlElement* ById(std::string_view id) const;
+  /// Returns the elements of an id, which should be one.
+  std::vector<const XmlElement*> ById(std::string_view id) const;
 
  private:
   std::unique_ptr<XmlElement> root_;
-  std::map<std::string, const XmlElement*, std::less<>> by_id_;
+  std::multimap<std::string, const XmlElement*, std::less<>> by_id_;
 };
 
 }  // namespace tandem

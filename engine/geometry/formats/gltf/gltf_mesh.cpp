@@ -7,6 +7,8 @@ namespace tandem {
 
 namespace {
 
+constexpr std::uint64_t kByteComponents = 5121;   // without sign
+constexpr std::uint64_t kShortComponents = 5123;  // without sign
 constexpr std::uint64_t kFloatComponents = 5126;
 enum Mode : int { kTriangles = 4, kTriangleStrip = 5, kTriangleFan = 6 };
 
@@ -82,6 +84,11 @@ void GltfMeshReader::ReadJoints(const JsonNode& attributes, GltfPrimitive& read)
     if (joints->components != 4 || weights->components != 4 ||
         joints->count != read.points.size() || weights->count != read.points.size()) {
       fault_ = "the joints of a skin do not fit its mesh: the file is damaged";
+      return;
+    }
+    const bool whole = joints->type == kByteComponents || joints->type == kShortComponents;
+    if (!whole || joints->normalized) {
+      fault_ = "the joints of a skin are not numbers of joints: the file is damaged";
       return;
     }
     read.joints.resize(read.points.size());

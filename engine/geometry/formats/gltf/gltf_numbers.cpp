@@ -86,8 +86,13 @@ std::optional<std::string> BytesOfDataUri(std::string_view uri) {
   const std::size_t comma = uri.find(',');
   if (comma == std::string_view::npos) return std::nullopt;
   const bool base64 = uri.substr(0, comma).ends_with(";base64");
-  const std::string data = WithoutPercents(uri.substr(comma + 1));
-  if (!base64) return data;
+  std::string_view data = uri.substr(comma + 1);
+  std::string plain;
+  if (data.find('%') != std::string_view::npos) {
+    plain = WithoutPercents(data);
+    data = plain;
+  }
+  if (!base64) return std::string(data);
   constexpr std::string_view kDigits =
       "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
   std::array<int, 256> value{};
@@ -145,49 +150,47 @@ bool GltfNumbers::HasNumbers(std::uint64_t accessor) const {
 
 std::optional<std::string> GltfNumbers::Load(const JsonNode& buffer, std::uint64_t index) {
   const std::string which = "its buffer " + std::to_string(index);
-  const std::uint64_t length = UnsignedOf(buffer, "byteLength", 0);
-  std::string bytes;
-  if (!buffer.Has("uri")) {
-    if (index != 0 || chunk_.empty()) {
-      return Fault(which +
-                   " has no bytes: its numbers are packed, or the file is damaged; export "
-                   "it without compression");
-    }
-    bytes = chunk_;
-  } else {
-    std::string uri = buffer["uri"].Compact();
-    if (uri.starts_with("\"data:")) {
-      std::optional<std::string> data =
-          BytesOfDataUri(std::string_view(uri).substr(1, uri.size() - 2));
-      if (!data) return Fault(which + " is damaged: its text is not base64");
-      bytes = *std::move(data);
-    } else {
-      const Result<std::filesystem::path> named = GltfBufferFile(file_, buffer["uri"].Text());
-      if (!named) return Fault(named.error().what);
-      std::error_code unknown;
-      if (!std::filesystem::exists(*named, unknown)) {
-        return Fault(which + " is the file " + named->filename().string() +
-                     ", which is not there: put it beside the mesh");
-      }
-      Result<std::string> read = ReadWholeFile(*named, kLargestBuffer);
-      if (!read) return Fault(read.error().what);
-      bytes = *std::move(read);
-    }
+  std::string uri = buffer["uri"].Compact();
+  if (uri.starts_with("\"data:")) {
+    std::optional<std::string> data =
+        BytesOfDataUri(std::string_view(uri).substr(1, uri.size() - 2));
+    if (!data) return Fault(which + " is damaged: its text is not base64");
+    return data;
   }
+  const Result<std::filesystem::path> named = GltfBufferFile(file_, buffer["uri"].Text());
+  if (!named) return Fault(named.error().what);
+  std::error_code unknown;
+  if (!std::filesystem::exists(*named, unknown)) {
+    return Fault(which + " is the file " + named->filename().string() +
+                 ", which is not there: put it beside the mesh");
+  }
+  Result<std::string> read = ReadWholeFile(*named, kLargestBuffer);
+  if (!read) return Fault(read.error().what);
+  return *std::move(read);
+}
+
+std::optional<std::string_view> GltfNumbers::Buffer(std::uint64_t index) {
+  if (index >= buffers_.size()) return Fault("there is no buffer " + std::to_string(index));
+  const JsonNode& buffer = buffers_[index];
+  const std::string which = "its buffer " + std::to_string(index);
+  const bool in_file = !buffer.Has("uri");
+  if (in_file && (index != 0 || chunk_.empty())) {
+    return Fault(which +
+                 " has no bytes: its numbers are packed, or the file is damaged; export "
+                 "it without compression");
+  }
+  if (!in_file && !loaded_[index]) {
+    loaded_[index] = Load(buffer, index);
+    if (!loaded_[index]) return std::nullopt;
+  }
+  // the chunk may be large, and is not copied
+  const std::string_view bytes = in_file ? chunk_ : std::string_view(*loaded_[index]);
+  const std::uint64_t length = UnsignedOf(buffer, "byteLength", 0);
   if (bytes.size() < length) {
     return Fault(which + " has " + std::to_string(bytes.size()) + " bytes of " +
                  std::to_string(length) + ": it is cut short");
   }
   return bytes;
-}
-
-std::optional<std::string_view> GltfNumbers::Buffer(std::uint64_t index) {
-  if (index >= buffers_.size()) return Fault("there is no buffer " + std::to_string(index));
-  if (!loaded_[index]) {
-    loaded_[index] = Load(buffers_[index], index);
-    if (!loaded_[index]) return std::nullopt;
-  }
-  return std::string_view(*loaded_[index]);
 }
 
 std::optional<GltfNumbers::Run> GltfNumbers::ReadRun(std::uint64_t view, std::uint64_t offset,

@@ -32,6 +32,11 @@ Result<Affine34> LocalPlacing(const JsonNode& node) {
   const std::vector<double> s = array("scale", 3);
   const std::vector<double> t = array("translation", 3);
   if (!fault.empty()) return Error{fault};
+  if (!m.empty() && !(r.empty() && s.empty() && t.empty())) {
+    return Error{
+        "a node has a matrix and a translation, rotation or scale besides, of which the format "
+        "allows one only: export it again"};
+  }
   if (!m.empty()) {
     for (int column = 0; column < 4; ++column) {
       for (int row = 0; row < 3; ++row) {

@@ -3,13 +3,16 @@
 #include <cstring>
 #include <filesystem>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
 
+#include "engine/base/files/regular_file.h"
 #include "engine/base/spatial.h"
 #include "engine/base/text/json_reader.h"
+#include "engine/geometry/formats/gltf/gltf_instances.h"
 #include "engine/geometry/formats/gltf/gltf_mesh.h"
 #include "engine/geometry/formats/gltf/gltf_numbers.h"
 #include "engine/geometry/formats/gltf/gltf_placing.h"
@@ -43,6 +46,22 @@ bool IsReadOrOfLooks(std::string_view extension) {
          });
 }
 
+/// Returns a name that a file gives; in place of one that is long, or not plain text, its number.
+std::string NameOf(const JsonNode& named, const std::string& kind, std::uint64_t number) {
+  constexpr std::size_t kLongest = 4096;  // bytes
+  const std::string otherwise = kind + "[" + std::to_string(number) + "]";
+  const std::string written = named.Has("name") ? named["name"].Compact() : std::string();
+  if (written.size() < 2 || written.front() != '"' || written.size() > 2 * kLongest) {
+    return otherwise;
+  }
+  std::string name;
+  for (std::size_t i = 1; i + 1 < written.size(); ++i) {
+    if (written[i] == '\\' && written[++i] != '"' && written[i] != '\\') return otherwise;
+    name += written[i];
+  }
+  return name.size() <= kLongest && IsPlainText(name) ? name : otherwise;
+}
+
 class GltfReader {
  public:
   GltfReader(const JsonNode& root, const std::filesystem::path& file, std::string_view chunk,
@@ -70,6 +89,8 @@ class GltfReader {
       remarks_.Say("its animations are not played: its rest pose is read");
     }
     answer_.single_precision = true;
+    answer_.metres_per_unit = 1;
+    answer_.unit_of_format = true;
     answer_.remarks = remarks_.Lines();
     return std::move(answer_);
   }
@@ -154,8 +175,7 @@ class GltfReader {
     if (!fault_.empty()) return;
     if (n >= nodes_.size()) return Fault("its scene has no node " + std::to_string(n));
     const JsonNode& node = nodes_[n];
-    const std::string name =
-        node.Has("name") ? node["name"].PlainText(4096) : "nodes[" + std::to_string(n) + "]";
+    const std::string name = NameOf(node, "nodes", n);
     if (!part_.empty() && name == part_) wanted = found_ = true;
     if (node.Has("mesh")) AppendMesh(node, n, name, wanted);
     for (const std::uint64_t child : children_[n]) Append(child, wanted);
@@ -165,14 +185,18 @@ class GltfReader {
     const std::uint64_t index = node["mesh"].Unsigned();
     if (index >= meshes_.size()) return Fault("there is no mesh " + std::to_string(index));
     const JsonNode& mesh = meshes_[index];
-    const std::string mesh_name =
-        mesh.Has("name") ? mesh["name"].PlainText(4096) : "meshes[" + std::to_string(index) + "]";
-    if (std::ranges::count(names_, name) == 0) names_.push_back(name);
+    const std::string mesh_name = NameOf(mesh, "meshes", index);
+    if (!part_.empty() && seen_.insert(name).second) names_.push_back(name);
     std::vector<double> weights;
     for (const JsonNode& weight : ItemsOf(node.Has("weights") ? node : mesh, "weights")) {
       weights.push_back(weight.Number());
     }
-    const std::vector<Affine34> places = InstancesOf(node, placed_[n]);
+    const Result<std::vector<Affine34>> places = GltfInstancesOf(node, placed_[n], numbers_);
+    if (!places) return Fault(places.error().what);
+    if (node.Has("skin") && HasGltfInstances(node)) {
+      remarks_.Count("node of a skin has instances", "nodes of skins have instances",
+                     "that are not read: the skin is read once");
+    }
     const std::vector<JsonNode> primitives = ItemsOf(mesh, "primitives");
     for (std::size_t k = 0; k < primitives.size() && fault_.empty(); ++k) {
       const bool this_one =
@@ -184,50 +208,11 @@ class GltfReader {
       stated_ += primitive.stated;
       skipped_ += primitive.stated - primitive.triangles.size();
       if (node.Has("skin") && !primitive.joints.empty()) {
-        AppendSkinned(node["skin"].Unsigned(), primitive);
+        AppendSkinned(node["skin"].Unsigned(), primitive, placed_[n]);
       } else {
-        for (const Affine34& X : places) AppendPlaced(primitive, X);
+        for (const Affine34& X : *places) AppendPlaced(primitive, X);
       }
     }
-  }
-
-  /// Returns where the copies of a node's mesh stand (EXT_mesh_gpu_instancing).
-  std::vector<Affine34> InstancesOf(const JsonNode& node, const Affine34& X_MN) {
-    constexpr const char* kInstancing = "EXT_mesh_gpu_instancing";
-    if (!node.Has("extensions") || !node["extensions"].Has(kInstancing)) return {X_MN};
-    const JsonNode attributes = node["extensions"][kInstancing]["attributes"];
-    std::optional<std::size_t> count;
-    const auto read = [&](const char* key,
-                          std::size_t components) -> std::optional<GltfNumbers::Numbers> {
-      if (!attributes.Has(key)) return std::nullopt;
-      auto numbers = numbers_.Read(attributes[key].Unsigned());
-      if (!numbers) {
-        Fault(numbers_.fault());
-        return std::nullopt;
-      }
-      if (numbers->components != components || (count && *count != numbers->count)) {
-        Fault("the attributes of its instances do not fit one another");
-        return std::nullopt;
-      }
-      count = numbers->count;
-      return numbers;
-    };
-    const auto t = read("TRANSLATION", 3);
-    const auto r = read("ROTATION", 4);
-    const auto s = read("SCALE", 3);
-    std::vector<Affine34> places;
-    if (!count && fault_.empty()) places.push_back(X_MN);
-    for (std::size_t i = 0; fault_.empty() && i < count.value_or(0); ++i) {
-      Affine34 X = Affine34::Identity();
-      if (r) X.leftCols<3>() = TurnBy(r->At(i, 0), r->At(i, 1), r->At(i, 2), r->At(i, 3));
-      if (s) {
-        X.leftCols<3>() =
-            X.leftCols<3>() * Vec3(s->At(i, 0), s->At(i, 1), s->At(i, 2)).asDiagonal();
-      }
-      if (t) X.col(3) = Vec3(t->At(i, 0), t->At(i, 1), t->At(i, 2));
-      places.push_back(ProductOf(X_MN, X));
-    }
-    return places;
   }
 
   void AppendPlaced(const GltfPrimitive& primitive, const Affine34& X) {
@@ -240,8 +225,9 @@ class GltfReader {
     });
   }
 
-  /// Appends a mesh as the joints of its skin hold it at rest. Its own node does not count.
-  void AppendSkinned(std::uint64_t skin, const GltfPrimitive& primitive) {
+  /// Appends a mesh as the joints of its skin hold it at rest. Its own node places only vertices
+  /// that hang on no joint.
+  void AppendSkinned(std::uint64_t skin, const GltfPrimitive& primitive, const Affine34& X_MN) {
     if (skin >= skins_.size()) return Fault("there is no skin " + std::to_string(skin));
     std::vector<Affine34> joints;
     for (const JsonNode& joint : ItemsOf(skins_[skin], "joints")) {
@@ -273,7 +259,13 @@ class GltfReader {
         X += weight * joints[joint];
         sum += weight;
       }
-      if (!(sum > 0)) return Fault("a vertex of a skin hangs on no joint");
+      if (primitive.joints[i].empty()) {
+        remarks_.Count("vertex of a skin hangs", "vertices of skins hang",
+                       "on no joint: read where its node stands");
+        X = X_MN;
+        sum = 1;
+      }
+      if (!(sum > 0)) return Fault("a vertex of a skin has weights below 0");
       X /= sum;
       points.emplace_back(X.leftCols<3>() * primitive.points[i] + X.col(3));
       mirrored.push_back(X.leftCols<3>().determinant() < 0);
@@ -310,6 +302,7 @@ class GltfReader {
   std::vector<std::vector<std::uint64_t>> children_;
   std::vector<bool> is_child_;
   std::vector<std::string> names_;
+  std::set<std::string> seen_;  // names_ again
   bool quantized_ = false;
   bool found_ = false;
   std::size_t stated_ = 0;
@@ -330,11 +323,14 @@ ReadAnswer RefusedGltf(const std::string& why) {
 
 }  // namespace
 
-std::optional<ReadAnswer> ReadGltf(std::string_view bytes, const std::filesystem::path& file,
+std::optional<ReadAnswer> ReadGltf(std::string content, const std::filesystem::path& file,
                                    std::string_view part) {
-  std::string text(bytes);
+  std::string text;
   std::string_view chunk;
-  if (bytes.starts_with("glTF")) {
+  const std::string_view bytes = content;
+  if (!bytes.starts_with("glTF")) {
+    text = std::move(content);
+  } else {
     constexpr std::size_t kHead = 12;
     if (Number32At(bytes, 4) == 1) return std::nullopt;  // glTF 1 has another layout
     const std::uint32_t length = Number32At(bytes, 12);
@@ -352,8 +348,11 @@ std::optional<ReadAnswer> ReadGltf(std::string_view bytes, const std::filesystem
   }
   const Result<JsonFile> json = JsonFile::Parse(text, "its text");
   if (!json) {
-    return RefusedGltf(text.find("extensionsRequired") == std::string::npos ? json.error().what
-                                                                            : kUnreadNeeds);
+    if (text.find("extensionsRequired") != std::string::npos) return RefusedGltf(kUnreadNeeds);
+    const std::string& why = json.error().what;
+    const std::size_t other = why.find(": this is no file of Tandem's");
+    if (other == std::string::npos) return RefusedGltf(why);
+    return RefusedGltf(why.substr(0, other) + ": export it in several files");
   }
   const JsonNode root = json->root();
   if (root.Has("meshes") && root["meshes"].IsObject()) return std::nullopt;  // glTF 1

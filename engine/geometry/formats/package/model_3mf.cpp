@@ -13,6 +13,7 @@
 #include "engine/base/spatial.h"
 #include "engine/geometry/formats/affine34.h"
 #include "engine/geometry/formats/number_word.h"
+#include "engine/geometry/formats/package/extensions_3mf.h"
 #include "engine/geometry/formats/package/slicer_parts.h"
 #include "engine/geometry/formats/package/zip_archive.h"
 #include "engine/geometry/formats/remark_list.h"
@@ -42,6 +43,7 @@ struct Object {
 
 struct Model {
   std::string unit;
+  bool names_unit = false;
   std::map<std::string, Object> objects;
   std::vector<Instance> build;
 };
@@ -49,8 +51,10 @@ struct Model {
 template <typename T>
 bool IsNumber(const std::optional<std::string>& word, T& number) {
   if (!word) return false;
-  const std::size_t begin = std::min(word->find_first_not_of(' '), word->size());
-  return ParseNumber(std::string_view(*word).substr(begin), number);
+  std::string_view plain(*word);
+  plain.remove_prefix(std::min(plain.find_first_not_of(' '), plain.size()));
+  plain = plain.substr(0, plain.find_last_not_of(' ') + 1);
+  return ParseNumber(plain, number);
 }
 
 /// Reads twelve numbers: three rows that the axes become, and the place of the origin.
@@ -65,43 +69,9 @@ bool TakePlacing(const std::optional<std::string>& text, Affine34& X) {
       if (!IsNumber(std::optional(word), X(row, column))) return false;
     }
   }
-  return true;
-}
-
-/// Returns what is wrong with the extensions that an opened <model> requires; empty: nothing. A
-/// model may hold triangles and require slices, beams or encrypted parts in their place.
-std::string ExtensionFault(const XmlScanner& model) {
-  // extensions that are supported, and extensions that affect looks or names only
-  constexpr std::array<std::string_view, 4> kTaken{"core/2015/02", "production/2015/06",
-                                                   "material/2015/02", "trianglesets/2021/07"};
-  constexpr std::string_view kBegin = "http://schemas.microsoft.com/3dmanufacturing/";
-  std::istringstream prefixes(model.AttributeAsWritten("requiredextensions").value_or(""));
-  for (std::string prefix; prefixes >> prefix;) {
-    const std::string space = model.AttributeAsWritten("xmlns:" + prefix).value_or(prefix);
-    const bool taken =
-        space.starts_with(kBegin) &&
-        std::ranges::count(kTaken, std::string_view(space).substr(kBegin.size())) > 0;
-    if (!taken) return "needs the extension " + space + ", which is not read: export it without";
-  }
-  return {};
-}
-
-/// Returns the name under which a part of the format that is not read is told; empty: it is read,
-/// or has no shape.
-std::string_view UnreadPart(std::string_view element) {
-  constexpr std::array<std::pair<std::string_view, std::string_view>, 8> kParts{
-      {{"beamlattice", "beam lattice"},
-       {"slicestack", "stack of slices"},
-       {"booleanshape", "boolean shape"},
-       {"levelset", "level set"},
-       {"displacementmesh", "displaced mesh"},
-       {"image3d", "volume image"},
-       {"implicit", "implicit function"},
-       {"volumetricstack", "volumetric stack"}}};
-  for (const auto& [known, words] : kParts) {
-    if (element == known) return words;
-  }
-  return {};
+  std::string more;
+  words >> more;
+  return more.empty();
 }
 
 /// Reads one model's XML, and says what is wrong with it.
@@ -140,13 +110,14 @@ class ModelReader {
       if (space && value == *space && name == "xmlns") core_.emplace_back();
     }
     model.unit = xml_.Attribute("unit").value_or("millimeter");
-    return ExtensionFault(xml_);
+    model.names_unit = xml_.Attribute("unit").has_value();
+    return ExtensionFaultOf3mf(xml_);
   }
 
   std::string Open(Model& model) {
     const std::string_view name = xml_.name();
     if (!is_model_) return name == "model" ? BeginModel(model) : "is no model";
-    if (const std::string_view unread = UnreadPart(name); !unread.empty()) {
+    if (const std::string_view unread = UnreadPartOf3mf(name); !unread.empty()) {
       remarks_.Count(unread, std::string(unread) + "s",
                      "left out: it is an extension of the format that is not read");
     }
@@ -154,7 +125,9 @@ class ModelReader {
     if (name == "object") {
       const auto id = xml_.Attribute("id");
       if (!id) return "has an object without a number";
-      object_ = &model.objects[*id];
+      const auto [object, is_new] = model.objects.try_emplace(*id);
+      if (!is_new) return "has several objects of the number " + id->substr(0, 40);
+      object_ = &object->second;
       *object_ = {xml_.Attribute("name").value_or("Object_" + *id), {}, {}, PartUse::kShape};
       const std::string type = xml_.Attribute("type").value_or("model");
       if (type == "support" || type == "solidsupport") object_->use = PartUse::kLeftOut;
@@ -236,11 +209,15 @@ class ModelReader {
 /// Assembles all models that the first one leads to.
 class Assembly {
  public:
-  Assembly(const ZipArchive& archive, std::string part)
-      : archive_(archive), part_(std::move(part)), slicer_(ReadSlicerParts(archive)) {}
+  Assembly(const ZipArchive& archive, std::string part, std::string root)
+      : archive_(archive), part_(std::move(part)), root_(std::move(root)) {}
 
-  ReadAnswer Read(const std::string& root) {
-    if (const Model* model = ModelAt(root)) {
+  ReadAnswer Read() {
+    Result<SlicerParts> slicer = ReadSlicerParts(archive_);
+    if (!slicer) Fault(slicer.error().what);
+    if (slicer) slicer_ = *std::move(slicer);
+    const Model* model = fault_.empty() ? ModelAt(root_) : nullptr;
+    if (model != nullptr) {
       unit_ = model->unit;
       // the map keeps its places while other models are read
       for (const Instance& item : model->build) Add(item, part_.empty(), 0, PartUse::kShape);
@@ -248,6 +225,7 @@ class Assembly {
         Fault("its build places none of its objects: put them on the plate, and export it again");
       }
       answer_.metres_per_unit = MetresOf(unit_);
+      answer_.unit_of_format = !model->names_unit;
     }
     if (fault_.empty() && !part_.empty() && !found_) fault_ = NoPartWords(part_, NamesOfObjects());
     if (!fault_.empty()) return {ReadAnswer::Kind::kRefused, "3MF: " + fault_, {}, 0};
@@ -275,7 +253,7 @@ class Assembly {
     if (const std::string wrong = ModelReader(plain, path, remarks_).Read(model); !wrong.empty()) {
       Fault("its model " + path + " " + wrong);
     }
-    if (!unit_.empty() && model.unit != unit_) {
+    if (fault_.empty() && !unit_.empty() && model.unit != unit_) {
       Fault("its models are of several units, " + unit_ + " and " + model.unit);
     }
     return &model;
@@ -294,18 +272,31 @@ class Assembly {
     if (use == PartUse::kShape) use = object.use;
     wanted = wanted || object.name == part_ || "Object_" + instance.id == part_;
     found_ = found_ || (wanted && !part_.empty());
-    if (wanted && (use == PartUse::kShape || IsLeftOut(use))) {
-      if (use == PartUse::kShape) Append(WithoutSettings(object.mesh, instance.id), instance.X);
-    }
+    if (wanted && use == PartUse::kShape) AppendMaterial(object.mesh, instance);
+    if (wanted && use != PartUse::kShape) NotesLeftOut(use);
     for (Instance component : object.components) {
       component.X = ProductOf(instance.X, component.X);
-      const PartUse said = slicer_.UseOf(instance.id, component.id);
+      const PartUse said =
+          IsOfRoot(instance) ? slicer_.UseOf(instance.id, component.id) : PartUse::kShape;
       Add(component, wanted, depth + 1, use == PartUse::kShape ? said : use);
     }
   }
 
+  void AppendMaterial(const RawMesh& mesh, const Instance& instance) {
+    const auto ranges = slicer_.ranges_of.find(instance.id);
+    if (ranges == slicer_.ranges_of.end() || !IsOfRoot(instance)) return Append(mesh, instance.X);
+    Append(WithoutSettings(mesh, ranges->second), instance.X);
+  }
+
+  /// Tells whether the settings of slicers, which name objects by number alone, mean its object.
+  bool IsOfRoot(const Instance& instance) {
+    const auto [known, is_new] = is_root_.try_emplace(instance.path, false);
+    if (is_new) known->second = archive_.IsSame(instance.path, root_);
+    return known->second;
+  }
+
   /// Notes a part that is no material; false: the file is refused for it.
-  bool IsLeftOut(PartUse use) {
+  bool NotesLeftOut(PartUse use) {
     if (use == PartUse::kNegative) {
       Fault(
           "it has a negative part, which takes material away, and which is not read: merge the "
@@ -318,13 +309,11 @@ class Assembly {
   }
 
   /// Returns a mesh without the triangles that a slicer marks as settings.
-  RawMesh WithoutSettings(const RawMesh& mesh, const std::string& object) {
-    const auto ranges = slicer_.ranges_of.find(object);
-    if (ranges == slicer_.ranges_of.end()) return mesh;
+  RawMesh WithoutSettings(const RawMesh& mesh, const std::vector<SlicerParts::Range>& ranges) {
     RawMesh kept{mesh.points, {}};
     std::vector<bool> out(mesh.triangles.size(), false);
-    for (const SlicerParts::Range& range : ranges->second) {
-      if (!IsLeftOut(range.use)) continue;
+    for (const SlicerParts::Range& range : ranges) {
+      if (!NotesLeftOut(range.use)) continue;
       for (std::uint64_t t = range.first; t <= range.last && t < out.size(); ++t) out[t] = true;
     }
     for (std::size_t t = 0; t < out.size(); ++t) {
@@ -366,6 +355,8 @@ class Assembly {
 
   const ZipArchive& archive_;
   std::string part_;
+  std::string root_;                     // name of the first model
+  std::map<std::string, bool> is_root_;  // by path
   SlicerParts slicer_;
   RemarkList remarks_;
   std::map<std::string, Model> models_;
@@ -386,7 +377,7 @@ ReadAnswer Read3mf(const std::filesystem::path& file, const std::string& part) {
             {},
             0};
   }
-  return Assembly(*archive, part).Read(root);
+  return Assembly(*archive, part, root).Read();
 }
 
 }  // namespace tandem

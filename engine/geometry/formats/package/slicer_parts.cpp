@@ -15,15 +15,18 @@ namespace {
 constexpr std::size_t kMostSettings = std::size_t{64} << 20U;  // bytes
 
 /// Reads <object id><volume firstid lastid><metadata key="volume_type" value>, and <object id><part
-/// id subtype>.
-void ReadSettings(std::string_view text, SlicerParts& parts) {
+/// id subtype>; false: it is damaged.
+bool ReadSettings(std::string_view text, SlicerParts& parts) {
   XmlScanner xml(text);
   std::string object;
   SlicerParts::Range range;
   bool in_volume = false;
+  bool has_range = false;
   for (auto piece = xml.Next();; piece = xml.Next()) {
-    if (piece == XmlScanner::Piece::kEnd || piece == XmlScanner::Piece::kFault) return;
+    if (piece == XmlScanner::Piece::kEnd) return true;
+    if (piece == XmlScanner::Piece::kFault) return false;
     if (piece == XmlScanner::Piece::kClose && xml.name() == "volume" && in_volume) {
+      if (range.use != PartUse::kShape && !has_range) return false;
       if (range.use != PartUse::kShape) parts.ranges_of[object].push_back(range);
       in_volume = false;
     }
@@ -37,8 +40,9 @@ void ReadSettings(std::string_view text, SlicerParts& parts) {
     }
     if (xml.name() == "volume") {
       range = {};
-      in_volume = ParseNumber(xml.Attribute("firstid").value_or(""), range.first) &&
-                  ParseNumber(xml.Attribute("lastid").value_or(""), range.last) && !xml.empty();
+      in_volume = !xml.empty();
+      has_range = ParseNumber(xml.Attribute("firstid").value_or(""), range.first) &&
+                  ParseNumber(xml.Attribute("lastid").value_or(""), range.last);
     }
     if (xml.name() == "metadata" && in_volume) {
       const std::string key = xml.Attribute("key").value_or("");
@@ -68,13 +72,18 @@ PartUse PartUseNamed(const std::string& word) {
   return PartUse::kShape;
 }
 
-SlicerParts ReadSlicerParts(const ZipArchive& archive) {
+Result<SlicerParts> ReadSlicerParts(const ZipArchive& archive) {
   SlicerParts parts;
   for (const char* name : {"Metadata/Slic3r_PE_model.config", "Metadata/Slic3r_model.config",
                            "Metadata/Prusa_Slicer_model.config",
                            "Metadata/SuperSlicer_model.config", "Metadata/model_settings.config"}) {
-    const Result<std::string> text = archive.Read(name, kMostSettings);
-    if (text) ReadSettings(InUtf8(*text), parts);
+    if (!archive.Has(name)) continue;
+    Result<std::string> text = archive.Read(name, kMostSettings);
+    if (!text || !ReadSettings(InUtf8(*std::move(text)), parts)) {
+      return Error{"its settings " + std::string(name) + " " +
+                   (text ? "cannot be read: they are damaged" : text.error().what) +
+                   "; they say which parts are no material: export it again"};
+    }
   }
   return parts;
 }

@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "engine/base/result.h"
 #include "engine/geometry/formats/package/zip_archive.h"
 
 namespace tandem {
@@ -17,7 +18,7 @@ enum class PartUse : std::uint8_t {
   kNegative,  // it takes material away
 };
 
-/// The uses of a 3MF file's parts, as slicers write them beside the model.
+/// The uses of a 3MF file's parts, as slicers write them beside its first model.
 struct SlicerParts {
   /// A range of an object's triangles, both ends included.
   struct Range {
@@ -33,7 +34,8 @@ struct SlicerParts {
 /// Returns the use that a word such as "ParameterModifier" or "negative_part" names.
 PartUse PartUseNamed(const std::string& word);
 
-/// Reads the files of settings in an archive; it may have none.
-SlicerParts ReadSlicerParts(const ZipArchive& archive);
+/// Reads the files of settings in an archive; it may have none. An error, one line: one of them is
+/// damaged, so that nobody knows what is material.
+Result<SlicerParts> ReadSlicerParts(const ZipArchive& archive);
 
 }  // namespace tandem

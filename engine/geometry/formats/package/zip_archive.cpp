@@ -16,14 +16,28 @@ constexpr std::size_t kLongestTail =
     66'000;  // the directory's end and the longest remark behind it
 constexpr std::size_t kMostDirectory = 16 << 20;
 
+constexpr std::uint64_t kAllOnes = 0xffffffff;  // a number that stands elsewhere, as 64 bits
+
 /// Reads a little-endian number; 0 beyond the end.
-std::uint32_t NumberAt(std::string_view bytes, std::size_t at, std::size_t size) {
-  if (at + size > bytes.size()) return 0;
-  std::uint32_t number = 0;
+std::uint64_t NumberAt(std::string_view bytes, std::size_t at, std::size_t size) {
+  if (at > bytes.size() || size > bytes.size() - at) return 0;
+  std::uint64_t number = 0;
   for (std::size_t i = 0; i < size; ++i) {
-    number |= static_cast<std::uint32_t>(static_cast<unsigned char>(bytes[at + i])) << (8 * i);
+    number |= static_cast<std::uint64_t>(static_cast<unsigned char>(bytes[at + i])) << (8 * i);
   }
   return number;
+}
+
+/// Returns the content of the extra field that holds numbers of 64 bits; empty: there is none.
+std::string_view LongNumbersIn(std::string_view extra) {
+  constexpr std::uint64_t kLongNumbers = 1;
+  while (extra.size() >= 4) {
+    const std::size_t size = NumberAt(extra, 2, 2);
+    const std::string_view content = extra.substr(4, size);
+    if (NumberAt(extra, 0, 2) == kLongNumbers) return content;
+    extra.remove_prefix(std::min(extra.size(), 4 + size));
+  }
+  return {};
 }
 
 /// Returns a name of a package's part as it is compared: in small letters, without a slash before
@@ -77,18 +91,45 @@ std::optional<ZipArchive> ZipArchive::Open(const std::filesystem::path& file) {
   const std::string tail = archive.Bytes(size - tail_size, tail_size);
   const std::size_t end = tail.rfind(kEnd);
   if (end == std::string::npos) return std::nullopt;
-  const std::size_t directory_size = NumberAt(tail, end + 12, 4);
-  if (directory_size > kMostDirectory) return std::nullopt;
-  const std::string directory = archive.Bytes(NumberAt(tail, end + 16, 4), directory_size);
+  const Place place = archive.DirectoryOf(tail, end);
+  if (place.size > kMostDirectory) return std::nullopt;
+  const std::string directory = archive.Bytes(place.begin, static_cast<std::size_t>(place.size));
   for (std::size_t at = 0; NumberAt(directory, at, 4) == kEntry;) {
     const std::size_t length = NumberAt(directory, at + 28, 2);
+    const std::size_t extra = NumberAt(directory, at + 30, 2);
     if (at + 46 + length > directory.size()) break;
-    archive.entries_.push_back({directory.substr(at + 46, length), NumberAt(directory, at + 10, 2),
-                                NumberAt(directory, at + 16, 4), NumberAt(directory, at + 20, 4),
-                                NumberAt(directory, at + 24, 4), NumberAt(directory, at + 42, 4)});
-    at += 46 + length + NumberAt(directory, at + 30, 2) + NumberAt(directory, at + 32, 2);
+    Entry entry{.name = directory.substr(at + 46, length),
+                .method = static_cast<std::uint32_t>(NumberAt(directory, at + 10, 2)),
+                .sum = static_cast<std::uint32_t>(NumberAt(directory, at + 16, 4)),
+                .packed = NumberAt(directory, at + 20, 4),
+                .size = NumberAt(directory, at + 24, 4),
+                .header = NumberAt(directory, at + 42, 4)};
+    std::string_view numbers =
+        LongNumbersIn(std::string_view(directory).substr(at + 46 + length, extra));
+    for (std::uint64_t* number : {&entry.size, &entry.packed, &entry.header}) {
+      if (*number != kAllOnes || numbers.size() < 8) continue;
+      *number = NumberAt(numbers, 0, 8);
+      numbers.remove_prefix(8);
+    }
+    archive.entries_.push_back(std::move(entry));
+    at += 46 + length + extra + NumberAt(directory, at + 32, 2);
   }
   return archive;
+}
+
+ZipArchive::Place ZipArchive::DirectoryOf(std::string_view tail, std::size_t end) const {
+  constexpr std::string_view kLocator("PK\x06\x07", 4);
+  constexpr std::string_view kLongEnd("PK\x06\x06", 4);
+  constexpr std::size_t kLocatorSize = 20;
+  constexpr std::size_t kLongEndSize = 56;
+  const Place place{NumberAt(tail, end + 16, 4), NumberAt(tail, end + 12, 4)};
+  if (place.begin != kAllOnes && place.size != kAllOnes) return place;
+  if (end < kLocatorSize) return place;
+  const std::string_view locator = tail.substr(end - kLocatorSize, kLocatorSize);
+  if (!locator.starts_with(kLocator)) return place;
+  const std::string long_end = Bytes(NumberAt(locator, 8, 8), kLongEndSize);
+  if (!long_end.starts_with(kLongEnd)) return place;
+  return {NumberAt(long_end, 48, 8), NumberAt(long_end, 40, 8)};
 }
 
 std::string ZipArchive::StartOfRelations() const {
@@ -141,16 +182,16 @@ Result<std::string> ZipArchive::Read(std::string_view name, std::size_t most) co
   constexpr std::size_t kLocal = 30;
   const std::string local = Bytes(entry->header, kLocal);
   const std::uint64_t begin =
-      std::uint64_t{entry->header} + kLocal + NumberAt(local, 26, 2) + NumberAt(local, 28, 2);
+      entry->header + kLocal + NumberAt(local, 26, 2) + NumberAt(local, 28, 2);
   // the beginning of the packed data unpacks to more than `most` bytes, or is all of it
   std::string content =
       entry->method == 0
-          ? Bytes(begin, std::min<std::size_t>(entry->packed, most))
-          : Inflated(Bytes(begin, std::min<std::size_t>(entry->packed, most + 1024)), most);
-  constexpr std::uint32_t kElsewhere = 0xffffffff;  // a size of 64 bits, behind the name
-  if (entry->size > most && (entry->size != kElsewhere || content.size() >= most)) return content;
+          ? Bytes(begin, std::min<std::uint64_t>(entry->packed, most))
+          : Inflated(Bytes(begin, std::min<std::uint64_t>(entry->packed, most + 1024)), most);
+  if (entry->size > most && content.size() >= most) return content;
   const uLong sum = crc32_z(0, reinterpret_cast<const Bytef*>(content.data()), content.size());
-  if ((entry->size != kElsewhere && content.size() != entry->size) || sum != entry->sum) {
+  // all ones without a longer number: the size is not said
+  if ((entry->size != kAllOnes && content.size() != entry->size) || sum != entry->sum) {
     return Error{"is damaged: its bytes are not those that were packed"};
   }
   return content;

@@ -96,6 +96,86 @@ TEST(AmfReader, ConstellationsPlaceObjects) {
                         "<constellation id=\"3\"><instance objectid=\"3\"/></constellation>")));
 }
 
+// Slic3r and its descendants number constellations without regard to objects.
+TEST(AmfReader, IdThatNamesAnObjectPlacesTheObject) {
+  const std::string two = AmfObject("0", "a", AmfVolume()) + AmfObject("1", "b", AmfVolume());
+  const auto placed = [&](const std::string& id, const std::string& instances) {
+    return ReadAmf(Amf(two + "<constellation" + id + ">" + instances + "</constellation>"));
+  };
+  const std::string both = "<instance objectid=\"0\"/><instance objectid=\"1\"/>";
+  ExpectRead(2 * kTetra, placed(" id=\"1\"", both));
+  ExpectRead(2 * kTetra, placed(" id=\"0\"", both));
+  ExpectRead(2 * kTetra, placed(" id=\"\"", both));
+  ExpectRead(2 * kTetra, placed("", both));
+  // an id that no object has is that of a constellation
+  ExpectRead(3 * kTetra, ReadAmf(Amf(two + "<constellation id=\"1\">" + both +
+                                     "<instance objectid=\"5\"/></constellation><constellation "
+                                     "id=\"5\"><instance objectid=\"1\"/></constellation>")));
+}
+
+TEST(AmfReader, SameIdTwiceIsRefused) {
+  ExpectNot("it has several objects of the id 1",
+            ReadAmf(Amf(AmfObject("1", "a", AmfVolume()) + AmfObject("1", "b", AmfVolume()))));
+  const std::string group = "<constellation id=\"3\"><instance objectid=\"1\"/></constellation>";
+  ExpectNot("it has several constellations of the id 3",
+            ReadAmf(Amf(AmfObject("1", "a", AmfVolume()) + group + group)));
+  // objects without an id are none of the same id
+  const std::string bare = "<object><mesh>" + kAmfVertices + AmfVolume() + "</mesh></object>";
+  ExpectRead(2 * kTetra, ReadAmf(Amf(bare + bare)));
+}
+
+TEST(AmfReader, SizesAndMirrorsOfInstancesAreHonoured) {
+  const auto placed = [](const std::string& words) {
+    return ReadAmf(Amf(AmfObject("0", "a", AmfVolume()) +
+                       "<constellation id=\"1\"><instance objectid=\"0\">" + words +
+                       "</instance></constellation>"));
+  };
+  ExpectRead(8 * kTetra, placed("<scale>2</scale>"));
+  ExpectRead(24 * kTetra, placed("<scalex>2</scalex><scaley>3</scaley><scalez>4</scalez>"));
+  // a mirror turns the triangles round: the volume stays above 0
+  const ReadAnswer mirrored =
+      placed("<deltax>5</deltax><scalex>2</scalex><mirrorx>-1</mirrorx><mirrory>1</mirrory>");
+  ExpectRead(2 * kTetra, mirrored);
+  EXPECT_EQ(mirrored.mesh.points[1], (FilePoint{3, 0, 0}));
+}
+
+TEST(AmfReader, AnglesOfSlic3rsLineAreRadians) {
+  const std::string told = "its angles are taken as radians";
+  const auto placed = [](const std::string& program, const std::string& words) {
+    return ReadAmf(Amf("<metadata type=\"cad\">" + program + "</metadata>" +
+                       AmfObject("0", "a", AmfVolume()) +
+                       "<constellation id=\"1\"><instance objectid=\"0\">" + words +
+                       "</instance></constellation>"));
+  };
+  for (const char* program : {"Slic3r 1.3.0", "PrusaSlicer 2.3.0+x64", "SuperSlicer 2.3"}) {
+    const ReadAnswer quarter = placed(program, "<deltay>7</deltay><rz>1.570796</rz>");
+    ExpectReadWith(kTetra, told, quarter);
+    EXPECT_EQ(quarter.mesh.points[1], (FilePoint{0, 8, 0}));
+    ExpectRead(kTetra, placed(program, "<rz>0</rz>"));
+  }
+  // sizes are of these programs only, whose name may be missing
+  const ReadAnswer doubled = placed("another", "<rz>1.5708</rz><scalex>2</scalex>");
+  ExpectReadWith(2 * kTetra, told, doubled);
+  EXPECT_EQ(doubled.mesh.points[1], (FilePoint{0, 2, 0}));
+  // those of any other program are degrees
+  const ReadAnswer degrees = placed("another", "<rz>90</rz>");
+  ExpectRead(kTetra, degrees);
+  EXPECT_EQ(degrees.mesh.points[1], (FilePoint{0, 1, 0}));
+}
+
+TEST(AmfReader, WhatInstancesSayBesidesIsTold) {
+  const auto placed = [](const std::string& words) {
+    return ReadAmf(Amf(AmfObject("0", "a", AmfVolume()) +
+                       "<constellation id=\"1\"><instance objectid=\"0\">" + words +
+                       "</instance></constellation>"));
+  };
+  ExpectRead(kTetra, placed("<printable>1</printable>"));
+  ExpectReadWith(kTetra, "1 object that is not to be printed read like the others",
+                 placed("<printable>0</printable>"));
+  ExpectReadWith(kTetra, "2 unknown elements of instances left out, the first is <shear>",
+                 placed("<shear>1</shear><skew>1</skew>"));
+}
+
 TEST(AmfReader, PartsThatAreNoMaterialAreLeftOutOrRefused) {
   const auto with = [](const std::string& volume) {
     return ReadAmf(Amf(AmfObject("1", "a", AmfVolume() + volume)));

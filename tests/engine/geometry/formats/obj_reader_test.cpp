@@ -26,6 +26,22 @@ TEST(ObjReader, BackslashAtTheEndOfARemarkOrANameContinuesNothing) {
   }
 }
 
+// Exporters write a folder of textures where it does not belong.
+TEST(ObjReader, BackslashBehindAnyOtherStatementEatsNoFace) {
+  for (const std::string line : {"s off\\", "l 1 2\\", "p 3 \\", "vt 0 0\\", "vn 0 0 1 \\",
+                                 "bevel on\\", "deg 3\\", "l 1 2\\\n3\\"}) {
+    for (const std::string next : {"f 1 3 4 2", "v 1 0 1"}) {
+      const ReadAnswer answer = ReadObj(With(kObjCube, next, line + "\n" + next));
+      ASSERT_EQ(answer.kind, ReadAnswer::Kind::kMesh) << line << answer.words;
+      EXPECT_EQ(answer.mesh.triangles.size(), 12U) << line;
+    }
+  }
+  ExpectReadWith(1, "the first with 'map_kd'",
+                 ReadObj(With(kObjCube, "f 1 3 4 2", "map_Kd C:\\tex\\\nf 1 3 4 2")));
+  // a line of numbers continues it, and tells of nothing
+  ExpectRead(1, ReadObj(With(kObjCube, "f 1 3 4 2", "vt 0 \\\n0.5 \\\n0\nf 1 3 4 2")));
+}
+
 TEST(ObjReader, BackslashAtTheEndOfNumbersContinuesThem) {
   ExpectRead(1, ReadObj(With(kObjCube, "f 1 3 4 2", "f 1 3 \\\n4 \\\r\n2")));
   ExpectRead(1, ReadObj(With(kObjCube, "v 1 0 1", "v 1 0\\\n1")));
@@ -100,7 +116,16 @@ TEST(ObjReader, PartsAreObjectsAndGroups) {
                           "f -4 -2 -3\nf -4 -3 -1\nf -3 -2 -1\nf -4 -1 -2\n";
   ExpectRead(1.0 + 1.0 / 6, ReadObj(two));
   ExpectRead(1.0 / 6, ReadObj(two, "high"));
+  ExpectRead(1.0 / 6, ReadObj(With(two, "g high", "g high # the upper one"), "high"));
+  ExpectRead(1.0 / 6, ReadObj(With(two, "g high", "g high #2"), "high #2"));
   ExpectNot("it has no part 'lid', but low, high", ReadObj(two, "lid"));
+}
+
+// Names are looked up, and not compared one by one: each has a group of its own.
+TEST(ObjReader, ManyNamesTakeNoLongerThanManyLines) {
+  std::string text = kObjCube;
+  for (int i = 0; i < 200'000; ++i) text += "g group" + std::to_string(i) + "\n";
+  ExpectRead(1, ReadObj(text));
 }
 
 TEST(ObjReader, UnitOfARemarkIsFound) {

@@ -28,6 +28,25 @@ TEST(PlyReader, StripsAreReadWithTheirTurns) {
   ExpectNot("a face uses vertex 4", ReadPly(strip + "4 0 1 2 4\n"));
 }
 
+TEST(PlyReader, FacesOfFewerThanThreeCornersAreTold) {
+  ExpectReadWith(1, "2 faces with fewer than three corners left out",
+                 ReadPly(With(kPlyCube, "element face 6", "element face 8") + "2 0 1\n1 3\n"));
+}
+
+TEST(PlyReader, BinaryFloatsAreOfSinglePrecision) {
+  const auto precise = [](const std::string& format, const std::string& type, int bytes) {
+    return ReadPly(
+        "ply\nformat " + format + " 1.0\nelement vertex 1\nproperty " + type + " x\nproperty " +
+        type + " y\nproperty " + type +
+        " z\nelement face 0\nproperty list uchar int vertex_indices\nend_header\n" +
+        (format == "ascii" ? "0 0 0\n" : std::string(static_cast<std::size_t>(bytes), '\0')));
+  };
+  EXPECT_TRUE(precise("binary_little_endian", "float", 12).single_precision);
+  EXPECT_TRUE(precise("binary_big_endian", "float32", 12).single_precision);
+  EXPECT_FALSE(precise("binary_little_endian", "double", 24).single_precision);
+  EXPECT_FALSE(precise("ascii", "float", 0).single_precision);
+}
+
 TEST(PlyReader, RemarksBehindNumbersAreSkipped) {
   ExpectRead(1, ReadPly(With(kPlyCube, "\n0 0 1\n", "\n0 0 1 # a corner\n")));
   ExpectRead(1, ReadPly(With(kPlyCube, "\n0 0 1\n", "\ncomment a corner\n0 0 1\n")));

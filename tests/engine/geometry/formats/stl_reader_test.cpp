@@ -17,6 +17,7 @@ using testing::Bytes;
 using testing::ExpectNot;
 using testing::ExpectRead;
 using testing::ExpectReadWith;
+using testing::MisreadFiles;
 using testing::With;
 
 std::string StlFacet(const std::string& a, const std::string& b, const std::string& c) {
@@ -87,6 +88,41 @@ TEST(StlReader, TextThatEndsEarlyIsToldOrRefused) {
             ReadStl(With(kStlTetrahedron, "   vertex 0 1 0\n", "")));
 }
 
+std::string OnOneLine(const std::string& name) {
+  return "solid " + name + " " +
+         WithAll(kStlTetrahedron.substr(11, kStlTetrahedron.size() - 25), "\n", " ") + "endsolid ";
+}
+
+TEST(StlReader, SolidsOnOneLineAreAllRead) {
+  ExpectRead(2.0 / 6, ReadStl(OnOneLine("a") + "a " + OnOneLine("b") + "b\n"));
+  ExpectRead(2.0 / 6, ReadStl(OnOneLine("a") + OnOneLine("b")));
+  ExpectRead(3.0 / 6,
+             ReadStl(OnOneLine("a") + OnOneLine("my solid") + "my solid " + OnOneLine("c") + "c"));
+  ExpectRead(1.0 / 6, ReadStl(OnOneLine("a") + "a " + OnOneLine("b"), "b"));
+  ExpectRead(1.0 / 6, ReadStl(OnOneLine("a") + "a solid piece"));
+  // facets without a solid of their own
+  ExpectRead(2.0 / 6, ReadStl(OnOneLine("a") + "a " + OnOneLine("").substr(7)));
+}
+
+// A reader that looks at the whole rest of the line for each facet takes minutes.
+TEST(StlReader, OneLongLineTakesNoLongerThanManyLines) {
+  std::string facets;
+  std::string solids;
+  for (int i = 0; i < 5'000; ++i) facets += kStlTetrahedron.substr(11, kStlTetrahedron.size() - 25);
+  for (int i = 0; i < 5'000; ++i) solids += OnOneLine("a") + "a ";
+  const ReadAnswer one = ReadStl("solid a " + WithAll(std::move(facets), "\n", " ") + "endsolid");
+  ASSERT_EQ(one.kind, ReadAnswer::Kind::kMesh) << one.words;
+  EXPECT_EQ(one.mesh.triangles.size(), 20'000U);
+  EXPECT_EQ(ReadStl(solids).mesh.triangles.size(), 20'000U);
+}
+
+TEST(StlReader, SeveralLoopsInAFacetAreRefused) {
+  ExpectNot("a facet has several loops",
+            ReadStl(With(kStlTetrahedron, "endloop\n",
+                         "endloop\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 0 "
+                         "1\nendloop\n")));
+}
+
 TEST(StlReader, SolidsAreParts) {
   const std::string two = kStlTetrahedron + WithAll(kStlTetrahedron, "part", "lid of a box");
   ExpectRead(2.0 / 6, ReadStl(two));
@@ -108,6 +144,20 @@ TEST(StlReader, CountThatTheProgramDidNotKnowIsTakenFromTheLength) {
   ExpectReadWith(1, "its length is that of 12: 12 are read", ReadStl(StlOfCount(0xffffffff)));
   ExpectReadWith(1, "its head says that it has 4 triangles, and its length is that of 12: 12 are",
                  ReadStl(StlOfCount(4)));
+}
+
+TEST(StlReader, BinaryFileHasNoParts) {
+  ExpectNot("it has no part 'lid', for a binary file has none: leave \"part\" out",
+            ReadStl(StlOfCount(12), "lid"));
+}
+
+// Such a text has the length of a binary file now and then.
+TEST_F(MisreadFiles, StlTextInUtf16IsTextWhateverItsLength) {
+  for (std::size_t blanks = 0; blanks < 25; ++blanks) {
+    std::string wide = "\xFF\xFE";
+    for (const char c : kStlTetrahedron + std::string(blanks, ' ')) wide += {c, '\0'};
+    ExpectVolume(1.0 / 6, "wide.stl", wide);
+  }
 }
 
 TEST(StlReader, CountBeyondTheLengthIsRefused) {

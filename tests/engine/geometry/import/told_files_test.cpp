@@ -48,7 +48,8 @@ TEST_F(ToldFiles, ScaleTakesThePlaceOfADeclaredUnitAndSaysSo) {
   EXPECT_THAT(Tell("a.3mf", inches, {.scale = 0.0254}).remarks, IsEmpty());
   EXPECT_THAT(Tell("a.obj", kObjCube, {.scale = 0.01}).remarks, IsEmpty());
   // COLLADA: 0.01 declared and 0.01 given is 0.01, and not a ten-thousandth
-  const std::string cm = With(testing::kDaeTriangle, "meter=\"1\"", "meter=\"0.01\"");
+  const std::string cm = With(testing::kDaeTriangle, "name=\"meter\" meter=\"1\"",
+                              "name=\"centimeter\" meter=\"0.01\"");
   for (const std::optional<double> scale : {std::optional<double>(), std::optional(0.01)}) {
     const Told told = Tell("cm.dae", cm, {.scale = scale});
     EXPECT_THAT(told.remarks, IsEmpty());
@@ -57,6 +58,27 @@ TEST_F(ToldFiles, ScaleTakesThePlaceOfADeclaredUnitAndSaysSo) {
   const Told metres = Tell("cm.dae", cm, {.scale = 1});
   EXPECT_NEAR(BoundsOf(metres.mesh).size().y(), 2, 1e-9);
   EXPECT_THAT(metres.remarks, ElementsAre(HasSubstr("it declares 0.01 m per unit")));
+}
+
+// Nothing is declared where a file names no unit.
+TEST_F(ToldFiles, ScaleBesideAFormatsOwnUnitIsTold) {
+  const std::string none = With(testing::kDaeTriangle, "<unit name=\"meter\" meter=\"1\"/>", "");
+  EXPECT_THAT(Tell("a.dae", none, {.scale = 0.01}).remarks,
+              ElementsAre(HasSubstr("its format has 1 m per unit where a file names no other, and "
+                                    "the scale of 0.01 m per unit is taken in its place")));
+  EXPECT_THAT(Tell("a.dae", none, {.scale = std::nullopt}).remarks, IsEmpty());
+  EXPECT_THAT(Tell("a.3mf", testing::ThreeMf(""), {.scale = 0.01}).remarks,
+              ElementsAre(HasSubstr("its format has 0.001 m per unit")));
+}
+
+// The library multiplies the unit in; a reader that multiplies it again makes a part a hundredth.
+TEST_F(ToldFiles, UnitOfColladasFirstVersionsIsTakenOnce) {
+  const std::string old =
+      With(With(testing::kDaeTriangle, "version=\"1.4.1\"", "version=\"1.3.1\""), "meter=\"1\"",
+           "meter=\"0.01\"");
+  const Told told = Tell("old.dae", old, {.scale = std::nullopt});
+  EXPECT_NEAR(BoundsOf(told.mesh).size().y(), 0.02, 1e-9);
+  EXPECT_THAT(told.remarks, ::testing::Contains(HasSubstr("its unit is multiplied in")));
 }
 
 TEST_F(ToldFiles, UnitOfARemarkIsToldAndNotTaken) {

@@ -74,6 +74,36 @@ TEST(ColladaReader, UnitIsDeclaredAndNotMultipliedIn) {
   EXPECT_EQ(unit("<unit name=\"inch\" meter=\"2.5cm\"/>").metres_per_unit, 0);
 }
 
+TEST(ColladaReader, UnitByNameIsTakenOrTold) {
+  const auto unit = [](const std::string& words) {
+    return ReadDae(DaeTetra(kDaeShown, "", words + "<up_axis>Z_UP</up_axis>"));
+  };
+  const ReadAnswer named = unit("<unit name=\"millimeter\"/>");
+  ExpectReadWith(kTetra, "it names its unit 'millimeter' without its metres: the name is taken",
+                 named);
+  EXPECT_EQ(named.metres_per_unit, 1e-3);
+  EXPECT_FALSE(named.unit_of_format);
+  const ReadAnswer unknown = unit("<unit name=\"hand\"/>");
+  ExpectReadWith(kTetra, "it names a unit 'hand' that is not known", unknown);
+  EXPECT_EQ(unknown.metres_per_unit, 1);
+  const ReadAnswer other = unit("<unit name=\"inch\" meter=\"1\"/>");
+  ExpectReadWith(kTetra, "it names its unit 'inch', and says that it is 1 m: the number is taken",
+                 other);
+  EXPECT_EQ(other.metres_per_unit, 1);
+  ExpectRead(kTetra, unit("<unit name=\"Inch\" meter=\"0.0254\"/>"));
+  EXPECT_TRUE(unit("").unit_of_format);
+}
+
+TEST(ColladaReader, UnitsOfPartsOfTheFileAreTold) {
+  const std::string asset = "<asset><unit name=\"inch\" meter=\"0.0254\"/></asset>";
+  const std::string told = "1 unit of a part of the file not honoured";
+  ExpectReadWith(kTetra, told, ReadDae(DaeTetra(asset + kDaeShown)));
+  ExpectReadWith(
+      kTetra, told,
+      ReadDae(With(DaeTetra(kDaeShown), "<geometry id=\"g\">", "<geometry id=\"g\">" + asset)));
+  ExpectRead(kTetra, ReadDae(DaeTetra("<asset><created>2026</created></asset>" + kDaeShown)));
+}
+
 TEST(ColladaReader, AxesAreKeptAndTold) {
   ExpectReadWith(kTetra, "it declares Y_UP: its axes are kept as they are",
                  ReadDae(DaeTetra(kDaeShown, "", "<up_axis>Y_UP</up_axis>")));
@@ -175,6 +205,53 @@ TEST(ColladaReader, CornersHaveOtherNumbersBesideTheirVertex) {
                                      "<node>" + kDaeShown + "</node>")));
 }
 
+TEST(ColladaReader, CountsThatContradictAreToldOrRefused) {
+  const auto shape = [](const std::string& primitives) {
+    return ReadDae(
+        Collada(DaeGeometry("g", kDaePoints, 4, primitives), "<node>" + kDaeShown + "</node>"));
+  };
+  const std::string list = "<polylist count=\"4\">" + kDaeInput +
+                           "<vcount>3 3 3 3</vcount><p>0 2 1 0 1 3 1 2 3 0 3 2</p></polylist>";
+  ExpectRead(kTetra, shape(list));
+  ExpectReadWith(kTetra, "a <polylist> says that it has 9 polygons, and has 4: these are read",
+                 shape(With(list, "count=\"4\"", "count=\"9\"")));
+  ExpectNot("a <polylist> has no <vcount>: it is damaged",
+            shape(With(list, "<vcount>3 3 3 3</vcount>", "")));
+  ExpectNot("a <polylist> has no <p>: it is damaged",
+            shape(With(list, "<p>0 2 1 0 1 3 1 2 3 0 3 2</p>", "")));
+  ExpectNot("a <polylist> has no <vcount>",
+            shape("<polylist count=\"4\">" + kDaeInput + "</polylist>"));
+  ExpectRead(kTetra, shape(kDaeTriangles + "<polylist count=\"0\">" + kDaeInput + "</polylist>"));
+  ExpectReadWith(kTetra, "a <tristrips> says that it has 2 strips or fans, and has 1",
+                 shape("<tristrips count=\"2\">" + kDaeInput + "<p>0 1 3 2 0 1</p></tristrips>"));
+  const std::string polygons = "<polygons count=\"4\">" + kDaeInput +
+                               "<p>0 2 1</p><p>0 1 3</p><p>1 2 3</p><p>0 3 2</p></polygons>";
+  ExpectRead(kTetra, shape(polygons));
+  ExpectReadWith(kTetra, "a <polygons> says that it has 5 polygons, and has 4",
+                 shape(With(polygons, "count=\"4\"", "count=\"5\"")));
+}
+
+TEST(ColladaReader, PolygonsOfFewerThanThreeCornersAreTold) {
+  const std::string list = "<polylist count=\"6\">" + kDaeInput +
+                           "<vcount>3 2 3 3 1 3</vcount><p>0 2 1 0 1 0 1 3 1 2 3 2 0 3 2</p>"
+                           "</polylist>";
+  ExpectReadWith(
+      kTetra, "2 polygons with fewer than three corners left out",
+      ReadDae(Collada(DaeGeometry("g", kDaePoints, 4, list), "<node>" + kDaeShown + "</node>")));
+}
+
+TEST(ColladaReader, ReferencesLeadToElementsOfTheirKind) {
+  // a material of the geometry's id stands before it
+  const std::string text = DaeTetra(kDaeShown);
+  ExpectRead(kTetra, ReadDae(With(text, "<library_geometries>",
+                                  "<library_materials><material id=\"g\"/></library_materials>"
+                                  "<library_geometries>")));
+  ExpectNot("it has several <geometry> of the id 'g'",
+            ReadDae(With(text, "</library_geometries>",
+                         DaeGeometry("g", kDaePoints, 4, "") + "</library_geometries>")));
+  ExpectNot("there is no <geometry> 'n'", ReadDae(DaeTetra("<instance_geometry url=\"#n\"/>")));
+}
+
 // ---- Shapes at rest ----
 
 TEST(ColladaReader, MorphsHaveTheirWeights) {
@@ -198,28 +275,82 @@ TEST(ColladaReader, MorphsHaveTheirWeights) {
   ExpectRead(4 * 2 * 2 * kTetra, morph("RELATIVE", "1"));
 }
 
-TEST(ColladaReader, SkinsAreHeldByTheirJoints) {
+/// Returns a controller that hangs the tetrahedron on these joints: its top, at 1 above, on the
+/// second one, its base on the first.
+std::string DaeSkin(const std::string& names, const std::string& array = "Name_array",
+                    const std::string& counts = "1 1 1 1",
+                    const std::string& pairs = "0 0 0 0 0 0 1 0") {
   const std::string one = "1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1";
-  const std::string skin =
-      "<library_controllers><controller id=\"c\"><skin source=\"#g\"><bind_shape_matrix>" + one +
-      "</bind_shape_matrix>"
-      "<source id=\"sj\"><Name_array id=\"sn\" count=\"2\">root tip</Name_array></source>" +
-      DaeSource("sb", one + " " + one, 2, 16) + DaeSource("sw", "1", 1, 1) +
-      "<joints><input semantic=\"JOINT\" source=\"#sj\"/><input semantic=\"INV_BIND_MATRIX\" "
-      "source=\"#sb\"/></joints>"
-      "<vertex_weights count=\"4\"><input semantic=\"JOINT\" source=\"#sj\" offset=\"0\"/><input "
-      "semantic=\"WEIGHT\" source=\"#sw\" offset=\"1\"/>"
-      "<vcount>1 1 1 1</vcount><v>0 0 0 0 0 0 1 "
-      "0</v></vertex_weights></skin></controller></library_controllers>";
-  const std::string nodes =
-      "<node sid=\"root\" type=\"JOINT\"><node sid=\"tip\" type=\"JOINT\"><translate>0 0 "
-      "4</translate></node></node>"
-      "<node><translate>9 9 9</translate><instance_controller "
-      "url=\"#c\"><skeleton>#root</skeleton></instance_controller></node>";
+  return "<library_controllers><controller id=\"c\"><skin source=\"#g\"><bind_shape_matrix>" + one +
+         "</bind_shape_matrix><source id=\"sj\"><" + array + " id=\"sn\" count=\"2\">" + names +
+         "</" + array + "></source>" + DaeSource("sb", one + " " + one, 2, 16) +
+         DaeSource("sw", "1", 1, 1) +
+         "<joints><input semantic=\"JOINT\" source=\"#sj\"/><input semantic=\"INV_BIND_MATRIX\" "
+         "source=\"#sb\"/></joints>"
+         "<vertex_weights count=\"4\"><input semantic=\"JOINT\" source=\"#sj\" "
+         "offset=\"0\"/><input "
+         "semantic=\"WEIGHT\" source=\"#sw\" offset=\"1\"/><vcount>" +
+         counts + "</vcount><v>" + pairs +
+         "</v></vertex_weights></skin></controller></library_controllers>";
+}
+
+/// Returns a skeleton whose second joint stands this high above the first.
+std::string DaeSkeleton(const std::string& root, const std::string& tip, int height) {
+  return "<node " + root + " type=\"JOINT\"><node " + tip + " type=\"JOINT\"><translate>0 0 " +
+         std::to_string(height) + "</translate></node></node>";
+}
+
+/// Returns a node on which the skin is shown, with these words in its instance.
+std::string DaeSkinned(const std::string& skeleton) {
+  return "<node><translate>9 9 9</translate><instance_controller url=\"#c\">" + skeleton +
+         "</instance_controller></node>";
+}
+
+ReadAnswer ReadSkin(const std::string& nodes, const std::string& skin) {
+  return ReadDae(Collada(DaeGeometry("g", kDaePoints, 4, kDaeTriangles), nodes, skin));
+}
+
+TEST(ColladaReader, SkinsAreHeldByTheirJoints) {
   const ReadAnswer skinned =
-      ReadDae(Collada(DaeGeometry("g", kDaePoints, 4, kDaeTriangles), nodes, skin));
+      ReadSkin(DaeSkeleton("sid=\"root\"", "sid=\"tip\"", 4) + DaeSkinned(""), DaeSkin("root tip"));
   ExpectRead(5 * kTetra, skinned);
   EXPECT_EQ(skinned.mesh.points[3], (FilePoint{0, 0, 5}));
+}
+
+// Two skeletons have joints of the same sids, as the copies of one figure do.
+TEST(ColladaReader, JointsAreThoseOfTheSkeletonOfTheInstance) {
+  const std::string two = DaeSkeleton("id=\"a\" sid=\"root\"", "id=\"a-tip\" sid=\"tip\"", 4) +
+                          DaeSkeleton("id=\"b\" sid=\"root\"", "id=\"b-tip\" sid=\"tip\"", 6);
+  const auto skinned = [&](const std::string& root) {
+    return ReadSkin(two + DaeSkinned("<skeleton>#" + root + "</skeleton>"), DaeSkin("root tip"));
+  };
+  ExpectRead(5 * kTetra, skinned("a"));
+  ExpectRead(7 * kTetra, skinned("b"));
+  ExpectNot("a skin has a joint 'tip' that stands in several places: name its skeleton",
+            ReadSkin(two + DaeSkinned(""), DaeSkin("root tip")));
+  // ids are those of the whole file
+  ExpectRead(7 * kTetra, ReadSkin(two + DaeSkinned(""), DaeSkin("b b-tip", "IDREF_array")));
+  ExpectNot("there is no <node> 'none'", skinned("none"));
+  ExpectNot("a skin has a joint 'hand' that stands nowhere",
+            ReadSkin(two + DaeSkinned(""), DaeSkin("root hand")));
+}
+
+TEST(ColladaReader, NodesOfTheNameOfAJointDoNotStandInForIt) {
+  const std::string mesh = "<node name=\"tip\" id=\"x\"><translate>0 0 50</translate></node>";
+  const std::string skeleton = DaeSkeleton("id=\"a\" sid=\"root\"", "sid=\"tip\"", 4);
+  for (const std::string& nodes : {mesh + skeleton, skeleton + mesh}) {
+    ExpectRead(5 * kTetra, ReadSkin(nodes + DaeSkinned(""), DaeSkin("root tip")));
+    ExpectRead(5 * kTetra,
+               ReadSkin(nodes + DaeSkinned("<skeleton>#a</skeleton>"), DaeSkin("root tip")));
+  }
+}
+
+TEST(ColladaReader, VerticesThatHangOnNoJointStayAndAreTold) {
+  const std::string nodes = DaeSkeleton("sid=\"root\"", "sid=\"tip\"", 4) + DaeSkinned("");
+  const ReadAnswer skinned =
+      ReadSkin(nodes, DaeSkin("root tip", "Name_array", "0 1 0 1", "0 0 1 0"));
+  ExpectReadWith(5 * kTetra, "2 vertices of skins hang on no joint", skinned);
+  EXPECT_EQ(skinned.mesh.points[2], (FilePoint{0, 1, 0}));
 }
 
 // ---- What is refused ----

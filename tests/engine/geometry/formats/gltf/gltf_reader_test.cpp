@@ -1,5 +1,6 @@
 // Tests what glTF files say of where and how often a mesh stands, and in what shape. All meshes are
 // made of a tetrahedron of volume 1/6.
+#include <cmath>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -66,6 +67,32 @@ TEST(GltfReader, NodesPlaceTheirMeshes) {
   ExpectRead(6 * kTetra, matrix);
   EXPECT_TRUE(BoundsOfAnswer(matrix).max.isApprox(Vec3(8, 10, 12)));
   ExpectNot("last row", ReadGlb(GltfTetra(R"(,"matrix":[1,0,0,1,0,1,0,0,0,0,1,0,0,0,0,1])")));
+}
+
+TEST(GltfReader, MatrixBesideOtherPlacingsIsRefused) {
+  const std::string matrix = R"(,"matrix":[1,0,0,0,0,2,0,0,0,0,3,0,7,8,9,1])";
+  for (const char* more :
+       {R"(,"translation":[1,0,0])", R"(,"scale":[2,2,2])", R"(,"rotation":[0,0,0,1])"}) {
+    ExpectNot("a node has a matrix and a translation, rotation or scale besides",
+              ReadGlb(GltfTetra(matrix + more)));
+  }
+}
+
+TEST(GltfReader, NamesOfAnyWordsAreNoFault) {
+  const auto with_name = [](const std::string& name) {
+    GltfFile file;
+    const std::string points = file.Floats(kTetraPoints);
+    const std::string corners = file.Corners(kTetraCorners);
+    return file.Glb(R"("nodes":[{"mesh":0,"name":")" + name + R"("}],)" + R"("meshes":[{"name":")" +
+                    name + R"(","primitives":[{"attributes":{"POSITION":)" + points +
+                    R"(},"indices":)" + corners + "}]}]");
+  };
+  for (const std::string& name :
+       {std::string("a\\tb"), std::string("a\\u0007b"), std::string(5000, 'a'), std::string()}) {
+    ExpectRead(kTetra, ReadGlb(with_name(name)));
+    ExpectRead(kTetra, ReadGlb(with_name(name), name.empty() ? "" : "nodes[0]"));
+  }
+  ExpectRead(kTetra, ReadGlb(with_name(R"(a \"b\" \\ c)"), R"(a "b" \ c)"));
 }
 
 TEST(GltfReader, NodesWithinOneAnotherAreRefused) {
@@ -141,11 +168,48 @@ TEST(GltfReader, SkinsAreHeldByTheirJoints) {
       R"("nodes":[{"mesh":0,"skin":0,"translation":[9,9,9]},{"children":[2]},{"translation":[0,0,4]}],)"
       R"("skins":[{"joints":[1,2],"inverseBindMatrices":)" +
       inverse + "}],";
-  const std::string mesh = GltfMesh(
-      "\"POSITION\":" + points + ",\"JOINTS_0\":" + joints + ",\"WEIGHTS_0\":" + weights, corners);
-  const ReadAnswer skinned = ReadGlb(file.Glb(nodes + mesh));
+  const auto mesh_of = [&](const std::string& of_joints, const std::string& of_weights) {
+    return GltfMesh(
+        "\"POSITION\":" + points + ",\"JOINTS_0\":" + of_joints + ",\"WEIGHTS_0\":" + of_weights,
+        corners);
+  };
+  const ReadAnswer skinned = ReadGlb(file.Glb(nodes + mesh_of(joints, weights)));
   ExpectRead(5 * kTetra, skinned);
   EXPECT_TRUE(BoundsOfAnswer(skinned).max.isApprox(Vec3(1, 1, 5)));
+
+  // the top hangs on no joint: the node places it
+  const std::string none = file.Floats({1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0}, "VEC4");
+  const ReadAnswer free = ReadGlb(file.Glb(nodes + mesh_of(joints, none)));
+  ExpectReadWith(10 * kTetra, "1 vertex of a skin hangs on no joint: read where its node stands",
+                 free);
+  EXPECT_TRUE(BoundsOfAnswer(free).max.isApprox(Vec3(9, 9, 10)));
+
+  // joints are whole numbers
+  const std::string floats = file.Floats(std::vector<float>(16, 0.F), "VEC4");
+  const std::string not_numbers = file.Floats(std::vector<float>(16, NAN), "VEC4");
+  const std::string shares =
+      file.Add(std::vector<std::uint8_t>(16, 0), "VEC4", 5121, ",\"normalized\":true");
+  for (const std::string& wrong : {floats, not_numbers, shares}) {
+    ExpectNot("the joints of a skin are not numbers of joints",
+              ReadGlb(file.Glb(nodes + mesh_of(wrong, weights))));
+  }
+}
+
+TEST(GltfReader, InstancesOfASkinAreTold) {
+  GltfFile file;
+  const std::string points = file.Floats(kTetraPoints);
+  const std::string corners = file.Corners(kTetraCorners);
+  const std::string joints = file.Add(std::vector<std::uint8_t>(16, 0), "VEC4", 5121);
+  const std::string weights = file.Floats({1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0}, "VEC4");
+  const std::string moves = file.Floats({0, 0, 0, 5, 0, 0});
+  ExpectReadWith(
+      kTetra, "1 node of a skin has instances that are not read: the skin is read once",
+      ReadGlb(file.Glb(
+          R"("nodes":[{"mesh":0,"skin":0,"extensions":{"EXT_mesh_gpu_instancing":{"attributes":{"TRANSLATION":)" +
+          moves + R"(}}}},{}],"skins":[{"joints":[1]}],)" +
+          GltfMesh(
+              "\"POSITION\":" + points + ",\"JOINTS_0\":" + joints + ",\"WEIGHTS_0\":" + weights,
+              corners))));
 }
 
 // ---- Numbers ----
@@ -271,6 +335,14 @@ TEST(GltfReader, PackedTrianglesAreRefused) {
   file.AddView(std::vector<std::uint8_t>{1, 2, 3, 4});
   ExpectNot("they are packed (KHR_draco_mesh_compression); export it without compression",
             ReadGlb(file.Glb(packed)));
+}
+
+TEST(GltfReader, TooManyValuesAreRefusedInItsWords) {
+  std::string many = R"({"asset":{"version":"2.0"},"nodes":[)";
+  for (int i = 0; i < 1'100'000; ++i) many += i == 0 ? "{\"a\":1}" : ",{\"a\":1}";
+  const ReadAnswer answer = *ReadGltf(many + "]}", "a.gltf");
+  ExpectNot("more than 2000000 values: export it in several files", answer);
+  EXPECT_THAT(answer.words, ::testing::Not(::testing::HasSubstr("Tandem")));
 }
 
 TEST(GltfReader, PartsAreNodesAndMeshes) {

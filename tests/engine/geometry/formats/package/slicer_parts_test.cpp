@@ -103,6 +103,61 @@ TEST_F(SlicerFiles, RangesThatAreNoMaterialAreLeftOutOrRefused) {
   ExpectRefused(kNegative, "part.3mf", file(prusa, "key=\"volume_type\" value=\"NegativeVolume\""));
 }
 
+TEST_F(SlicerFiles, DamagedSettingsAreRefused) {
+  const std::string settings =
+      "<?xml version=\"1.0\"?><config><object id=\"1\"><part id=\"3\" "
+      "subtype=\"modifier_part\"/></object></config>";
+  const auto file = [](const std::string& config) {
+    return Zip({{"3D/3dmodel.model", TwoBoxes()}, {"Metadata/model_settings.config", config}});
+  };
+  ExpectTold(6, kLeftOut, file(settings));
+  const std::string why = "its settings Metadata/model_settings.config ";
+  ExpectRefused(why + "cannot be read: they are damaged", "part.3mf",
+                file(settings.substr(0, settings.size() - 20)));
+  // a byte of the archive is another, not of what was packed
+  ExpectRefused(why + "is damaged", "part.3mf",
+                With(file(settings), "modifier_part", "nodifier_part"));
+  ExpectRefused(why + "cannot be read", "part.3mf",
+                file("<config><object id=\"1\"><volume firstid=\"0\" lastid=\"x\"><metadata "
+                     "key=\"volume_type\" value=\"NegativeVolume\"/></volume></object></config>"));
+}
+
+// Settings name the objects of the first model. In Bambu Studio's files, others have the same
+// numbers in models of their own.
+TEST_F(SlicerFiles, SettingsDoNotMeanObjectsOfOtherModels) {
+  const std::string other = ThreeMfModel("<resources><object id=\"1\" type=\"model\">" +
+                                         ThreeMfBox(1, 1, 1) + "</object></resources><build/>");
+  const std::string root = ThreeMfModel(
+      "<resources><object id=\"1\" type=\"model\">" + ThreeMfBox(1, 2, 3) +
+      "</object></resources><build><item objectid=\"1\" p:path=\"/3d/3DMODEL.model\"/><item "
+      "objectid=\"1\" p:path=\"/3D/other.model\"/></build>");
+  // none of the first model's triangles is material
+  const std::string settings =
+      "<config><object id=\"1\"><volume firstid=\"0\" lastid=\"11\"><metadata "
+      "key=\"volume_type\" value=\"SupportBlocker\"/></volume></object></config>";
+  ExpectTold(1, kLeftOut,
+             Zip({{"3D/3dmodel.model", root},
+                  {"3D/other.model", other},
+                  {"Metadata/Slic3r_PE_model.config", settings}}));
+}
+
+TEST_F(SlicerFiles, SameNumberTwiceIsRefused) {
+  ExpectRefused("has several objects of the number 2", "part.3mf",
+                Zip({{"3D/3dmodel.model", With(TwoBoxes(), "id=\"3\" type", "id=\"2\" type")}}));
+}
+
+TEST_F(SlicerFiles, BlanksRoundNumbersAreSkippedAndMoreNumbersRefused) {
+  ExpectTold(7, "", Zip({{"3D/3dmodel.model", With(TwoBoxes(), "x=\"1\"", "x=\" 1 \"")}}));
+  const auto placed = [](const std::string& transform) {
+    return Zip(
+        {{"3D/3dmodel.model", With(TwoBoxes(), "<item objectid=\"1\"",
+                                   "<item objectid=\"1\" transform=\"" + transform + "\"")}});
+  };
+  ExpectTold(7, "", placed("1 0 0 0 1 0 0 0 1 0 0 5 "));
+  ExpectRefused("places an object in a way that is not known", "part.3mf",
+                placed("1 0 0 0 0 1 0 0 0 0 1 0 0 0 5 1"));
+}
+
 TEST_F(SlicerFiles, SupportsOfTheModelAreLeftOut) {
   ExpectTold(6, kLeftOut,
              Zip({{"3D/3dmodel.model",
