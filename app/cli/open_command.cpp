@@ -130,8 +130,13 @@ int RunWindow(const std::vector<std::string>& words, const HandRequest& hand, bo
     const pid_t window = StartWindow(now);
     if (window < 0) return Fail(kExitFailed, std::string("tandem-view: ") + std::strerror(errno));
     const int status = WatchWindow(window);
-    if (WIFEXITED(status)) return WEXITSTATUS(status);
-    if (StopOnSignals().load()) return kExitOk;  // a signal asked it to end
+    const bool was_asked = StopOnSignals().load();
+    if (WIFEXITED(status) || was_asked) {
+      // one that loses its display ends by itself, and leaves its controller
+      const int code = WIFEXITED(status) ? WEXITSTATUS(status) : kExitOk;
+      if (has_controller && (code != kExitOk || was_asked)) EndControllerOf(hand);
+      return code;
+    }
     const std::string end = "the window " + DescribeSignal(WTERMSIG(status));
     const bool goes_on = has_controller && ControllerAnswers(hand);
     if (!goes_on) return Fail(kExitFailed, end);

@@ -20,6 +20,7 @@ namespace {
 
 constexpr double kAttachTry = 0.3;  // s
 constexpr double kAnswerSeconds = 2;
+constexpr double kLeftBehindSeconds = 0.5;  // a controller that runs answers sooner
 constexpr std::int64_t kControllerPatienceNs = 60'000'000'000;
 constexpr std::chrono::milliseconds kEndPatience{5000};
 
@@ -143,6 +144,14 @@ bool ControllerAnswers(const HandRequest& request) {
   options.timeout_s = kAnswerSeconds;
   options.secured = !request.secure.empty();
   return static_cast<bool>(Controller::Attach(request.control, options));
+}
+
+void EndControllerOf(const HandRequest& request) {
+  Controller::Options options;
+  options.host = "tandem-open";
+  options.timeout_s = kLeftBehindSeconds;
+  Result<Controller> left = Controller::Attach(request.control, options);
+  if (left) left->Ask(QuitRequest{}, kAnswerSeconds);
 }
 
 }  // namespace tandem

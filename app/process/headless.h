@@ -11,4 +11,7 @@ int ShowHeadless(const HandRequest& request, bool json);
 /// Returns whether the controller of a window answers on this machine; waits two seconds at most.
 bool ControllerAnswers(const HandRequest& request);
 
+/// Ends the controller of a window that is gone, if it still runs.
+void EndControllerOf(const HandRequest& request);
+
 }  // namespace tandem

@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "collab/controller/controller.h"
 #include "tests/app/view/program_fixture.h"
 
 namespace tandem {
@@ -82,6 +83,34 @@ TEST_F(Program, OpenSaysNothingOfAControllerThatWasNotStarted) {
   const std::string told = open.readAllStandardError().toStdString();
   EXPECT_THAT(told, ::testing::Not(::testing::HasSubstr("controller")));
   EXPECT_EQ(std::count(told.begin(), told.end(), '\n'), 1) << told;
+}
+
+// Nobody would move the hand of such a controller, and its part would stay in a session.
+TEST_F(Program, LostDisplayLeavesNoController) {
+  QProcess server;
+  server.setStandardErrorFile(QProcess::nullDevice());
+  server.start("Xvfb", {"-displayfd", "1", "-nolisten", "tcp"});
+  if (!server.waitForStarted()) GTEST_SKIP() << "needs Xvfb";
+  ASSERT_TRUE(server.waitForReadyRead(kPatienceMs));
+  QProcessEnvironment there = here_;
+  there.insert("DISPLAY", ":" + QString::fromLatin1(server.readLine()).trimmed());
+  QProcess open;
+  open.setProcessEnvironment(there);
+  open.setStandardErrorFile(QProcess::nullDevice());
+  open.start(TANDEM_PROGRAM,
+             {"open", In("scene.json"), "--session", session_, "--interface", "lo"});
+  ASSERT_TRUE(open.waitForStarted());
+  const std::string control = "window-" + std::to_string(open.processId());
+  Controller::Options patient;
+  patient.timeout_s = 30;
+  EXPECT_TRUE(Controller::Attach(control, patient));
+  server.kill();
+  ASSERT_TRUE(server.waitForFinished(kPatienceMs));
+  ASSERT_TRUE(open.waitForFinished(kPatienceMs));
+  EXPECT_NE(open.exitCode(), 0);
+  Controller::Options brief;
+  brief.timeout_s = 0.5;
+  EXPECT_FALSE(Controller::Attach(control, brief));
 }
 
 TEST_F(Program, ReportsPictureErrorsInOneLine) {
