@@ -109,8 +109,12 @@ TEST_F(Program, LostDisplayLeavesNoController) {
   ASSERT_TRUE(open.waitForFinished(kPatienceMs));
   EXPECT_NE(open.exitCode(), 0);
   Controller::Options brief;
-  brief.timeout_s = 0.5;
-  EXPECT_FALSE(Controller::Attach(control, brief));
+  brief.timeout_s = 0.2;
+  bool answers = true;
+  for (int i = 0; i < 50 && answers; ++i) {
+    answers = static_cast<bool>(Controller::Attach(control, brief));
+  }
+  EXPECT_FALSE(answers);
 }
 
 TEST_F(Program, ReportsPictureErrorsInOneLine) {
