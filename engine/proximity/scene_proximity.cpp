@@ -108,7 +108,7 @@ void SceneProximity::Take(Pair& pair, std::size_t part, std::span<const Pose> X_
   const double floor = least.other == SceneNearness::kNone ? near.least : least.least;
   least.least = std::min(floor, near.least);
   least.most = std::min(least.most, near.most);
-  // of pairs that overlap the deeper one counts
+  // the deeper one counts where pairs overlap
   const bool deeper = near.overlap && near.depth > least.depth;
   const bool nearer = near.distance < least.distance;
   if (least.other != SceneNearness::kNone && !nearer && !deeper) return;

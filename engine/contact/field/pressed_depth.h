@@ -13,7 +13,7 @@ inline constexpr double kHandForce = 10.0;
 struct ContactYield {
   ContactModel contact = ContactModel::kRefined;
   int force_layer = 0;
-  double inward_shift_voxels = 0;  // of the moving body
+  double inward_shift_voxels = 0;  // the moving body's
   double voxel_size = 0;           // m
 
   /// Returns how deep exact surfaces may lie in one another where a force (N) rests on a single

@@ -229,7 +229,7 @@ TEST_F(TwoMovingParts, TellTheDepthOfAnOverlap) {
   EXPECT_TRUE(near.overlap);
   EXPECT_NEAR(near.depth, 0.0004, 1e-5 + kFacets);
   EXPECT_EQ(scene.NearestTo(kBall, X_W_).depth, 0) << "not asked for";
-  // of all overlaps the deepest
+  // the deepest of all overlaps
   X_W_[3].p.z() = -0.0825;
   near = scene.Nearest(X_W_, {.depth = true});
   EXPECT_EQ(near.part, kBlock);
