@@ -9,6 +9,10 @@ namespace tandem {
 
 namespace {
 
+/// Parts in which a body at a ball joint makes a step. A spinning top nods quickly: in whole steps
+/// its energy would go up and down by half a percent of what it exchanges.
+constexpr int kPartsOfATop = 4;
+
 /// The rotation of a step without a moment, W.
 struct Spin {
   Vec3 mean;  // rad/s, of the whole step
@@ -19,7 +23,7 @@ struct Spin {
 /// difference of both moments of momentum is across that mean: neither energy nor momentum changes.
 Spin SpinWithoutMoment(const Mat3& I_B, const Quat& q_WB, const Vec3& w_W, double h) {
   constexpr int kMostRounds = 40;
-  constexpr double kSettled = 1e-15;
+  constexpr double kSettled = 1e-13;
   const Mat3 inverse = I_B.inverse();
   const Vec3 w_B = q_WB.conjugate() * w_W;
   const Vec3 before = I_B * w_B;  // moment of momentum in B
@@ -105,11 +109,16 @@ bool AdvanceFreely(const Inertia& inertia, const std::optional<Constraint>& cons
 
 bool Fly(const Inertia& inertia, const std::optional<Constraint>& constraint, RigidState& state,
          const Vec3& gravity_W, double h, const AxisRadii& radii, double max_travel) noexcept {
-  const Vec3 half = 0.5 * h * inertia.mass * gravity_W;
-  Push(inertia, constraint, state, half);
-  const Twist wanted = state.V_WB;
-  if (AdvanceFreely(inertia, constraint, state, wanted, h, radii, max_travel)) return true;
-  Push(inertia, constraint, state, half);
+  const int parts = constraint && IsBallJoint(*constraint) ? kPartsOfATop : 1;
+  const Vec3 half = 0.5 * h / parts * inertia.mass * gravity_W;
+  bool held = false;
+  for (int part = 0; part < parts; ++part) {
+    Push(inertia, constraint, state, half);
+    const Twist wanted = state.V_WB;
+    held = AdvanceFreely(inertia, constraint, state, wanted, h / parts, radii, max_travel / parts);
+    if (!held) Push(inertia, constraint, state, half);
+  }
+  if (held) return true;
   // a body that the limit would hold back in the next step does not gather speed meanwhile
   const double radius = radii.About(state.X_WB.q.conjugate() * state.V_WB.w);
   const double next = TravelOf(h * state.V_WB.v, h * state.V_WB.w.norm(), radius);

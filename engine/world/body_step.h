@@ -58,16 +58,17 @@ inline bool StepBody(const BodyModel& model, RigidState& state, const Twist& des
 }
 
 /// Moves a body that no hand turns for a frame: one that contact pushes at the twist that it brings
-/// about, and any other by gravity alone. Returns whether the travel limit held the body back.
+/// about, and any other by gravity alone. A body at a joint may have a twist that the joint does
+/// not allow, as a peer sent it: its travel is counted from its centre. Returns whether the travel
+/// limit held the body back.
 inline bool StepFreely(const BodyModel& model, RigidState& state, const Twist& desired,
                        const Vec3* gravity_W, const AxisRadii& radii, double max_travel) {
+  const double farthest = radii.radius + radii.displaced;
   if (gravity_W != nullptr) {
-    return Fly(model.inertia, model.constraint, state, *gravity_W, kFrame, radii, max_travel);
+    return Fly(model.inertia, model.constraint, state, *gravity_W, kFrame,
+               model.constraint ? AxisRadii::Ball(farthest) : radii, max_travel);
   }
-  if (model.constraint) {
-    const double radius = radii.About(state.X_WB.q.conjugate() * desired.w);
-    return StepBody(model, state, desired, radius, max_travel);
-  }
+  if (model.constraint) return StepBody(model, state, desired, farthest, max_travel);
   return AdvanceFreely(model.inertia, std::nullopt, state, desired, kFrame, radii, max_travel);
 }
 

@@ -308,6 +308,7 @@ void World::SolveVelocities() noexcept {
     Instance& instance = instances_[i];
     if (!instance.IsSimulated()) continue;
     instance.before = instance.state.V_WB;
+    if (Rolls(i) && !instance.pushed) continue;  // it flies
     instance.desired = instance.together ? together_.twist(i)
                                          : TwistAlone(model_->bodies[instance.shape],
                                                       instance.state, instance.load, Rolls(i));

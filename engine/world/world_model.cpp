@@ -294,6 +294,9 @@ std::optional<Error> MakeShape(const Scene& scene, const SceneBody& body,
     Result<BodySurface> surface = MakeSurface(scene, mesh_W, model.X_WB0, spacing, options);
     if (!surface) return surface.error();
     model.surface = std::move(*surface);
+    const DistanceField& field = model.surface.field;
+    model.surface.rounds =
+        FindRoundFeatures(mesh_W, field.p_WVo(), field.voxel_size(), model.surface.features);
     model.radius = model.surface.radius;
     model.surface_points = PointsOnSurface(scene, mesh_W, spacing);
     return std::nullopt;

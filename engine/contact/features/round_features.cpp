@@ -10,8 +10,8 @@ namespace tandem {
 
 namespace {
 
-/// Voxels that a round surface may stand out from its triangles: what polygons of features may.
-constexpr double kMostSagitta = 0.25;
+/// Voxels that a round surface may stand out from its triangles. More would be felt.
+constexpr double kMostSagitta = 0.05;
 /// Voxels that a vertex may lie beside its round surface.
 constexpr double kMostOff = 0.01;
 constexpr double kLeastRadius = 1;  // voxels
@@ -41,7 +41,7 @@ RoundFeatures FindRoundFeatures(const TriangleMesh& mesh_W, const Vec3& p_WVo, d
                                  .most_off = kMostOff * voxel_size,
                                  .least_radius = kLeastRadius * voxel_size});
   RoundFeatures found;
-  if (surfaces.empty() || surfaces.size() > RoundFeatures::kMostRounds) return found;
+  if (surfaces.empty()) return found;
   for (RoundSurface& round : surfaces) {
     round.centre = (round.centre - p_WVo) / voxel_size;
     for (double* length : {&round.radius, &round.half_length, &round.sagitta}) {
@@ -52,6 +52,7 @@ RoundFeatures FindRoundFeatures(const TriangleMesh& mesh_W, const Vec3& p_WVo, d
   std::vector<std::uint8_t> of_point(BodyFeatures::kLanes * features.blocks().size(),
                                      RoundFeatures::kNone);
   for (std::size_t r = 0; r < surfaces.size(); ++r) {
+    if (found.rounds.size() == RoundFeatures::kMostRounds) return {};
     bool any = false;
     for (std::size_t block = 0; block < features.blocks().size(); ++block) {
       for (std::size_t lane = 0; lane < BodyFeatures::kLanes; ++lane) {
@@ -65,7 +66,9 @@ RoundFeatures FindRoundFeatures(const TriangleMesh& mesh_W, const Vec3& p_WVo, d
     if (!any) continue;
     // twice as high, the cap holds several features, whose weights are not small
     const double cap = 2 * (surfaces[r].sagitta + kMostStandingOut) + kMargin;
-    found.rounds.push_back({surfaces[r], cap});
+    const bool ball = surfaces[r].is_sphere();
+    found.rounds.push_back(
+        {surfaces[r], ball ? Vec3(Vec3::Zero()) : surfaces[r].axis.unitOrthogonal(), cap});
     found.most_cap = std::max(found.most_cap, cap);
   }
   if (!found.rounds.empty()) found.of_point = std::move(of_point);

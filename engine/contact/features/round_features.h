@@ -18,6 +18,7 @@ struct RoundFeatures {
 
   struct Round {
     RoundSurface surface;
+    Vec3 side = Vec3::Zero();  // unit, across a cylinder's axis
     /// The height of the cap about the place that faces the other body, in which a feature lies
     /// however the body turns, and a margin.
     double cap = 0;

@@ -10,6 +10,7 @@
 #include "engine/contact/features/edge_contact.h"
 #include "engine/contact/field/fading.h"
 #include "engine/contact/field/fit_reach.h"
+#include "engine/contact/field/push_rules.h"
 
 namespace tandem {
 
@@ -27,46 +28,12 @@ constexpr double kDeepestReach = -1.0;
 /// Cosine between a point's inward normal and the direction off a sheet, or a thin wall, from which
 /// on a push fades out. Below zero the point has come through.
 constexpr double kWallFade = 0.2;
-/// The thickness of walls below which a point that has come through is pushed back, voxels.
-constexpr double kThickest = 1.9;
+/// The number of features near the other body up to which round surfaces push where they face it,
+/// and from which on they do not: a body with so many lies in a hollow, and looking them all up
+/// takes long.
+constexpr double kFewFeatures = 256;
+constexpr double kCrowd = 512;
 constexpr std::size_t kMostContacts = std::size_t{1} << 17U;
-
-/// Returns the share of a push on the middle of a sharp edge's part that counts. It is nothing
-/// where the other body's edge, which turns by 20 degrees or more, is nearest: crossing edges push
-/// as lines (CollideEdges()). It is nothing where the surface comes nearer along the part: then
-/// another part, or the edge's end, touches. It is 1 a quarter of a voxel deep, where edges may
-/// have passed one another.
-double ShareOnEdge(const FieldPush& push, const Vec3& tangent) {
-  const double on_face =
-      Fading(push.facing, 0.985, 0.940) * Fading(std::abs(push.away_V.dot(tangent)), 0.17, 0.34);
-  return 1.0 - (1.0 - on_face) * Fading(push.distance, 0, -0.25);
-}
-
-/// Returns the thickness of the solid behind the place on its surface that pushes a point, voxels;
-/// nothing from kThickest on.
-std::optional<double> Thickness(const DistanceField& field, const Vec3& point_V,
-                                const FieldPush& push) {
-  constexpr double kStep = 0.25;      // voxels
-  constexpr double kTold = 0.05;      // voxels by which the other side is nearer
-  constexpr double kOpposite = -0.7;  // cosine between the sides' directions off
-  for (double depth = kStep; depth < kThickest; depth += kStep) {
-    const Vec3 place_V = point_V - (push.distance + depth) * push.away_V;
-    FieldGradient other_side;
-    field.WithGradients({&place_V, 1}, &other_side);
-    if (!other_side.reading.near || other_side.reading.value < kTold - depth) continue;
-    if (other_side.gradient.dot(push.away_V) > kOpposite * other_side.gradient.norm()) continue;
-    const double thickness = depth - other_side.reading.value;
-    return thickness < kThickest ? std::optional(thickness) : std::nullopt;
-  }
-  return {};
-}
-
-/// Turns the push on a point that has come through a wall back to the side that it came from.
-FieldPush Reversed(FieldPush push, double thickness) {
-  push.distance = -(push.distance + thickness);
-  push.away_V = -push.away_V;
-  return push;
-}
 
 /// The shell's body as the one that turns: with its own features, or with its field.
 FieldSchedule::Centre CentreOf(const BodySurface& shell, bool of_features) {
@@ -88,7 +55,7 @@ FieldPair::FieldPair(const BodySurface& shell, const BodySurface& map, const Opt
       of_map_(map.features, shell.field, nullptr, CentreOf(shell, false), options.schedule),
       contacts_(std::min(kMostContacts,
                          1024 + 2 * (shell.features.point_count() + map.features.point_count()))),
-      round_contacts_(shell.rounds.empty() && map.rounds.empty() ? 0 : contacts_.size()) {
+      round_contacts_(shell.rounds, map.rounds, contacts_.size()) {
   TANDEM_CHECK(shell.field.voxel_size() == map.field.voxel_size());
   SetClearance({static_cast<double>(DefaultForceLayer(ContactModel::kRefined)), 0.0});
   reach_ = full_reach_;
@@ -118,8 +85,9 @@ PairReport FieldPair::Collide(const BodyMotion& shell_body, const BodyMotion& ma
                               LinearizedForce& on_shell, LinearizedForce& on_map) noexcept {
   const Places places = PlacesOf(shell_body, map_body);
   const PairMotion motion = MotionSince(places.pair.X_VS);
-  of_shell_.Test(places.shell_in_map, motion, LookUpReach(*shell_, *map_, shell_body.rolls));
-  of_map_.Test(places.map_in_shell, motion, LookUpReach(*map_, *shell_, map_body.rolls));
+  of_shell_.Test(places.shell_in_map, motion, LookUpReach(*shell_, *map_, shell_body.rolls),
+                 reach_);
+  of_map_.Test(places.map_in_shell, motion, LookUpReach(*map_, *shell_, map_body.rolls), reach_);
   FindContacts(places, shell_body.rolls, map_body.rolls);
   reach_ = FittedReach(contacts(), s_, reach_, full_reach_);
   AddForces(places, on_shell, on_map);
@@ -130,7 +98,7 @@ PairReport FieldPair::Collide(const BodyMotion& shell_body, const BodyMotion& ma
   report.contact_points = static_cast<int>(contact_count_);
   report.pushing_points = static_cast<int>(contact_count_);
   report.exact_queries = static_cast<int>(contact_count_);
-  report.query_cost = static_cast<double>(contact_count_);
+  report.query_cost = static_cast<double>(contact_count_ + round_queries_);
   report.over_capacity = over_capacity_;
   return report;
 }
@@ -146,6 +114,7 @@ void FieldPair::Add(const Vec3& p_V, const Vec3& nhat_V, double depth, double sh
 
 void FieldPair::FindContacts(const Places& places, bool shell_rolls, bool map_rolls) noexcept {
   contact_count_ = 0;
+  round_queries_ = 0;
   over_capacity_ = false;
   const Pose& shell_in_map = places.shell_in_map;
   CollideField(of_shell_, {*shell_, *map_, places.shell_in_map, shell_in_map, true,
@@ -162,52 +131,80 @@ double FieldPair::LookUpReach(const BodySurface& own, const BodySurface& other,
 }
 
 void FieldPair::CollideField(const FieldSchedule& schedule, const Direction& in) noexcept {
-  const BodyFeatures& features = in.own.features;
-  const Mat3 R_VF = in.X_VF.q.toRotationMatrix();
-  const double reach = LookUpReach(in.own, in.other, in.rounds);
+  CollidePoints(schedule, in, false, reach_);
+  if (!in.rounds) return;
+  double crowd = 0;
+  for (const FieldSchedule::NearBlock& near : schedule.near()) crowd += near.count;
+  const double strength = Fading(crowd, kFewFeatures, kCrowd);
   const std::size_t first = contact_count_;
-  if (in.rounds) round_contacts_.Begin(in.own.rounds, in.X_VF);
+  const double reach = strength > 0 ? LookUpReach(in.own, in.other, true) : reach_;
+  round_contacts_.Begin(in.own.rounds, in.X_VF, reach - reach_, strength);
+  CollidePoints(schedule, in, true, reach);
+  if (!(strength > 0)) return;
+  CollideFacing(in);
+  contact_count_ = round_contacts_.Reduce(std::span(contacts_).first(contact_count_), first);
+}
+
+void FieldPair::CollidePoints(const FieldSchedule& schedule, const Direction& in, bool on_rounds,
+                              double reach) noexcept {
+  const BodyFeatures& features = in.own.features;
+  const DistanceField& field = in.other.field;
+  const Mat3 R_VF = in.X_VF.q.toRotationMatrix();
   std::array<TouchingPoint, FieldPushes::kMostPlaces> points;
   std::array<Vec3, FieldPushes::kMostPlaces> places_V;
   FieldPushes pushes;
   std::size_t count = 0;
   const auto push = [&] {
-    in.other.field.Pushes(std::span(places_V).first(count), reach, pushes);
+    field.Pushes(std::span(places_V).first(count), reach, pushes);
     for (std::size_t k = 0; k < count; ++k) {
-      AddPushes(points[k], places_V[k], pushes.PushesAt(k), in);
+      VisitPushes(points[k], places_V[k], pushes.PushesAt(k), field, [&](const FieldPush& on) {
+        const std::size_t before = contact_count_;
+        AddPush(places_V[k], on, on.share, in);
+        if (!on_rounds) return;
+        round_contacts_.Take(points[k].round, places_V[k], on, reach_ - on.distance,
+                             contact_count_ > before ? before : RoundContacts::kNoContact);
+      });
     }
+    if (on_rounds) round_queries_ += count;
     count = 0;
   };
   for (const FieldSchedule::NearBlock& near : schedule.near()) {
-    for (unsigned rest = near.touching; rest != 0; rest &= rest - 1) {
+    for (unsigned rest = reach > reach_ ? near.touching : near.nearer; rest != 0;
+         rest &= rest - 1) {
       const auto lane = static_cast<std::size_t>(std::countr_zero(rest));
+      const std::uint8_t round =
+          in.rounds ? in.own.rounds.RoundOf(near.block, lane) : RoundFeatures::kNone;
+      if ((round != RoundFeatures::kNone) != on_rounds) continue;
       const BodyFeatures::Point& point = features.point(near.block, lane);
       places_V[count] = R_VF * features.place(near.block, lane) + in.X_VF.p;
       points[count] = {.inward_V = R_VF * point.inward.cast<double>(), .weight = point.weight};
       if (point.edge != BodyFeatures::kNoEdge) {
         points[count].tangent_V = R_VF * features.edge(point.edge).tangent.cast<double>();
       }
-      if (in.rounds) points[count].round = in.own.rounds.RoundOf(near.block, lane);
+      points[count].round = round;
       if (++count == points.size()) push();
     }
   }
   if (count > 0) push();
-  if (in.rounds) CollideRounds(in, first);
 }
 
-void FieldPair::CollideRounds(const Direction& in, std::size_t first) noexcept {
-  contact_count_ = round_contacts_.Reduce(std::span(contacts_).first(contact_count_), first);
+void FieldPair::CollideFacing(const Direction& in) noexcept {
+  const DistanceField& field = in.other.field;
   std::array<RoundContacts::Facing, FieldPushes::kMostPlaces> facing;
   std::array<Vec3, FieldPushes::kMostPlaces> places_V;
   FieldPushes pushes;
   std::size_t count = 0;
   const auto push = [&] {
-    in.other.field.Pushes(std::span(places_V).first(count), reach_, pushes);
+    field.Pushes(std::span(places_V).first(count), reach_, pushes);
     for (std::size_t k = 0; k < count; ++k) {
-      for (const FieldPush& on : pushes.PushesAt(k)) {
-        AddPush(places_V[k], on, RoundContacts::ShareOf(facing[k], on), in);
-      }
+      // it is pushed as a feature would be that faces as it does
+      VisitPushes({.inward_V = facing[k].away_V, .weight = 1}, places_V[k], pushes.PushesAt(k),
+                  field, [&](const FieldPush& on) {
+                    const double depth = reach_ - on.distance;
+                    AddPush(places_V[k], on, round_contacts_.Deliver(facing[k], on, depth), in);
+                  });
     }
+    round_queries_ += count;
     count = 0;
   };
   round_contacts_.VisitFacing([&](const RoundContacts::Facing& place) {
@@ -228,9 +225,10 @@ void FieldPair::AddPush(const Vec3& place_V, const FieldPush& push, double share
   }
 }
 
-void FieldPair::AddPushes(const TouchingPoint& point, const Vec3& place_V,
-                          std::span<const FieldPush> pushes, const Direction& in) noexcept {
-  const DistanceField& field = in.other.field;
+template <class Visit>
+void FieldPair::VisitPushes(const TouchingPoint& point, const Vec3& place_V,
+                            std::span<const FieldPush> pushes, const DistanceField& field,
+                            const Visit& visit) noexcept {
   FieldPush inward;
   if (pushes.empty()) {
     const FieldReading reading = field.At(place_V);
@@ -250,15 +248,7 @@ void FieldPair::AddPushes(const TouchingPoint& point, const Vec3& place_V,
       }
     }
     if (point.tangent_V) push.share *= ShareOnEdge(push, *point.tangent_V);
-    const std::size_t before = contact_count_;
-    AddPush(place_V, push, push.share, in);
-    if (!in.rounds) continue;
-    const std::size_t contact = contact_count_ > before ? before : RoundContacts::kNoContact;
-    if (point.round != RoundFeatures::kNone) {
-      round_contacts_.Take(point.round, place_V, push, contact);
-    } else if (contact != RoundContacts::kNoContact) {
-      round_contacts_.Leave(contact);
-    }
+    visit(push);
   }
 }
 
@@ -326,7 +316,7 @@ void FieldPair::AddForces(const Places& places, LinearizedForce& on_shell,
 void FieldPair::CountDemand() noexcept {
   demand_.mandatory = of_shell_.due_tests() + of_map_.due_tests();
   demand_.per_metre = (of_shell_.due_tests_per_voxel() + of_map_.due_tests_per_voxel()) / s_;
-  demand_.exact_queries = static_cast<double>(contact_count_);
+  demand_.exact_queries = static_cast<double>(contact_count_ + round_queries_);
   demand_.bound = s_ * std::max(FieldSchedule::kMostTravel,
                                 std::min(of_shell_.free_travel(), of_map_.free_travel()));
 }
@@ -357,9 +347,10 @@ std::size_t FieldPair::CountUnfound(const BodyMotion& shell_body,
 PoseReading FieldPair::Read(const BodyMotion& shell_body, const BodyMotion& map_body) noexcept {
   const Places places = PlacesOf(shell_body, map_body);
   X_VS_.reset();  // the calendars know of this pose
-  const double nearest = std::min(of_shell_.Read(places.shell_in_map, reach_),
-                                  of_map_.Read(places.map_in_shell, reach_));
-  FindContacts(places, false, false);
+  const double nearest = std::min(
+      of_shell_.Read(places.shell_in_map, LookUpReach(*shell_, *map_, shell_body.rolls), reach_),
+      of_map_.Read(places.map_in_shell, LookUpReach(*map_, *shell_, map_body.rolls), reach_));
+  FindContacts(places, shell_body.rolls, map_body.rolls);
   PoseReading reading;
   reading.contact_points = static_cast<int>(contact_count_);
   for (const FieldSchedule* schedule : {&of_shell_, &of_map_}) {

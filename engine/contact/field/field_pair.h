@@ -87,9 +87,12 @@ class FieldPair final : public BodyPair {
   double LookUpReach(const BodySurface& own, const BodySurface& other, bool rolls) const noexcept;
   /// Finds the contacts of one body's features with the other's field.
   void CollideField(const FieldSchedule& schedule, const Direction& in) noexcept;
-  /// Finds the contacts of round surfaces where they face the other body, in place of those of
-  /// their features from number `first` on.
-  void CollideRounds(const Direction& in, std::size_t first) noexcept;
+  /// Finds those of the features that lie on round surfaces, or of the others, looked up as far as
+  /// `reach`. All are others if no round surface pushes where it faces.
+  void CollidePoints(const FieldSchedule& schedule, const Direction& in, bool on_rounds,
+                     double reach) noexcept;
+  /// Finds the contacts of round surfaces where they face the other body.
+  void CollideFacing(const Direction& in) noexcept;
   /// A feature point that is near the other's surface, in the frame V of the other's field.
   struct TouchingPoint {
     Vec3 inward_V;
@@ -97,8 +100,12 @@ class FieldPair final : public BodyPair {
     double weight;
     std::uint8_t round = RoundFeatures::kNone;
   };
-  void AddPushes(const TouchingPoint& point, const Vec3& place_V, std::span<const FieldPush> pushes,
-                 const Direction& in) noexcept;
+  /// Calls visit(push) for the pushes that count on a point, turned back where it has come through
+  /// a wall.
+  template <class Visit>
+  static void VisitPushes(const TouchingPoint& point, const Vec3& place_V,
+                          std::span<const FieldPush> pushes, const DistanceField& field,
+                          const Visit& visit) noexcept;
   /// Adds the contact of a place that the other body pushes.
   void AddPush(const Vec3& place_V, const FieldPush& push, double share,
                const Direction& in) noexcept;
@@ -124,6 +131,7 @@ class FieldPair final : public BodyPair {
   std::vector<Contact> contacts_;
   std::size_t contact_count_ = 0;
   RoundContacts round_contacts_;
+  std::size_t round_queries_ = 0;  // places looked up for round_contacts_
   bool over_capacity_ = false;
   TestDemand demand_;  // as of the last Collide()
 };

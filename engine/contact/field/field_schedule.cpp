@@ -62,7 +62,8 @@ void FieldSchedule::Place(const Pose& X_VF) noexcept {
   }
 }
 
-void FieldSchedule::Test(const Pose& X_VF, const PairMotion& motion, double reach) noexcept {
+void FieldSchedule::Test(const Pose& X_VF, const PairMotion& motion, double reach,
+                         double inner) noexcept {
   Place(X_VF);
   counts_ = {};
   // a wider reach comes nearer as a body would, and beyond the fine band force may begin early
@@ -70,6 +71,7 @@ void FieldSchedule::Test(const Pose& X_VF, const PairMotion& motion, double reac
   const double early = reach > fine && reach_ <= fine ? field_->most_early() : 0.0;
   const double wider = std::max(0.0, reach - reach_) + early;
   reach_ = reach;
+  inner_ = inner;
   const double more =
       options_.experiments.coherence ? wider : std::numeric_limits<double>::infinity();
   // edges' gaps count by the odometer, which does not run over a jump
@@ -200,10 +202,25 @@ void FieldSchedule::QueryPoints(std::span<const std::uint32_t> which) noexcept {
     results.touching = readings[i].within;
     results.gap = static_cast<float>(readings[i].least - reach_ - kPlaceError);
     results.points = true;
+    SortByReach(&bounds[kBlockPlaces * i], results);
     const std::uint32_t b = due_[which[i]];
     if (other_ != nullptr && features_->blocks()[b].sharp != 0) {
       QueryEdges(b, &bounds[kBlockPlaces * i], results);
     }
+  }
+}
+
+void FieldSchedule::SortByReach(const float* bounds, BlockResults& results) const noexcept {
+  results.nearer = results.touching;
+  if (!(inner_ < reach_)) return;
+  constexpr double kJustWithin = 0.01;  // voxels
+  for (unsigned rest = results.touching; rest != 0; rest &= rest - 1) {
+    const int lane = std::countr_zero(rest);
+    if (bounds[lane] - kPlaceError > inner_) {
+      results.nearer = static_cast<std::uint16_t>(results.nearer & ~(1U << lane));
+    }
+    results.count +=
+        static_cast<float>(std::clamp((reach_ - bounds[lane]) / kJustWithin, 0.0, 1.0));
   }
 }
 
@@ -283,7 +300,7 @@ void FieldSchedule::PutDue() noexcept {
     counts_.looked_up += static_cast<std::size_t>(looked_up);
     counts_.compared += results.compared;
     if (results.touching != 0 || results.crossing != 0) {
-      near_[near_count_++] = {b, results.touching, results.crossing};
+      near_[near_count_++] = {b, results.touching, results.crossing, results.nearer, results.count};
     }
     const bool far = results.gap > kFar;
     std::uint32_t& far_in = far_in_[block.chunk];
@@ -342,9 +359,10 @@ std::size_t FieldSchedule::CountUnfound(const Pose& X_VF) const {
   return unfound;
 }
 
-double FieldSchedule::Read(const Pose& X_VF, double reach) noexcept {
+double FieldSchedule::Read(const Pose& X_VF, double reach, double inner) noexcept {
   Place(X_VF);
   reach_ = reach;
+  inner_ = inner;
   counts_ = {};
   std::fill(edges_due_.begin(), edges_due_.end(), EdgesDue{});
   for (std::uint32_t b = 0; b < is_far_.size(); ++b) AddDue(b);

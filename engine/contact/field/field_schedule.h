@@ -53,10 +53,12 @@ class FieldSchedule {
     std::uint32_t block = 0;
     std::uint16_t touching = 0;  // lanes nearer than the reach
     std::uint16_t crossing = 0;  // lanes whose sharp edge may meet another
+    std::uint16_t nearer = 0;    // touching lanes that may be nearer than the inner reach
+    float count = 0;             // touching lanes; one just within the reach counts less than 1
   };
   /// Tests what is due. `motion`: of one body against the other since the last call, never less
-  /// than the real one.
-  void Test(const Pose& X_VF, const PairMotion& motion, double reach) noexcept;
+  /// than the real one. `inner`: the inner reach, at most `reach`.
+  void Test(const Pose& X_VF, const PairMotion& motion, double reach, double inner) noexcept;
   /// Returns the near blocks of the last Test(), in rising order.
   std::span<const NearBlock> near() const noexcept { return {near_.data(), near_count_}; }
   const TestCounts& counts() const noexcept { return counts_; }
@@ -77,8 +79,8 @@ class FieldSchedule {
   }
 
   /// Looks up every point. Returns a bound of the distance of the nearest point or edge, near the
-  /// surface to a tenth of a voxel. near() then comes from all points.
-  double Read(const Pose& X_VF, double reach) noexcept;
+  /// surface to a tenth of a voxel. near() then comes from all points. Reaches are as of Test().
+  double Read(const Pose& X_VF, double reach, double inner) noexcept;
 
  private:
   static constexpr std::size_t kPiece = 64;  // blocks of a piece
@@ -104,6 +106,8 @@ class FieldSchedule {
   void TestDue(std::size_t begin, std::size_t end) noexcept;
   struct BlockResults;
   void QueryPoints(std::span<const std::uint32_t> which) noexcept;
+  /// Finds which touching lanes are within the inner reach. `bounds`: as of QueryEdges().
+  void SortByReach(const float* bounds, BlockResults& results) const noexcept;
   /// Finds which sharp edges of a block may cross others. `bounds`: lower bounds of the distances
   /// of its points.
   void QueryEdges(std::uint32_t block, const float* bounds, BlockResults& results) noexcept;
@@ -121,6 +125,7 @@ class FieldSchedule {
   DueCalendar<8> calendar_;  // blocks
   DueCalendar<1> chunks_;    // chunks that are far as wholes
   double reach_ = 0;
+  double inner_ = 0;   // inner reach
   PairMotion motion_;  // motion of the last Test()
   double pace_ = 0;    // travel of a place as far out as the body's edge in the last Test(), voxels
   double middle_enough_ = kMiddleEnough;  // gap from which on points of a block are not looked up
@@ -150,6 +155,8 @@ class FieldSchedule {
     float out = 0;  // distance from the centre
     std::uint16_t touching = 0;
     std::uint16_t crossing = 0;
+    std::uint16_t nearer = 0;
+    float count = 0;
     bool points = false;  // its points were looked up
     std::uint32_t compared = 0;
   };

@@ -31,8 +31,6 @@ BodySurface SurfaceInBody(DistanceField field, BodyFeatures features, const Tria
   surface.X_BV = X_WB.Inverse() * Pose{Quat::Identity(), field.p_WVo()};
   surface.field = std::move(field);
   surface.features = std::move(features);
-  surface.rounds = FindRoundFeatures(mesh_W, surface.field.p_WVo(), surface.field.voxel_size(),
-                                     surface.features);
   for (const Vec3& vertex_W : mesh_W.vertices) {
     surface.radius = std::max(surface.radius, (vertex_W - X_WB.p).norm());
   }

@@ -19,14 +19,15 @@ namespace {
 constexpr std::size_t kFewestTriangles = 12;
 /// The greatest sine of the angle between a cylinder's triangles and its axis.
 constexpr double kAlongAxis = 1e-3;
-/// The least share of its area that a cylinder's triangles cover.
-constexpr double kCovered = 0.95;
+/// The greatest ratio of a triangle's distance from the round surface to the median of all. The
+/// distance goes with the square of the triangle's size.
+constexpr double kMostUneven = 4.5;
 
 /// A part of a mesh that is smooth from triangle to triangle.
 struct SmoothPart {
   std::vector<std::uint32_t> triangles;
   std::vector<std::uint32_t> vertices;  // without repeats, in rising order
-  bool closed = true;                   // no side of it is a border
+  std::vector<std::uint32_t> border;    // two vertices for each of its border's sides
 };
 
 /// Solves the least squares of |x - centre| = radius for points in D dimensions, by the linear
@@ -80,7 +81,7 @@ class RoundSearch {
       const SmoothPart part = PartFrom(t, seen);
       if (part.triangles.size() < kFewestTriangles) continue;
       std::optional<RoundSurface> round = AsCylinder(part);
-      if (!round && part.closed) round = AsSphere(part);
+      if (!round && part.border.empty()) round = AsSphere(part);
       if (round && round->radius >= rules_.least_radius) found.push_back(*round);
     }
     return found;
@@ -100,7 +101,8 @@ class RoundSearch {
             other != MeshSides::kNone &&
             across_[t].dot(across_[other]) >= kSmooth * across_[t].norm() * across_[other].norm();
         if (!smooth) {
-          part.closed = false;
+          part.border.push_back(mesh_.triangles[t][k]);
+          part.border.push_back(mesh_.triangles[t][(k + 1) % 3]);
         } else if (seen[other] == 0) {
           seen[other] = 1;
           part.triangles.push_back(other);
@@ -126,11 +128,9 @@ class RoundSearch {
   std::optional<RoundSurface> AsCylinder(const SmoothPart& part) const {
     // the triangles' normals lie in a plane, across the axis, and point every way in it
     Mat3 spread = Mat3::Zero();
-    double area = 0;
     for (const std::uint32_t t : part.triangles) {
       const double norm = across_[t].norm();
       if (norm > 0) spread += across_[t] * across_[t].transpose() / norm;
-      area += 0.5 * norm;
     }
     const Eigen::SelfAdjointEigenSolver<Mat3> solver(spread);
     if (solver.info() != Eigen::Success) return std::nullopt;
@@ -157,8 +157,15 @@ class RoundSearch {
                           .axis = axis,
                           .half_length = 0.5 * (high - low),
                           .radius = fitted->radius};
-    const double whole = 4 * std::numbers::pi * cylinder.radius * cylinder.half_length;
-    if (!(area >= kCovered * whole && area <= whole / kCovered)) return std::nullopt;
+    // slots, holes and the sharp sides of a flat are borders between its ends
+    if (part.border.empty()) return std::nullopt;
+    const double end = cylinder.half_length - rules_.most_off;
+    for (std::size_t i = 0; i < part.border.size(); i += 2) {
+      const double first = (mesh_.vertices[part.border[i]] - cylinder.centre).dot(axis);
+      const double second = (mesh_.vertices[part.border[i + 1]] - cylinder.centre).dot(axis);
+      const bool on_an_end = std::min(first, second) >= end || std::max(first, second) <= -end;
+      if (!on_an_end) return std::nullopt;
+    }
     return Fits(part, cylinder) ? std::optional(cylinder) : std::nullopt;
   }
 
@@ -172,13 +179,19 @@ class RoundSearch {
       const double off = from_middle(mesh_.vertices[v]).norm() - round.radius;
       if (!(std::abs(off) <= rules_.most_off)) return false;
     }
+    std::vector<double> sagittas;
     for (const std::uint32_t t : part.triangles) {
       const double norm = across_[t].norm();
       if (!(norm > 0)) continue;
       const double height = std::abs(from_middle(mesh_.corner(t, 0)).dot(across_[t])) / norm;
-      round.sagitta = std::max(round.sagitta, round.radius - height);
+      sagittas.push_back(std::max(0.0, round.radius - height));
     }
-    return round.sagitta <= rules_.most_sagitta;
+    if (sagittas.empty()) return false;
+    round.sagitta = std::ranges::max(sagittas);
+    const auto middle = sagittas.begin() + static_cast<std::ptrdiff_t>(sagittas.size() / 2);
+    std::ranges::nth_element(sagittas, middle);
+    return round.sagitta <= rules_.most_sagitta &&
+           round.sagitta <= kMostUneven * *middle + rules_.most_off;
   }
 
   const TriangleMesh& mesh_;

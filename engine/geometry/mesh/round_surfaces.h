@@ -8,11 +8,12 @@
 
 namespace tandem {
 
-/// A sphere, or the side of a cylinder, that triangles of a mesh approximate all the way round.
+/// A sphere, or the side of a cylinder, that triangles of a mesh approximate all the way round,
+/// with no flat, slot or hole in it.
 struct RoundSurface {
-  Vec3 centre = Vec3::Zero();  // of the sphere, or the middle of the cylinder's axis
+  Vec3 centre = Vec3::Zero();  // the sphere's, or the middle of the cylinder's axis
   Vec3 axis = Vec3::Zero();    // unit, along the cylinder; zero for a sphere
-  double half_length = 0;      // of the cylinder
+  double half_length = 0;      // the cylinder's
   double radius = 0;
   double sagitta = 0;  // the greatest distance from the surface to a triangle's plane
 
@@ -28,12 +29,14 @@ struct RoundSurfaceRules {
 };
 
 /// The greatest angle between neighbouring triangles of a round surface, degrees. The sides of a
-/// prism of fourteen or fewer are flat.
-inline constexpr double kMostRoundTurn = 25;
+/// prism of eighteen or fewer are flat.
+inline constexpr double kMostRoundTurn = 20;
 
 /// Finds the round surfaces that triangles make with one another, each a part of the mesh that
-/// turns by less than kMostRoundTurn from triangle to triangle. It does not tell which side is
-/// solid. The result is deterministic.
+/// turns by less than kMostRoundTurn from triangle to triangle. The borders of a cylinder lie in
+/// the planes of its ends, and a sphere has none. No triangle lies much deeper under the surface
+/// than most of the others: that would be a flat. The search does not tell which side is solid. The
+/// result is deterministic.
 std::vector<RoundSurface> FindRoundSurfaces(const TriangleMesh& mesh,
                                             const RoundSurfaceRules& rules);
 

@@ -92,7 +92,7 @@ TEST(FreeMotion, ATumblingBrickTurnsAsEulersEquationsSay) {
   };
   const double coarse = error(1e-3);
   EXPECT_LT(coarse, 0.005);
-  // of second order
+  // the step is of second order
   EXPECT_NEAR(coarse / error(5e-4), 4.0, 0.4);
 }
 

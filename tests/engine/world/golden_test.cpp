@@ -19,15 +19,15 @@ using testing::Sphere;
 // GCC 12 makes these values, with glibc 2.36 on a processor with FMA: sines and cosines of glibc
 // have other last bits without it. A change that means to alter what a frame does alters them, and
 // says so.
-constexpr std::uint64_t kRefined = 3034232333778006494U;
-constexpr std::uint64_t kPlain = 15563491377759763536U;
+constexpr std::uint64_t kRefined = 7071096442309765680U;
+constexpr std::uint64_t kPlain = 2980911089493354738U;
 
 std::shared_ptr<const WorldModel> BallAndBlockOnATable(ContactModel contact) {
   const double up = contact == ContactModel::kRefined ? 0.001 : 0.003;
   auto made = std::make_shared<WorldModel>(
       *testing::MakeWorldModel({{At(Box(Vec3(0.3, 0.2, 0.01)), Vec3(0, 0, -0.005)), true},
                                 {At(Box(Vec3(0.04, 0.03, 0.02)), Vec3(-0.06, 0, 0.01 + up))},
-                                {At(Sphere(0.015, 3), Vec3(0, 0.002, 0.015 + up))}},
+                                {At(Sphere(0.012, 4), Vec3(0, 0.002, 0.012 + up))}},
                                testing::kVoxel, contact));
   made->scene.friction = 0.3;
   made->scene.gravity_W = Vec3(0, 0, -9.81);
@@ -38,6 +38,7 @@ std::shared_ptr<const WorldModel> BallAndBlockOnATable(ContactModel contact) {
 std::uint64_t HashOfARun(ContactModel contact, int threads) {
   kHapticThread.Enter();
   const auto model = BallAndBlockOnATable(contact);
+  EXPECT_EQ(model->bodies[1].surface.rounds.empty(), contact == ContactModel::kPlain);
   WorkerPool workers({.threads = threads, .priority = 0});
   ScheduleOptions schedule;
   schedule.workers = threads > 1 ? &workers : nullptr;

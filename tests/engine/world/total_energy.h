@@ -20,7 +20,8 @@ inline double SpringEnergy(const Contact& contact, double voxel_size) {
 }
 
 /// Follows the energy of a free body in a world of the refined contact model: that of its motion,
-/// its height and the springs of its contact with the fixture.
+/// its height and the springs of its contact with the fixture. It starts where the body stands when
+/// the first step is followed.
 class TotalEnergy {
  public:
   TotalEnergy(const WorldModel& model, const RigidState& first) : model_(&model), first_(first) {}

@@ -3,6 +3,7 @@
 
 #include "engine/geometry/exact/exact_surface.h"
 #include "engine/world/world.h"
+#include "tests/support/round_shapes.h"
 #include "tests/support/shapes.h"
 #include "tests/support/test_world.h"
 
@@ -72,6 +73,44 @@ TEST_P(NoTunnelling, ThrownBodyDoesNotTunnelThroughAThinPlate) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Voxels, NoTunnelling, ::testing::Values(1.0, 3.0));
+
+// Nothing holds them back but contact with the plate, which is thinner than a voxel.
+TEST(NoTunnelling, FreeBallsAndCylindersDoNotGoThroughAThinPlate) {
+  kHapticThread.Enter();
+  std::mt19937_64 random(9);
+  for (const double thickness : {0.3, 1.0}) {
+    for (const double mass : {0.02, 2.0}) {
+      for (const bool ball : {true, false}) {
+        for (int trial = 0; trial < 3; ++trial) {
+          const Quat q = ball ? RandomRotation(random) : RotationBy(Vec3(0, 0.37 * trial, 0));
+          const TriangleMesh body =
+              ball ? testing::Sphere(0.01, 4) : testing::Cylinder(0.01, 0.02, 64);
+          const auto model =
+              MakeWorldModel({{At(Box(Vec3(0.08, 0.08, thickness * kVoxel)), Vec3::Zero()), true},
+                              {At(body, Vec3(0, 0, 0.0135 + 0.0002 * trial), q), false, mass}},
+                             kVoxel);
+          World world(model);
+          StepInputs inputs = FreeInputs(*model);
+          // a body that another peer has moved so far goes on at its twist
+          inputs.instances[0].drive = BodyDrive::kMirrored;
+          inputs.instances[0].mirror_WB = model->bodies[0].X_WB0;
+          world.Step(inputs);
+          inputs.instances[0].drive = BodyDrive::kSimulated;
+          inputs.instances[0].begin_V_WB.v = Vec3(0.02, 0.01, -0.5);
+          double lowest = 1;
+          for (int frame = 0; frame < 400; ++frame) {
+            world.Step(inputs);
+            lowest = std::min(lowest, world.state(0).X_WB.p.z());
+          }
+          // its lowest place stays above the plate's other side
+          EXPECT_GT(lowest, 0.01 - 0.5 * thickness * kVoxel)
+              << thickness << " voxels, " << mass << " kg, " << (ball ? "ball" : "cylinder");
+          EXPECT_GT(world.state(0).V_WB.v.z(), 0);
+        }
+      }
+    }
+  }
+}
 
 // A hand's goal goes through a thin plate, or a sheet without thickness, at 5 m/s and waits beyond
 // it; the body, turned at random, stays on its side. More tries:

@@ -12,7 +12,7 @@ namespace {
 TEST(ContactYield, RefinedDepthSolvesTheSpringsEquation) {
   for (const double force : {4.0, 10.0, 30.0}) {
     for (const double voxel : {0.001, 0.0001}) {
-      const double x = 0.02 + ContactYield{.voxel_size = voxel}.PressedDepth(force) / voxel;
+      const double x = 0.02 + ContactYield{.voxel_size = voxel, .force = force}.PressedDepth() / voxel;
       EXPECT_NEAR(x + 8 * std::pow(x, 4), force / 50 + 0.05, 1e-9);
     }
   }
