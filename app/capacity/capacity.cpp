@@ -132,7 +132,7 @@ FrameCapacity OfFeatures(const WorldModel& world, double seconds, WorkerPool* wo
     FieldSchedule schedule(features, field, nullptr, {}, {.workers = of_helpers});
     const auto read = [&] {
       for (const double aside : kAside) {
-        schedule.Read({Quat::Identity(), Vec3::Constant(aside)}, 0);
+        schedule.Read({Quat::Identity(), Vec3::Constant(aside)}, 0, 0);
       }
     };
     read();

@@ -150,7 +150,8 @@ TEST(ContactYield, AHandPressesAPlugNoDeeper) {
   for (const Vec3& corner : testing::CornersOf(*model, 0)) {
     deepest = std::max(deepest, (world.state(0).X_WB * corner).z() - wall);
   }
-  EXPECT_LE(deepest, ContactYield{.voxel_size = kSize, .force = force}.PressedDepth());
+  const ContactYield yield{.voxel_size = kSize, .force = force};
+  EXPECT_LE(deepest, yield.PressedDepth());
 }
 
 }  // namespace
