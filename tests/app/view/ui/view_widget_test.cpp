@@ -27,7 +27,7 @@ class View : public ::testing::TestWithParam<bool> {
   }
   /// Waits until no frame comes any more: for longer than the pause before the fine frame.
   void ComeToRest() {
-    constexpr int kStillMs = 1500;
+    constexpr int kStillMs = 4000;  // a frame of a large scene takes long on a busy machine
     quint64 frames = 0;
     do {
       frames = view_.frames_drawn();
