@@ -10,6 +10,7 @@
 
 #include "app/common/console.h"
 #include "app/judgement/penetration_oracle.h"
+#include "engine/base/two_digits.h"
 #include "engine/base/units.h"
 #include "engine/contact/features/edge_contact.h"
 #include "engine/geometry/exact/mesh_tree.h"
@@ -72,13 +73,6 @@ double DepthOf(const TriangleMesh& a_W, const TriangleMesh& b_W, double voxel_si
   return std::max(depth_in(a_W, b_W), depth_in(b_W, a_W));
 }
 
-/// Returns the value to two digits, and no more than the value.
-double RoundedDown(double value) {
-  if (!(value > 0)) return 0;
-  const double unit = std::pow(10.0, std::floor(std::log10(value)) - 1);
-  return unit * std::floor(value / unit + 1e-3);
-}
-
 /// One body of a pair.
 struct PlacedMesh {
   const TriangleMesh& mesh_W;
@@ -104,7 +98,8 @@ void MeasureDepth(const Scene& scene, const PlacedMesh& moving, const PlacedMesh
 /// The gap that a pair needs, m.
 struct Needs {
   double gap = 0;      // GapNeeded()
-  double pressed = 0;  // ContactYield::PressedDepth()
+  double pressed = 0;  // the yield's PressedDepth(); 0: not looked at
+  ContactYield yield;
 
   double Most() const { return std::max(gap, pressed); }
 };
@@ -133,10 +128,8 @@ std::optional<StartGap> GapOf(const Scene& scene, const PlacedMesh& moving, cons
     if (gap.depth <= -needed) return std::nullopt;
   }
   if (gap.distance > 0) {
-    gap.voxel_fits = RoundedDown(gap.distance * scene.voxel_size / needed);
-    const double pressed = needs.pressed > 0 ? needs.pressed : needed;
-    // contact then gives way by at most half of the gap
-    gap.voxel_decides = RoundedDown(0.5 * gap.distance * scene.voxel_size / pressed);
+    gap.voxel_fits = DownToTwoDigits(gap.distance * scene.voxel_size / needed);
+    if (needs.pressed > 0) gap.voxel_decides = needs.yield.VoxelThatDecides(gap.distance);
   }
   return gap;
 }
@@ -168,8 +161,9 @@ class PairSearch {
           !fixed && scene_.IsPointshell(other, points_[other], moving, points_[moving]);
       const double of_points = points_of_other ? other_shift : shift;
       // a part that is shifted inwards is meant to lie in others
-      const Needs needs{GapNeeded(scene_, of_points),
-                        of_points > 0 ? 0 : YieldOf(scene_, of_points).PressedDepth()};
+      const ContactYield yield = YieldOf(scene_, of_points);
+      const Needs needs{GapNeeded(scene_, of_points), of_points > 0 ? 0 : yield.PressedDepth(),
+                        yield};
       const double reach = std::max(needs.Most(), kTouching * scene_.voxel_size);
       if (!GrownBox(box, reach).Overlaps(boxes_[j])) continue;
       if (out_of_time_()) {

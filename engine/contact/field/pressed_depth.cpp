@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstdio>
 
+#include "engine/base/two_digits.h"
 #include "engine/contact/features/edge_contact.h"
 #include "engine/contact/field/field_pair.h"
 #include "engine/contact/field/fit_reach.h"
@@ -32,12 +32,6 @@ double DepthOfSpring(double force, double soft) {
   return high;
 }
 
-double RoundedDown(double value) {
-  if (!(value > 0)) return 0;
-  const double unit = std::pow(10.0, std::floor(std::log10(value)) - 1);
-  return unit * std::floor(value / unit + 1e-3);
-}
-
 std::string Millimetres(double metres) {
   std::array<char, 32> text{};
   std::snprintf(text.data(), text.size(), "%.2g mm", 1e3 * metres);
@@ -56,7 +50,7 @@ double ContactYield::PressedDepth() const noexcept {
 
 double ContactYield::VoxelThatDecides(double depth) const noexcept {
   const double pressed = PressedDepth();
-  return pressed > 0 ? RoundedDown(0.5 * depth / pressed * voxel_size) : 0;
+  return pressed > 0 ? DownToTwoDigits(0.5 * depth / pressed * voxel_size) : 0;
 }
 
 std::string ContactYield::Brief(double depth) const {
