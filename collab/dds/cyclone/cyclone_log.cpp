@@ -18,9 +18,11 @@ namespace {
 // A line of one meaning is written at most once in this time.
 constexpr auto kQuiet = std::chrono::minutes(1);
 
-// A part of Cyclone's message, and its meaning with what to do. The first that matches counts; the
-// last matches all.
-constexpr std::array<std::pair<const char*, const char*>, 20> kMeanings{{
+// A part of Cyclone's message, and its meaning with what to do; empty: nothing is written. The
+// first that matches counts; the last matches all.
+constexpr std::array<std::pair<const char*, const char*>, 21> kMeanings{{
+    // no participant of ours fits it: it is heard before ours is made or after it is gone
+    {"Remote secure participant", ""},
     {"Certificate not valid", "somebody with keys of another session was refused"},
     {"PKCS7", "somebody's permissions, or our own, are not signed by the session's authority"},
     {"Could not get remote participant", "somebody's permissions were refused"},
@@ -58,6 +60,7 @@ std::size_t MeaningOf(const std::string& message) {
 class CycloneLog {
  public:
   void Add(std::string line) {
+    if (ExplainMessage(line).empty()) return;
     const std::scoped_lock lock(mutex_);
     if (capturing_) {
       if (kept_.size() >= kMaxKept) kept_.erase(kept_.begin());

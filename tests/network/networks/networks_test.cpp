@@ -13,6 +13,7 @@
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 #include <sys/mman.h>
 #include <unistd.h>
 
@@ -20,6 +21,7 @@
 #include "engine/realtime/clock.h"
 #include "tests/network/networks/machines.h"
 #include "tests/network/networks/meeting_status.h"
+#include "tests/network/networks/two_machines.h"
 #include "tests/network/running_program.h"
 #include "tests/support/scratch_folder.h"
 
@@ -30,57 +32,27 @@ namespace tandem {
 namespace {
 
 using std::chrono::milliseconds;
+using testing::AllArrangements;
+using testing::Arrangement;
 using testing::Machine;
 using testing::MeetingStatus;
+using testing::TwoMachines;
 
 constexpr double kMeetWithin_s = 5;
 constexpr double kAgainWithin_s = 10;
 constexpr double kSteady_s = 1;  // both are heard for so long
 constexpr std::int64_t kFreshNs = 400'000'000;
 
-enum class Bridge : std::uint8_t { kWithoutCarrier, kWithCarrier };
-
-struct Arrangement {
-  std::array<std::string, 3> order;  // in which the interfaces are made
-  Bridge bridge = Bridge::kWithoutCarrier;
-  std::string path = "lan";  // the interface that leads to the other machine
-  bool named = false;        // --peers
-  bool secured = false;
-
-  std::string Text() const {
-    return order[0] + " " + order[1] + " " + order[2] +
-           (bridge == Bridge::kWithCarrier ? ", carrier" : ", no carrier") + ", path " + path +
-           (named ? ", --peers" : "") + (secured ? ", secured" : "");
-  }
-};
-
-/// Returns all arrangements: six orders, the bridge, the path, --peers, keys. The path is the LAN
-/// in one half and the VPN in the other, so that each path meets each of the other choices.
-std::vector<Arrangement> AllArrangements() {
-  std::vector<Arrangement> all;
-  std::array<std::string, 3> order{"docker0", "lan", "vpn"};
-  do {
-    for (int i = 0; i < 16; ++i) {
-      all.push_back({.order = order,
-                     .bridge = (i & 1) != 0 ? Bridge::kWithCarrier : Bridge::kWithoutCarrier,
-                     .path = (i & 2) != 0 ? "vpn" : "lan",
-                     .named = (i & 4) != 0,
-                     .secured = (i & 8) != 0});
-    }
-  } while (std::ranges::next_permutation(order).found);
-  return all;
-}
-
-/// Keys of a session of two, made once.
+/// Keys of a session of two and of one who asks `tandem doctor`, made once.
 class Keys {
  public:
   Keys() {
     const std::filesystem::path session = folder_.path() / "s";
     EXPECT_TRUE(MakeSessionKeys(session).has_value());
-    for (std::size_t i = 0; i < 2; ++i) {
+    for (std::size_t i = 0; i < folders_.size(); ++i) {
       const std::filesystem::path member = session / ("m" + std::to_string(i));
-      const Result<PeerId> made =
-          MakeMemberKeys(session, "m" + std::to_string(i), Role::kActive, member, 30);
+      const Result<PeerId> made = MakeMemberKeys(session, "m" + std::to_string(i),
+                                                 i < 2 ? Role::kActive : Role::kViewer, member, 30);
       EXPECT_TRUE(made.has_value());
       peers_[i] = made ? *made : 0;
       folders_[i] = member.string();
@@ -88,11 +60,12 @@ class Keys {
   }
   PeerId peer(std::size_t i) const { return peers_[i]; }
   const std::string& folder(std::size_t i) const { return folders_[i]; }
+  const std::string& doctors_folder() const { return folders_[2]; }
 
  private:
   ScratchFolder folder_;
-  std::array<PeerId, 2> peers_{};
-  std::array<std::string, 2> folders_;
+  std::array<PeerId, 3> peers_{};
+  std::array<std::string, 3> folders_;
 };
 
 /// A meeting_peer on a machine.
@@ -145,85 +118,6 @@ class Peer {
   std::unique_ptr<testing::Program> program_;
 };
 
-/// Two machines, made as an arrangement says.
-class TwoMachines {
- public:
-  TwoMachines(const Arrangement& arrangement, const Machine& nowhere) : made_(arrangement) {
-    for (const Machine* one : {&a_, &b_}) {
-      if (!one->why_not().empty()) return;
-    }
-    for (const std::string& name : arrangement.order) good_ = good_ && Make(name, nowhere);
-  }
-  bool good() const { return good_; }
-  const std::string& why_not() const { return a_.why_not(); }
-  const Machine& a() const { return a_; }
-  const Machine& b() const { return b_; }
-  std::string AddressOf(int i) const {
-    return (made_.path == "lan" ? "10.9.0." : "10.8.0.") + std::to_string(i + 1);
-  }
-  /// Gives `b` another address on the path, and takes the old one away. The kernel takes the VPN's
-  /// route away with the last address.
-  bool Move() const {
-    if (made_.path == "lan") {
-      return b_.Run("ip addr del 10.9.0.2/24 dev lan; ip addr add 10.9.0.7/24 dev lan");
-    }
-    return a_.Run("ip route add 10.8.0.7/32 dev vpn") &&
-           b_.Run(
-               "ip addr del 10.8.0.2/32 dev vpn; ip addr add 10.8.0.7/32 dev vpn; "
-               "ip route replace 10.8.0.1/32 dev vpn");
-  }
-  /// Links the two by a new network.
-  bool Add(const std::string& name, const std::string& network) const {
-    return Link(a_, name, b_, name) &&
-           a_.Run("ip addr add " + network + ".1/24 dev " + name + "; ip link set " + name +
-                  " up") &&
-           b_.Run("ip addr add " + network + ".2/24 dev " + name + "; ip link set " + name + " up");
-  }
-  bool Remove(const std::string& name) const { return a_.Run("ip link del " + name); }
-
- private:
-  bool Make(const std::string& name, const Machine& nowhere) const {
-    static int links = 0;
-    const bool leads = name == made_.path;
-    if (leads && !Link(a_, name, b_, name)) return false;
-    for (int i = 0; i < 2; ++i) {
-      const Machine& machine = i == 0 ? a_ : b_;
-      if (name == "docker0") {
-        // both machines have the same, as they come from the factory
-        const bool carrier = made_.bridge == Bridge::kWithCarrier;
-        if (!machine.Run(
-                "ip link add docker0 type bridge; ip link add port type veth peer name "
-                "inside; ip link set port master docker0; ip addr add 172.17.0.1/16 dev "
-                "docker0; " +
-                std::string(carrier ? "ip link set port up; ip link set inside up; " : "") +
-                "ip link set docker0 up")) {
-          return false;
-        }
-        continue;
-      }
-      if (!leads) {
-        const std::string end = "end" + std::to_string(++links);
-        if (!Link(machine, name, nowhere, end) || !nowhere.Run("ip link set " + end + " up")) {
-          return false;
-        }
-      }
-      const std::string own = std::to_string(i + 1);
-      const std::string lines =
-          name == "lan" ? "ip addr add 10.9.0." + own + "/24 dev lan; ip link set lan up"
-                        : "ip addr add 10.8.0." + own +
-                              "/32 dev vpn; ip link set vpn up; ip route add 10.8.0." +
-                              std::to_string(2 - i) + "/32 dev vpn";
-      if (!machine.Run(lines)) return false;
-    }
-    return true;
-  }
-
-  Arrangement made_;
-  Machine a_;
-  Machine b_;
-  bool good_ = true;
-};
-
 class Networks : public ::testing::Test {
  protected:
   void SetUp() override {
@@ -236,20 +130,22 @@ class Networks : public ::testing::Test {
     const auto seconds_since = [](std::int64_t ns) {
       return 1e-9 * static_cast<double>(MonotonicNowNs() - ns);
     };
-    std::optional<std::int64_t> from_ns;
+    std::int64_t from_ns = 0;  // 0: not both are heard
     while (seconds_since(since_ns) < within_s + kSteady_s) {
       if (!a.Hears() || !b.Hears()) {
-        from_ns.reset();
-      } else if (!from_ns) {
+        from_ns = 0;
+      } else if (from_ns == 0) {
         from_ns = MonotonicNowNs();
-      } else if (seconds_since(*from_ns) > kSteady_s) {
-        return 1e-9 * static_cast<double>(*from_ns - since_ns);
+      } else if (seconds_since(from_ns) > kSteady_s) {
+        return 1e-9 * static_cast<double>(from_ns - since_ns);
       }
       std::this_thread::sleep_for(milliseconds(10));
     }
     return std::nullopt;
   }
   struct Meeting {
+    std::string session;
+    std::unique_ptr<ScratchFolder> folder = std::make_unique<ScratchFolder>();
     std::unique_ptr<TwoMachines> machines;
     std::unique_ptr<Peer> a;
     std::unique_ptr<Peer> b;
@@ -258,11 +154,11 @@ class Networks : public ::testing::Test {
     Meeting meeting;
     meeting.machines = std::make_unique<TwoMachines>(arrangement, nowhere_);
     EXPECT_TRUE(meeting.machines->good()) << arrangement.Text();
-    const std::string session = "networks-" + std::to_string(++sessions_);
+    meeting.session = "networks-" + std::to_string(++sessions_);
     const auto peer = [&](std::size_t i, const std::vector<std::string>& before) {
       const Machine& machine = i == 0 ? meeting.machines->a() : meeting.machines->b();
       return std::make_unique<Peer>(
-          machine, session, arrangement.secured ? keys_.peer(i) : 11 + i,
+          machine, meeting.session, arrangement.secured ? keys_.peer(i) : 11 + i,
           arrangement.secured ? keys_.folder(i) : std::string(),
           arrangement.named ? meeting.machines->AddressOf(i == 0 ? 1 : 0) : std::string(), before);
     };
@@ -282,6 +178,31 @@ class Networks : public ::testing::Test {
       const std::string output = peer->output();
       EXPECT_LE(std::ranges::count(output, '\n'), 4) << what << output;
     }
+  }
+  /// Runs `tandem doctor` on the first machine of a meeting. It is to find both peers, and where
+  /// the other's address is given, by which interface that is.
+  void ExpectDoctorFindsTheOther(const Meeting& meeting, const Arrangement& arrangement) {
+    std::vector<std::string> words{TANDEM_PROGRAM, "doctor", "--session", meeting.session,
+                                   "--json"};
+    const std::string other = meeting.machines->AddressOf(1);
+    if (arrangement.named) words.insert(words.end(), {"--peers", other});
+    if (arrangement.secured) words.insert(words.end(), {"--secure", keys_.doctors_folder()});
+    testing::Program doctor(meeting.machines->a().At(words), meeting.folder->path() / "output");
+    EXPECT_EQ(doctor.Wait(), 0) << arrangement.Text() << doctor.output();
+    const auto findings = nlohmann::json::parse(doctor.output(), nullptr, false);
+    ASSERT_TRUE(findings.is_array()) << arrangement.Text() << doctor.output();
+    const auto found = [&findings](const std::string& check) {
+      for (const nlohmann::json& one : findings) {
+        if (one.at("check") == check) return one.at("found").get<std::string>();
+      }
+      return std::string();
+    };
+    const std::string session = found("session " + meeting.session);
+    const std::string name = arrangement.secured ? "m1" : "peer 12";
+    EXPECT_NE(session.find(name), std::string::npos) << arrangement.Text() << doctor.output();
+    if (!arrangement.named) return;
+    EXPECT_NE(found("path to " + other).find("by interface " + arrangement.path), std::string::npos)
+        << arrangement.Text() << doctor.output();
   }
   /// Begins several meetings and expects each to come about in time.
   void ExpectAllMeet(const std::vector<Arrangement>& all, std::size_t at_once) {
@@ -304,12 +225,16 @@ class Networks : public ::testing::Test {
         EXPECT_TRUE(met[i]) << all[first + i].Text() << "\n"
                             << meetings[i].a->output() << meetings[i].b->output();
         ExpectQuiet(meetings[i], all[first + i].Text());
+        waits.emplace_back([&, i] {
+          ExpectDoctorFindsTheOther(meetings[i], all[first + i]);
+        });
         best_s = std::min(best_s, met[i].value_or(1e9));
         worst_s = std::max(worst_s, met[i].value_or(1e9));
         if (std::getenv("TANDEM_ALL_NETWORKS") != nullptr) {
           std::printf("%s: %.2f s\n", all[first + i].Text().c_str(), met[i].value_or(-1));
         }
       }
+      waits.clear();
     }
     RecordProperty("best_s", std::to_string(best_s));
     RecordProperty("worst_s", std::to_string(worst_s));

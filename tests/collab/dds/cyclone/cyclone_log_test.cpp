@@ -55,5 +55,19 @@ TEST(CycloneLog, MessageOfCycloneIsTranslatedAndItsMeaningWrittenOnce) {
   EXPECT_THAT(written, ::testing::HasSubstr("tandem doctor"));
 }
 
+// Cyclone writes it in any secured session, where a packet comes before our own participant is made
+// or after it is gone.
+TEST(CycloneLog, PeerThatIsHeardWhileOneJoinsOrLeavesIsNoAttack) {
+  EXPECT_EQ(KeptOf("Remote secure participant eb3dd664:782d8e84:778a9eb0:1c1 not allowed"), "");
+  ::testing::internal::CaptureStderr();
+  dds_log(DDS_LC_WARNING, __FILE__, __LINE__, "test", "%s\n",
+          "Remote secure participant eb3dd664:782d8e84:778a9eb0:1c1 not allowed");
+  StandardError().Flush(std::chrono::seconds(5));
+  EXPECT_EQ(::testing::internal::GetCapturedStderr(), "");
+  EXPECT_THAT(KeptOf("connect_proxy_writer_with_reader (pwr 1:2:3:4) with (rd 5:6:7:8) not allowed "
+                     "by security"),
+              ::testing::HasSubstr("not allowed"));
+}
+
 }  // namespace
 }  // namespace tandem
