@@ -47,7 +47,8 @@ bool AreAConvexQuadrangle(const Facet& one, const Facet& other) {
 /// Finds the deepest point.
 class Search {
  public:
-  Search(const ExactSurface& fixture, double at_least) : fixture_(fixture), deepest_(at_least) {}
+  Search(const ExactSurface& fixture, double at_least)
+      : fixture_(fixture), deepest_(std::max(at_least, 0.0)) {}
 
   double deepest() const { return deepest_; }
   std::size_t looks() const { return looks_; }
@@ -62,7 +63,10 @@ class Search {
     const double depth = fixture_.Depth(middle);
     deepest_ = std::max(deepest_, depth);
     const double most = std::min(depth + radius, MostFrom(Near(middle, corners), corners));
-    if (most > deepest_) open_.push({corners, most});
+    if (most <= deepest_) return;
+    // no point of a piece in a gap is inside
+    if (depth < 0 && !fixture_.MayMeet(corners)) return;
+    open_.push({corners, most});
   }
 
   void SplitTheMostPromising() {

@@ -1,5 +1,6 @@
 #include "engine/geometry/exact/exact_surface.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "engine/base/check.h"
@@ -7,6 +8,42 @@
 #include "engine/geometry/mesh/closest_on_triangle.h"
 
 namespace tandem {
+namespace {
+
+/// Tells whether a plane separates two triangles by more than `gap` (m): one of either triangle, or
+/// one along an edge of each.
+bool AreApart(const std::array<Vec3, 3>& one, const std::array<Vec3, 3>& other, double gap) {
+  const auto separates = [&](const Vec3& normal) {
+    const double length = normal.norm();
+    if (!(length > 0)) return false;
+    double least_one = std::numeric_limits<double>::infinity();
+    double least_other = least_one;
+    double most_one = -least_one;
+    double most_other = -least_one;
+    for (std::size_t i = 0; i < 3; ++i) {
+      const double a = normal.dot(one[i] - one[0]);
+      const double b = normal.dot(other[i] - one[0]);
+      least_one = std::min(least_one, a);
+      most_one = std::max(most_one, a);
+      least_other = std::min(least_other, b);
+      most_other = std::max(most_other, b);
+    }
+    return std::max(least_one - most_other, least_other - most_one) > gap * length;
+  };
+  const auto edge = [](const std::array<Vec3, 3>& triangle, std::size_t i) {
+    return Vec3(triangle[(i + 1) % 3] - triangle[i]);
+  };
+  if (separates(edge(one, 0).cross(edge(one, 1)))) return true;
+  if (separates(edge(other, 0).cross(edge(other, 1)))) return true;
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t j = 0; j < 3; ++j) {
+      if (separates(edge(one, i).cross(edge(other, j)))) return true;
+    }
+  }
+  return false;
+}
+
+}  // namespace
 
 ExactSurface::ExactSurface(const TriangleMesh& mesh)
     : ExactSurface(OutwardOriented{OrientBodiesOutward(mesh)}) {}
@@ -51,6 +88,33 @@ Vec3 ExactSurface::ClosestPoint(const Vec3& p) const {
 const Facet& ExactSurface::ClosestFacet(const Vec3& p) const {
   TANDEM_CHECK(!empty());
   return facets_[Search(p, std::numeric_limits<double>::infinity()).facet];
+}
+
+bool ExactSurface::MayMeet(const std::array<Vec3, 3>& corners) const {
+  if (empty()) return false;
+  // a little larger than the triangle, as facets are known to the tolerance
+  const double gap = 4 * tolerance_;
+  Bounds box;
+  for (const Vec3& corner : corners) {
+    box.Add(corner + Vec3::Constant(gap));
+    box.Add(corner - Vec3::Constant(gap));
+  }
+  std::array<std::uint32_t, BoxTree::kMaxDepth + 1> stack{};
+  std::size_t depth = 1;  // the root is open
+  while (depth > 0) {
+    const std::uint32_t at = stack[--depth];
+    const BoxTree::Node& node = tree_.nodes[at];
+    if (!node.box.Overlaps(box)) continue;
+    if (!node.leaf()) {
+      stack[depth++] = at + 1;
+      stack[depth++] = node.right;
+      continue;
+    }
+    for (std::uint32_t i = node.first; i < node.first + node.count; ++i) {
+      if (!AreApart(corners, {facets_[i].a, facets_[i].b, facets_[i].c}, gap)) return true;
+    }
+  }
+  return false;
 }
 
 double ExactSurface::Depth(const Vec3& p, const Hint& hint) const {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <limits>
 #include <vector>
@@ -58,6 +59,10 @@ class ExactSurface {
   /// Returns the facet of the union's surface closest to p. No place is deeper than it is far from
   /// any facet. The mesh must enclose something.
   const Facet& ClosestFacet(const Vec3& p) const;
+
+  /// Tells whether a triangle may meet the union's surface. Where it does, the answer is yes; the
+  /// answer may be yes for a triangle in the plane of a facet beside it.
+  bool MayMeet(const std::array<Vec3, 3>& corners) const;
 
  private:
   struct Closest {

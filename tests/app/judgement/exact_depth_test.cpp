@@ -64,6 +64,25 @@ TEST(GreatestDepth, OfABallInABallIsTheirOverlap) {
   EXPECT_LE(found.error, 1e-5);
 }
 
+// A tongue fits a groove with a gap of 60 um at one wall, and lies 30 um deep in the other. Its
+// pieces in the gap are nearer to a wall than the error that is asked.
+TEST(GreatestDepth, IsBoundedAsWellBesideAGapBetweenParallelWalls) {
+  TriangleMesh groove = BoxBetween({-0.02, -0.05, -0.05}, {0, 0.05, 0.05});
+  Append(groove, BoxBetween({0.01003, -0.05, -0.05}, {0.03, 0.05, 0.05}));
+  const BoundedDepth found =
+      GreatestDepth(ExactSurface(groove), BoxBetween({0, -0.02, -0.02}, {0.01, 0.02, 0.02}),
+                    {Quat::Identity(), Vec3(-30e-6, 0, 0)}, 0, 1e-6, 10'000);
+  EXPECT_NEAR(found.depth, 30e-6, 1e-6);
+  EXPECT_LE(found.error, 1e-6);
+}
+
+TEST(GreatestDepth, IsNoneWhereNothingOverlaps) {
+  const BoundedDepth found = GreatestDepth(Plate(), BoxOfHalf({0.3, 0.3, 0.1}),
+                                           {Quat::Identity(), Vec3(0, 0, 0.1001)}, 0, 1e-9, 200);
+  EXPECT_EQ(found.depth, 0);
+  EXPECT_EQ(found.error, 0);
+}
+
 TEST(GreatestDepth, NamesItsErrorWhereTheLooksRunOut) {
   const TriangleMesh ball = GlobeMesh(0.1, 48);
   const ExactSurface fixture(ball);

@@ -1,6 +1,7 @@
 #include "engine/geometry/exact/exact_surface.h"
 
 #include <algorithm>
+#include <limits>
 #include <random>
 #include <vector>
 
@@ -260,6 +261,45 @@ TEST(ExactSurface, HintsChangeNothing) {
     EXPECT_EQ(surface.Distance(p), std::abs(depth));
     EXPECT_EQ(surface.Distance(p, 0.5 * std::abs(depth)), 0.5 * std::abs(depth));
   }
+}
+
+// A triangle whose points are inside and outside meets the surface; one that is farther from it
+// than its points are from one another does not.
+TEST(ExactSurface, TriangleMeetsItWhereItsPointsLieOnBothSides) {
+  Random random(9);
+  TriangleMesh mesh = GlobeMesh(0.6, 24);
+  Append(mesh, BoxBetween(Vec3(0, -0.3, -0.2), Vec3(1, 0.3, 0.2)));
+  const ExactSurface surface(mesh);
+  constexpr int kSteps = 20;
+  int meet = 0;
+  int apart = 0;
+  for (int k = 0; k < 1000; ++k) {
+    const Vec3 a = random.Point(0.9);
+    const Vec3 ab = random.Point(0.3);
+    const Vec3 ac = random.Point(0.3);
+    double least = std::numeric_limits<double>::infinity();
+    double most = -least;
+    double nearest = least;
+    for (int i = 0; i <= kSteps; ++i) {
+      for (int j = 0; i + j <= kSteps; ++j) {
+        const double depth = surface.Depth(a + ab * i / kSteps + ac * j / kSteps);
+        least = std::min(least, depth);
+        most = std::max(most, depth);
+        nearest = std::min(nearest, std::abs(depth));
+      }
+    }
+    const bool may_meet = surface.MayMeet({a, a + ab, a + ac});
+    if (least < -1e-6 && most > 1e-6) {
+      EXPECT_TRUE(may_meet) << k;
+      ++meet;
+    } else if (nearest > (ab.norm() + ac.norm()) / kSteps) {
+      EXPECT_FALSE(may_meet) << k;
+      ++apart;
+    }
+  }
+  EXPECT_GT(meet, 100);
+  EXPECT_GT(apart, 100);
+  EXPECT_FALSE(ExactSurface(TriangleMesh()).MayMeet({Vec3::Zero(), Vec3::UnitX(), Vec3::UnitY()}));
 }
 
 TEST(WindingNumber, CountsBodiesAroundAPoint) {
