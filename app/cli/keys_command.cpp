@@ -85,7 +85,7 @@ void TellRights() {
         "offer a scene                        yes      no       as each peer it shows",
         "see bodies move                      yes      yes      no",
         "review notes, cameras (to come)      yes      yes      as each peer it shows",
-        "files of scenes (to come)            yes      reads    as each peer it shows"}) {
+        "files of scenes                      yes      reads    as each peer it shows"}) {
     PrintText(line);
   }
 }

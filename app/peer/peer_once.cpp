@@ -61,7 +61,7 @@ std::string WhatThereIsToHold(const WorldModel& model) {
 void TellEntry(const PeerArguments& arguments, const SessionSetup& setup,
                const RealtimeStatus& realtime, const std::string& security) {
   Say((LinePrefix().empty() ? arguments.name + " is in session " : "in session ") +
-      arguments.session + " (" + realtime.scheduler() + ")");
+      arguments.session + (realtime.fifo ? " (real-time priority)" : " (no real-time priority)"));
   if (!arguments.repeats) Say(security);
   if (arguments.hold.empty()) Say(WhatThereIsToHold(*setup.model));
 }
@@ -71,7 +71,9 @@ int LeaveForLackOfRealTime(SessionSetup& setup, PeerLoops& loops, PeerControl* c
   loops.EndHaptic();
   if (control != nullptr) control->End();
   setup.transport->Leave();
-  return Fail(kExitNotRealTime, "the system did not grant SCHED_FIFO, which --require-rt demands");
+  return Fail(
+      kExitNotRealTime,
+      "the system did not grant real-time priority (SCHED_FIFO), which --require-rt demands");
 }
 
 /// Ends the threads and leaves the session. Returns how many packets were dropped at the sockets.

@@ -237,7 +237,7 @@ void AddPeerOptions(CLI::App& command, PeerArguments& arguments) {
   command.add_flag("--as-part", arguments.as_part)->group("");
   command.add_flag("--repeats", arguments.repeats)->group("");
   command.add_flag("--require-rt", arguments.require_rt,
-                   "fail if the system does not grant SCHED_FIFO");
+                   "fail if the system does not grant real-time priority (SCHED_FIFO)");
 }
 
 }  // namespace tandem

@@ -25,7 +25,7 @@ class ProgramLogs : public ::testing::Test {
 
 // The lines are those of the product's orders: app/peer/text/peer_table_text.cpp.
 TEST_F(ProgramLogs, TableListsCoupledPeersOnly) {
-  Say("tandem: anna-1 is in session s (SCHED_FIFO)\n"
+  Say("tandem: anna-1 is in session s (real-time priority)\n"
       "tandem: peer             delay     coupling  force\n"
       "tandem: ben-1            52 ms     80 N/m    1.20 N    1.20 N    0 %      0 mm      1 ms "
       "none\n"

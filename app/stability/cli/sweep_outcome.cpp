@@ -7,6 +7,7 @@
 
 #include "app/common/console.h"
 #include "app/common/exit_codes.h"
+#include "app/stability/report/seed_spread.h"
 #include "engine/base/files/whole_file.h"
 #include "engine/base/hash.h"
 #include "engine/base/text/hex.h"
@@ -34,6 +35,11 @@ void TellCell(const CellRecord& record) {
 int TellOutcome(const Results& results, const SweepRun& run) {
   const SweepSummary summary = Summarize(results);
   const int exit_code = summary.pass() ? kExitOk : kExitFailed;
+  if (const std::size_t alike = CountCasesAlikeForAllSeeds(results); alike > 0) {
+    Say(std::to_string(alike) + (alike == 1 ? " case has" : " cases have") +
+        " the same figures with all seeds, because nothing is random in a clean network at this "
+        "rate: give it jitter or loss, or one seed");
+  }
   if (run.json) {
     PrintText(JsonOf(summary, run.wall_s, run.jobs));
     return exit_code;

@@ -1,6 +1,7 @@
 #include "app/stability/report/seed_spread.h"
 
 #include <algorithm>
+#include <array>
 #include <map>
 #include <vector>
 
@@ -32,6 +33,15 @@ std::vector<std::string> Spread(std::vector<double> values) {
 
 void Append(const std::vector<std::string>& more, std::vector<std::string>& row) {
   row.insert(row.end(), more.begin(), more.end());
+}
+
+bool SameFigures(const CellRecord& a, const CellRecord& b) {
+  const auto figures = [](const CellRecord& record) {
+    const Metrics& metrics = record.outcome.result.metrics;
+    return std::array{metrics.growth, metrics.tail_rms, metrics.peak_apart, metrics.peak_force,
+                      metrics.generated_J};
+  };
+  return figures(a) == figures(b);
 }
 
 }  // namespace
@@ -108,6 +118,27 @@ std::optional<ReportTable> SeedSpreadOf(const Results& results) {
     row.push_back(TableNumber(one->force_N));
   }
   return table;
+}
+
+std::size_t CountCasesAlikeForAllSeeds(const Results& results) {
+  struct Runs {
+    const CellRecord* first = nullptr;
+    std::size_t count = 0;
+    bool alike = true;
+  };
+  std::map<std::string, Runs> cases;
+  for (const auto& [number, record] : results.records) {
+    if (record.outcome.result.fault) continue;
+    const CellFacts facts = FactsOf(record);
+    if (facts.network != "clean") continue;
+    Runs& runs = cases[facts.but_seed];
+    if (runs.first == nullptr) runs.first = &record;
+    ++runs.count;
+    runs.alike = runs.alike && SameFigures(*runs.first, record);
+  }
+  return static_cast<std::size_t>(std::ranges::count_if(cases, [](const auto& one) {
+    return one.second.count > 1 && one.second.alike;
+  }));
 }
 
 }  // namespace tandem

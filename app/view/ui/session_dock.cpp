@@ -9,6 +9,7 @@
 #include <net/if.h>
 
 #include "app/view/model/session/plain_tool_tip.h"
+#include "collab/dds/transport/dds_transport.h"
 
 namespace tandem {
 
@@ -53,8 +54,6 @@ void MakeLegibleWhenDisabled(QWidget& field) {
   field.setPalette(palette);
 }
 
-constexpr int kLargestDomain = 232;  // DDS has no ports beyond it
-
 }  // namespace
 
 SessionDock::SessionDock(SessionModel& session, SceneModel& scene, QWidget* parent)
@@ -82,7 +81,7 @@ SessionDock::SessionDock(SessionModel& session, SceneModel& scene, QWidget* pare
       tr("in the mesh files; moving bodies are drawn with smaller triangles, so that their colours "
          "show distances"));
   session_->setPlaceholderText(tr("name that the peers use"));
-  domain_->setRange(0, kLargestDomain);
+  domain_->setRange(0, static_cast<int>(kMaxDomain));
   interface_->setEditable(true);
   interface_->addItem(QString());
   interface_->addItems(Interfaces());

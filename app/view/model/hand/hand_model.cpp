@@ -74,6 +74,7 @@ QStringList HandModel::EndController() {
   process_->AwaitEnd();
   QStringList lines;
   for (const std::string& line : process_->LinesSinceMark()) {
+    if (line.starts_with("the host ")) continue;  // this window asked it to end
     lines << WordsForWindow(QString::fromStdString(line));
   }
   return lines;

@@ -42,9 +42,9 @@ const QRegularExpression& Option() {
 
 /// Returns whether a part of a line tells what to type.
 bool TellsToType(const QString& part) {
-  static const QRegularExpression command(
-      QStringLiteral("\\btype '|'(?:tandem|grab|give|ask|release|heal|stop|resume|clutch)\\b[^']*'"
-                     "|`[^`]*`|\\btandem(?:-view)? [a-z]+ |\\btandem [a-z]+$"));
+  static const QRegularExpression command(QStringLiteral(
+      "\\btype '|'(?:tandem(?:-view)? |(?:grab|give|ask|release|heal|stop|resume|clutch)\\b)"
+      "[^']*'|`[^`]*`|\\btandem(?:-view)? [a-z]+ |\\btandem [a-z]+$"));
   return part.contains(Option()) || part.contains(command);
 }
 

@@ -14,6 +14,7 @@
 #include <initializer_list>
 
 #include "app/invite/invitation.h"
+#include "collab/dds/transport/dds_transport.h"
 #include "engine/realtime/private_process.h"
 
 namespace tandem {
@@ -23,7 +24,6 @@ namespace {
 constexpr int kSessionsHeight = 70;  // pixels
 constexpr int kListGoneWithinMs = 500;
 constexpr int kTypedMs = 400;  // pause in typing after which the list is read again
-constexpr int kMostDomain = 232;
 constexpr int kLeastPort = 1024;
 constexpr qsizetype kLongestSession = 128;  // bytes; limit of the network protocol
 
@@ -93,7 +93,7 @@ JoinDialog::JoinDialog(QWidget* parent)
   external_->setPlaceholderText(tr("IPv4 \u2013 only behind a router"));
   interface_->setPlaceholderText(tr("automatic"));
   secure_->setPlaceholderText(tr("folder of keys \u2013 none: a plain session"));
-  domain_->setRange(0, kMostDomain);
+  domain_->setRange(0, static_cast<int>(kMaxDomain));
   port_->setRange(kLeastPort - 1, 65534);
   port_->setSpecialValueText(tr("automatic"));
   fault_->setWordWrap(true);
@@ -116,18 +116,20 @@ JoinDialog::JoinDialog(QWidget* parent)
   auto* buttons = new QDialogButtonBox(QDialogButtonBox::Cancel);
   join_ = buttons->addButton(tr("&Take part"), QDialogButtonBox::AcceptRole);
   join_->setObjectName("join_accept");
-  join_->setDefault(true);
   form->addRow(buttons);
+  join_->setDefault(true);  // now that it is in the dialog: else Return presses Cancel
   connect(buttons, &QDialogButtonBox::accepted, this, &QDialog::accept);
   connect(buttons, &QDialogButtonBox::rejected, this, &QDialog::reject);
   for (QLineEdit* field : {session_, name_, scene_, peers_, external_, interface_, secure_}) {
     connect(field, &QLineEdit::textChanged, this, &JoinDialog::Check);
   }
   connect(invitation_, &QLineEdit::textChanged, this, &JoinDialog::TakeLine);
-  connect(sessions_, &QListWidget::itemClicked, this, [this](const QListWidgetItem* item) {
+  const auto choose = [this](const QListWidgetItem* item) {
     invitation_->clear();
     session_->setText(item->data(Qt::UserRole).toString());
-  });
+  };
+  connect(sessions_, &QListWidget::itemClicked, this, choose);
+  connect(sessions_, &QListWidget::itemActivated, this, choose);  // by the keyboard
   connect(role_, &QComboBox::currentIndexChanged, this, &JoinDialog::Check);
   changed_.setSingleShot(true);
   changed_.setInterval(kTypedMs);

@@ -78,6 +78,26 @@ TEST(ResultsFiles, DocumentTheColumnsOfTheSpreadOverSeedsInTheirOrder) {
   EXPECT_THAT(spread->columns, ElementsAreArray(DocumentedColumns("Spread over seeds")));
 }
 
+// One case runs with two seeds: in a clean network with the same figures, then with others, then in
+// a network with jitter.
+TEST(SeedSpread, CountsCasesAlikeForAllSeeds) {
+  Results results = testing::TwentyCells();
+  EXPECT_EQ(CountCasesAlikeForAllSeeds(results), 0U) << "one seed each";
+  CellRecord again = results.records.at(6);
+  again.cell.number = 20;
+  testing::ReplaceInCase(again, "\"seed\":7", "\"seed\":8");
+  results.records.emplace(20, again);
+  EXPECT_EQ(CountCasesAlikeForAllSeeds(results), 1U);
+  results.records.at(20).outcome.result.metrics.peak_apart += 1e-9;
+  EXPECT_EQ(CountCasesAlikeForAllSeeds(results), 0U) << "other figures";
+  results.records.insert_or_assign(20, again);
+  for (const std::size_t cell : {6U, 20U}) {
+    testing::ReplaceInCase(results.records.at(cell), R"("network":"clean")",
+                           R"("network":"lossy")");
+  }
+  EXPECT_EQ(CountCasesAlikeForAllSeeds(results), 0U) << "alike by chance";
+}
+
 // pandas takes other spellings too, R does not.
 TEST(ResultsFiles, UseBooleanValuesReadableByR) {
   const std::string csv = CsvOf(testing::TwentyCells());

@@ -206,9 +206,21 @@ TEST_F(Hand, TellsTheVerdictsOfASessionThatHasEnded) {
     told = lines;
   });
   Begin();
-  controller_.last_words = {"peg stands 60.0 mm from its first place and is NOT out"};
+  controller_.last_words = {"the host 'tandem-view' ends the controller",
+                            "peg stands 60.0 mm from its first place and is NOT out"};
   hand_.Leave();
   EXPECT_EQ(told, QStringList{"peg stands 60.0 mm from its first place and is NOT out"});
+}
+
+TEST_F(Hand, TellsNothingOfASessionInWhichItHeldNothing) {
+  QStringList told;
+  QObject::connect(&hand_, &HandModel::SessionEnded, &hand_, [&](const QStringList& lines) {
+    told = lines;
+  });
+  Begin();
+  controller_.last_words = {"the host 'tandem-view' ends the controller"};
+  hand_.Leave();
+  EXPECT_EQ(told, QStringList());
 }
 
 TEST_F(Hand, EndsOnlyItsOwnController) {

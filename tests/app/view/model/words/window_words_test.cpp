@@ -19,7 +19,7 @@ bool NamesACommand(const QString& text) {
 }
 
 TEST(WindowWords, NameFieldsInPlaceOfOptions) {
-  const std::array<std::pair<const char*, const char*>, 9> lines{
+  const std::array<std::pair<const char*, const char*>, 10> lines{
       {{"this machine has several networks; --interface chooses one",
         "this machine has several networks; the field \u201cInterface\u201d chooses one"},
        {"no peer answers in session press: it is plain, but you came with keys: leave --secure out",
@@ -36,6 +36,7 @@ TEST(WindowWords, NameFieldsInPlaceOfOptions) {
         "they differ by more than a factor of 4, which needs much more memory"},
        {"no controller 'x' on this machine: 'tandem peer --control x …' starts one",
         "no controller 'x' on this machine"},
+       {"the host 'tandem-view' ends the controller", "the host 'tandem-view' ends the controller"},
        {"in 3 % of the frames contact took long; larger voxels or more --threads help",
         "in 3 % of the frames contact took long; larger voxels help"},
        {"peg stands 60.0 mm from its first place and is out; it touched nothing",

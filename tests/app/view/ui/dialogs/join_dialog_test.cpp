@@ -7,6 +7,7 @@
 #include <QPushButton>
 #include <QSpinBox>
 #include <QTemporaryDir>
+#include <QTest>
 #include <array>
 #include <cstddef>
 #include <vector>
@@ -119,6 +120,43 @@ TEST_F(HandWindow, JoinDialogProposesNoSessionThatWasLeft) {
   EXPECT_EQ(proposed(), "bracket");
   session_.Leave();
   EXPECT_EQ(proposed(), "");
+}
+
+TEST(JoinDialog, ReturnInAFieldTakesPart) {
+  JoinDialog dialog;
+  HandRequest request;
+  request.session = "press";
+  request.name = "anna";
+  dialog.SetRequest(request, true);
+  dialog.show();
+  ASSERT_TRUE(QTest::qWaitForWindowExposed(&dialog));
+  QTest::keyClick(dialog.findChild<QLineEdit*>("join_name"), Qt::Key_Return);
+  EXPECT_EQ(dialog.result(), QDialog::Accepted);
+  EXPECT_FALSE(dialog.isVisible());
+}
+
+TEST(JoinDialog, ReturnInTheListTakesPartInItsSession) {
+  JoinDialog dialog;
+  HandRequest request;
+  request.session = "left before";
+  request.name = "anna";
+  dialog.SetRequest(request, true);
+  dialog.ShowSessions(R"({"sessions": [{"session": "a"}, {"session": "b"}]})");
+  dialog.show();
+  ASSERT_TRUE(QTest::qWaitForWindowExposed(&dialog));
+  auto* list = dialog.findChild<QListWidget*>("join_sessions");
+  list->setFocus();
+  list->setCurrentRow(0);
+  QTest::keyClick(list, Qt::Key_Down);
+  QTest::keyClick(list, Qt::Key_Return);
+  EXPECT_EQ(dialog.Request().session, "b");
+  EXPECT_EQ(dialog.result(), QDialog::Accepted);
+}
+
+// The command line refuses the domains beyond it.
+TEST(JoinDialog, OffersTheDomainsOfTheCommandLine) {
+  const JoinDialog dialog;
+  EXPECT_EQ(dialog.findChild<QSpinBox*>("join_domain")->maximum(), 230);
 }
 
 TEST(JoinDialog, OffersAllCommandLineOptionsAndReportsErrors) {
