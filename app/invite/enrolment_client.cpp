@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <chrono>
 #include <cstring>
 #include <ctime>
 #include <optional>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -23,6 +25,8 @@ namespace {
 
 constexpr std::int64_t kConnectNs = 4'000'000'000;
 constexpr std::int64_t kTalkNs = 6'000'000'000;
+constexpr std::int64_t kTriesNs = 5'000'000'000;  // new tries where the inviter's port is busy
+constexpr std::chrono::milliseconds kBetweenTries{20};
 constexpr int kTurnMs = 50;
 
 using Kind = EnrolmentFault::Kind;
@@ -90,6 +94,8 @@ class TlsConnection {
       : socket_(socket), until_ns_(until_ns), stopped_(stopped), tls_(TlsEndpoint::Client()) {}
 
   TlsEndpoint& tls() { return tls_; }
+  /// Returns whether the other end closed the connection.
+  bool closed() const { return ended_; }
   /// Sends and receives until `done`. False: the connection or the time has ended, or `stopped`.
   template <typename Done>
   bool Until(Done done) {
@@ -125,8 +131,8 @@ class TlsConnection {
         bytes.erase(0, static_cast<std::size_t>(sent));
         continue;
       }
-      if (errno != EAGAIN && errno != EINTR) return false;
-      if (MonotonicNowNs() > until_ns_) return false;
+      ended_ = errno != EAGAIN && errno != EINTR;
+      if (ended_ || MonotonicNowNs() > until_ns_) return false;
       pollfd wait{socket_, POLLOUT, 0};
       poll(&wait, 1, kTurnMs);
     }
@@ -211,6 +217,11 @@ std::optional<std::string> WhyNotTheInviter(const Invitation& invitation, const 
   const bool open = talk.Until([&talk] {
     return talk.tls().open();
   });
+  if (!open && talk.closed()) {
+    return way.at() +
+           " closes the connection before it answers: many programs call there, or it is no "
+           "program of Tandem's: try again";
+  }
   if (!open) return way.at() + " does not listen for invitations";
   if (AreSame(talk.tls().others_digest(), invitation.enrolment.certificate)) return std::nullopt;
   return way.at() +
@@ -242,22 +253,41 @@ EnrolmentOutcome Ask(const Invitation& invitation, const std::string& certificat
   return {.answer = *std::move(answer), .fault = std::nullopt};
 }
 
-}  // namespace
-
-EnrolmentOutcome Enrol(const Invitation& invitation, const std::string& certificate_request,
-                       const std::function<bool()>& stopped) {
+/// Asks the hosts of the line once. `closed`: the host that answered closed the connection.
+EnrolmentOutcome AskOnce(const Invitation& invitation, const std::string& certificate_request,
+                         const std::function<bool()>& stopped, bool& closed) {
   Ways ways(invitation);
   std::optional<std::string> stranger;
+  closed = false;
   while (Way* const way = ways.Next(stopped)) {
     TlsConnection talk(way->socket_now(), MonotonicNowNs() + kTalkNs, stopped);
     const std::optional<std::string> why_not = WhyNotTheInviter(invitation, *way, talk);
-    if (!why_not) return Ask(invitation, certificate_request, talk);
+    if (!why_not) {
+      EnrolmentOutcome outcome = Ask(invitation, certificate_request, talk);
+      closed = outcome.fault && outcome.fault->kind == Kind::kUnreachable && talk.closed();
+      return outcome;
+    }
+    closed = closed || talk.closed();
     stranger = why_not;
   }
   if (stopped()) return Faulty(Kind::kUnreachable, "ended before the inviter answered");
   if (stranger) return Faulty(Kind::kStranger, *stranger);
   return Faulty(Kind::kUnreachable,
                 "no program answers at " + ways.Faults() + ": " + WhyNobody(invitation));
+}
+
+}  // namespace
+
+EnrolmentOutcome Enrol(const Invitation& invitation, const std::string& certificate_request,
+                       const std::function<bool()>& stopped) {
+  const std::int64_t until_ns = MonotonicNowNs() + kTriesNs;
+  for (;;) {
+    bool closed = false;
+    EnrolmentOutcome outcome = AskOnce(invitation, certificate_request, stopped, closed);
+    // the inviter closes connections where too many come, and has used nothing up then
+    if (!closed || stopped() || MonotonicNowNs() > until_ns) return outcome;
+    std::this_thread::sleep_for(kBetweenTries);
+  }
 }
 
 InviterFacts ProbeInviter(const Invitation& invitation) {

@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <cstddef>
 #include <cstring>
 #include <ctime>
 #include <memory>
 #include <optional>
+#include <random>
 #include <utility>
 #include <vector>
 
@@ -25,6 +27,7 @@ constexpr int kListenerTurnMs = 100;
 constexpr int kPortsTried = 20;
 constexpr std::size_t kMostReceived = 64 * 1024;      // TLS bytes of a connection
 constexpr int kWaiting = 64;                          // connections that wait to be accepted
+constexpr int kAcceptedATurn = 2;                     // between two looks at those that are there
 constexpr std::int64_t kHandshakeNs = 3'000'000'000;  // longest time until TLS is open
 constexpr std::int64_t kAfterUseNs = 2'000'000'000;   // time for the answer to be sent
 constexpr const char* kNotInvited = "this line is not the invitation that is open here";
@@ -50,6 +53,7 @@ class Connection {
   TlsEndpoint& tls() { return tls_; }
   const TlsEndpoint& tls() const { return tls_; }
   bool answered() const { return answered_; }
+  bool gets_keys() const { return gets_keys_; }
   bool over() const { return over_; }
   bool waits_to_send() const { return !to_send_.empty(); }
 
@@ -79,6 +83,7 @@ class Connection {
     tls_.Say(TextOf(answer));
     tls_.Close();
     answered_ = true;
+    gets_keys_ = answer.refused.empty();
   }
   void Send() {
     to_send_ += tls_.TakeToSend();
@@ -103,6 +108,7 @@ class Connection {
   std::string text_;
   std::string to_send_;
   bool answered_ = false;
+  bool gets_keys_ = false;
   bool over_ = false;
 };
 
@@ -114,47 +120,56 @@ std::size_t CountOf(const Connections& all, std::uint32_t address) {
   }));
 }
 
-/// Closes a connection that waits for its client, in place of which another may come: one of the
-/// client with the most connections, the oldest, and before all one whose TLS is not open. So idle
-/// clients keep nobody out.
-void MakePlace(Connections& all) {
-  auto chosen = all.end();
-  std::size_t most = 0;
-  for (auto one = all.begin(); one != all.end(); ++one) {
-    if ((*one)->answered()) continue;
-    const std::size_t count = CountOf(all, (*one)->address());
-    // connections stand in the order in which they came
-    const bool better = chosen == all.end() || count > most ||
-                        (count == most && (*chosen)->tls().open() && !(*one)->tls().open());
-    if (!better) continue;
-    chosen = one;
-    most = count;
-  }
-  if (chosen != all.end()) all.erase(chosen);
+using Random = std::minstd_rand;
+
+/// Closes one of an address's connections: any one, but before all one that is refused or whose TLS
+/// is not open, and none to which keys go. A client that comes again and again cannot choose which.
+/// So a joiner that tries again gets its answer in the end.
+void CloseOneOf(Connections& all, std::uint32_t address, Random& random) {
+  const auto closable = [&all, address](bool may_be_a_joiner) {
+    std::vector<std::size_t> places;
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      const Connection& one = *all[i];
+      const bool waits = one.tls().open() && !one.answered();
+      if (one.address() != address || one.gets_keys() || waits != may_be_a_joiner) continue;
+      places.push_back(i);
+    }
+    return places;
+  };
+  std::vector<std::size_t> places = closable(false);
+  if (places.empty()) places = closable(true);
+  if (places.empty()) return;
+  const std::size_t chosen = places[random() % places.size()];
+  all.erase(all.begin() + static_cast<std::ptrdiff_t>(chosen));
 }
 
-void MakePlaceOf(Connections& all, std::uint32_t address) {
-  auto chosen = all.end();
-  for (auto one = all.begin(); one != all.end(); ++one) {
-    if ((*one)->address() != address || (*one)->answered()) continue;
-    if (chosen == all.end() || ((*chosen)->tls().open() && !(*one)->tls().open())) chosen = one;
-  }
-  if (chosen != all.end()) all.erase(chosen);
+/// Returns the address of the client with the most connections.
+std::uint32_t BusiestOf(const Connections& all) {
+  const auto busiest = std::ranges::max_element(all, {}, [&all](const auto& one) {
+    return CountOf(all, one->address());
+  });
+  return busiest == all.end() ? 0 : (*busiest)->address();
 }
 
-/// Accepts all clients that wait. The newest takes the place of the oldest that says nothing.
-void Accept(int listener, const TlsIdentity& identity, std::int64_t now_ns, Connections& all) {
-  for (int accepted = 0; accepted < kWaiting; ++accepted) {
+/// Accepts clients that wait. Each takes the place of another of its address where that has
+/// many, or of one of the busiest address. So idle clients keep nobody out.
+void Accept(int listener, const TlsIdentity& identity, std::int64_t now_ns, Random& random,
+            Connections& all) {
+  for (int accepted = 0; accepted < kAcceptedATurn; ++accepted) {
     sockaddr_in client{};
     socklen_t size = sizeof client;
     const int socket = accept4(listener, reinterpret_cast<sockaddr*>(&client), &size,
                                SOCK_CLOEXEC | SOCK_NONBLOCK);
     if (socket < 0) return;
     const std::uint32_t address = client.sin_addr.s_addr;
-    if (CountOf(all, address) >= EnrolmentListener::kMostOfAnAddress) MakePlaceOf(all, address);
-    if (all.size() >= EnrolmentListener::kMostConnections) MakePlace(all);
+    if (CountOf(all, address) >= EnrolmentListener::kMostOfAnAddress) {
+      CloseOneOf(all, address, random);
+    }
     if (all.size() >= EnrolmentListener::kMostConnections) {
-      close(socket);  // all others have their answers and read them
+      CloseOneOf(all, BusiestOf(all), random);
+    }
+    if (all.size() >= EnrolmentListener::kMostConnections) {
+      close(socket);
       continue;
     }
     all.push_back(std::make_unique<Connection>(socket, address, identity, now_ns));
@@ -271,6 +286,7 @@ EnrolmentListener::End EnrolmentListener::Serve(const Invitation& invitation,
                                                 const std::atomic<bool>& stop) {
   Desk panel(invitation, name, sign, tell);
   Connections all;
+  Random random(std::random_device{}());
   std::int64_t used_ns = 0;
   while (!stop.load()) {
     if (!panel.used() && std::time(nullptr) >= invitation.enrolment.until) return End::kExpired;
@@ -293,7 +309,7 @@ EnrolmentListener::End EnrolmentListener::Serve(const Invitation& invitation,
     std::erase_if(all, [now_ns](const auto& one) {
       return one->over() || one->TooOld(now_ns);
     });
-    if ((waits[0].revents & POLLIN) != 0) Accept(socket_, identity_, now_ns, all);
+    if ((waits[0].revents & POLLIN) != 0) Accept(socket_, identity_, now_ns, random, all);
     if (panel.wrong() >= kMostWrong && !panel.used()) return End::kGuessed;
     if (!panel.used()) continue;
     if (used_ns == 0) used_ns = now_ns;

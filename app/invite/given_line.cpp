@@ -1,6 +1,8 @@
 #include "app/invite/given_line.h"
 
 #include <algorithm>
+#include <array>
+#include <csignal>
 #include <cstdio>
 #include <cstring>
 
@@ -15,23 +17,46 @@ namespace {
 
 constexpr std::size_t kLongestInput = 4096;  // bytes; a terminal's line has no more
 
-/// Switches the echo of a terminal off while it lives. Stdin may be something else.
+constexpr std::array kEndings{SIGINT, SIGQUIT, SIGTERM, SIGHUP};
+
+// the terminal before its echo went off; a handler of a signal reaches nothing else
+termios g_before{};
+
+void HandBack(int signal) {
+  tcsetattr(STDIN_FILENO, TCSANOW, &g_before);
+  raise(signal);  // its default action comes when this handler returns
+}
+
+/// Switches the echo of a terminal off while it lives, and until a signal ends the program. Stdin
+/// may be something else.
 class WithoutEcho {
  public:
-  WithoutEcho() : is_terminal_(tcgetattr(STDIN_FILENO, &before_) == 0) {
+  WithoutEcho() : is_terminal_(tcgetattr(STDIN_FILENO, &g_before) == 0) {
     if (!is_terminal_) return;
-    termios quiet = before_;
+    struct sigaction hands_back {};
+    hands_back.sa_handler = HandBack;
+    hands_back.sa_flags = static_cast<int>(SA_RESETHAND);
+    for (std::size_t i = 0; i < kEndings.size(); ++i) {
+      sigaction(kEndings[i], nullptr, &handlers_[i]);
+      // a signal that the program handles or ignores does not end it
+      if (handlers_[i].sa_handler == SIG_DFL) sigaction(kEndings[i], &hands_back, nullptr);
+    }
+    termios quiet = g_before;
     quiet.c_lflag &= ~static_cast<tcflag_t>(ECHO);
     tcsetattr(STDIN_FILENO, TCSANOW, &quiet);
   }
   ~WithoutEcho() {
-    if (is_terminal_) tcsetattr(STDIN_FILENO, TCSANOW, &before_);
+    if (!is_terminal_) return;
+    tcsetattr(STDIN_FILENO, TCSANOW, &g_before);
+    for (std::size_t i = 0; i < kEndings.size(); ++i) {
+      sigaction(kEndings[i], &handlers_[i], nullptr);
+    }
   }
   WithoutEcho(const WithoutEcho&) = delete;
   WithoutEcho& operator=(const WithoutEcho&) = delete;
 
  private:
-  termios before_{};
+  std::array<struct sigaction, kEndings.size()> handlers_{};
   bool is_terminal_;
 };
 
