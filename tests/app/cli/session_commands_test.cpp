@@ -206,14 +206,17 @@ TEST(Watch, EmptySessionSuggestsCausesWithoutCallingItPlain) {
 TEST_F(SecuredSession, LooksSecuredToPeersWithoutKeys) {
   const std::string session = RandomName();
   const std::string at = " --interface lo --session " + session;
-  ChildProcess anna = Start("peer --capacity 20000 --hold peg --scene " TANDEM_SCENES
-                            "/peg_in_slot.json --secure " +
-                            Keys("in/anna") + at);
-  const ProgramOutput output = RunTandem("watch --seconds 5" + at);
-  EXPECT_THAT(output.err, AllOf(HasSubstr("it is secured, and needs a viewer's keys (--secure)"),
-                                Not(HasSubstr("is plain"))));
-  anna.Signal(SIGTERM);
-  EXPECT_EQ(anna.Wait(std::chrono::seconds(10)), 0);
+  const ScratchFolder folder;
+  Running anna("--capacity 20000 --hold peg --scene " TANDEM_SCENES "/peg_in_slot.json --secure " +
+                   Keys("in/anna") + at,
+               folder.path() / "anna");
+  ASSERT_TRUE(anna.WaitFor("is in session", 60)) << anna.output();
+  Running viewer(at, folder.path() / "viewer", "watch");
+  EXPECT_TRUE(viewer.WaitFor("it is secured, and needs a viewer's keys (--secure)", 60))
+      << viewer.output();
+  EXPECT_EQ(viewer.End(), 0);
+  EXPECT_THAT(viewer.output(), Not(HasSubstr("is plain")));
+  EXPECT_EQ(anna.End(), 0);
 }
 
 TEST(Relay, ReportsInOneLineWhyItCannotJoin) {
