@@ -20,11 +20,10 @@ struct StartGap {
   double distance = 0;  // m, between the surfaces; 0 where they touch or overlap
   double depth = 0;     // m, deepest point of one in the other; 0: none was found
   bool overlap = false;
-  double needed = 0;      // m, gap that GapNeeded() tells
-  double voxel_fits = 0;  // m, the largest voxel by which the two do not push; 0: none does
-  double pressed = 0;     // m, how deep a hand may press the two into one another
-  double voxel_decides =
-      0;  // m, the largest voxel at which that is at most half of the gap; 0: none
+  double needed = 0;         // m, gap that GapNeeded() tells
+  double voxel_fits = 0;     // m, the largest voxel by which the two do not push; 0: none does
+  double pressed = 0;        // m, how deep a hand may press the two into one another
+  double voxel_decides = 0;  // m, the largest voxel at which that is at most half the gap; 0: none
 };
 
 /// The findings on all pairs of a scene.
