@@ -234,12 +234,14 @@ Result<Judged> JudgeRun(const DemoArguments& arguments, const Scene& scene,
         ", in " + Percent(penetration.overlap_share()) + " of the poses judged");
   }
   const auto apart_ns = traces[1].front().time_ns - traces[0].front().time_ns;
+  const auto [least_s, most_s] = HandsApart(traces[0], traces[1]);
   judged.json = {
       {"scene", scene.name},
       {"contact", !arguments.no_contact},
       {"peers", peers},
       {"delay_ms", {{"injected", arguments.delay_ms}, {"measured", 0.5 * delay_sum}}},
       {"second_hand_begins_later_ms", 1e-6 * static_cast<double>(apart_ns)},
+      {"second_hand_later_ms", {{"least", 1e3 * least_s}, {"most", 1e3 * most_s}}},
       {"divergence_mm", {{"peak", 1e3 * divergence.peak}, {"last", 1e3 * divergence.last}}},
       {"viewer",
        {{"pid", viewer->at("pid")},

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <thread>
 
 #include "engine/base/units.h"
@@ -69,6 +70,18 @@ TraceDivergence DivergenceOf(const std::vector<TraceSample>& a, const std::vecto
     divergence.peak = std::max(divergence.peak, divergence.last);
   }
   return divergence;
+}
+
+std::pair<double, double> HandsApart(const std::vector<TraceSample>& a,
+                                     const std::vector<TraceSample>& b) {
+  double least = std::numeric_limits<double>::infinity();
+  double most = -least;
+  for (std::size_t i = 0; i < std::min(a.size(), b.size()); ++i) {
+    const double later = ToSeconds(b[i].time_ns - a[i].time_ns);
+    least = std::min(least, later);
+    most = std::max(most, later);
+  }
+  return {least, most};
 }
 
 bool IsAtRest(const std::vector<TraceSample>& trace) {

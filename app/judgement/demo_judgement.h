@@ -1,6 +1,7 @@
 #pragma once
 
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "app/judgement/penetration_oracle.h"
@@ -15,6 +16,11 @@ struct TraceDivergence {
   double last = 0;
 };
 TraceDivergence DivergenceOf(const std::vector<TraceSample>& a, const std::vector<TraceSample>& b);
+
+/// Returns the least and the most time by which the second hand is behind the first at equal frames
+/// of both, s; below 0: before it. Frames that one of the two misses change it.
+std::pair<double, double> HandsApart(const std::vector<TraceSample>& a,
+                                     const std::vector<TraceSample>& b);
 
 /// Returns whether a body has come to rest. In the last third its RMS speed is below 2 mm/s and 2
 /// degrees/s. It does not grow from half second to half second, unless it ends below 0.1 mm/s.

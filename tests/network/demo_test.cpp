@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
@@ -5,6 +6,7 @@
 #include <memory>
 #include <sstream>
 #include <string>
+#include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -13,6 +15,7 @@
 
 #include "app/judgement/demo_judgement.h"
 #include "tests/app/cli/program_run.h"
+#include "tests/support/empty_loop.h"
 #include "tests/support/key_scene.h"
 #include "tests/support/simulated_demo.h"
 
@@ -43,7 +46,9 @@ Ran RunDemo(const std::string& arguments) {
 }
 
 TEST(Demo, TwoPeersRemoveTheActuatorOverDdsBesideAViewer) {
+  testing::EmptyLoop empty;
   const Ran ran = RunDemo("--seconds 20");
+  const double machine_missed = empty.End();
   ASSERT_EQ(ran.exit_code, 0);
   ASSERT_TRUE(ran.out.is_object());
   const json& out = ran.out;
@@ -58,11 +63,16 @@ TEST(Demo, TwoPeersRemoveTheActuatorOverDdsBesideAViewer) {
 
   // the peers
   ASSERT_EQ(out.at("peers").size(), 2U);
+  double most_missed = 0;  // share of the frames in which the hand moves
   for (const json& peer : out.at("peers")) {
     EXPECT_EQ(peer.at("role"), "active");
     // as many frames as asked for, and no others: a deadline that is missed is not caught up
     EXPECT_EQ(peer.at("judged_frames"), 20000);
-    EXPECT_LE(peer.at("judged_missed").get<int>(), 1000);
+    // `bench session` measures what they miss; here they miss little more than an empty loop does,
+    // which has one of the cores at a time, and they have others
+    const double missed = peer.at("judged_missed").get<double>();
+    EXPECT_LE(missed / 20000, 0.05 + 2 * machine_missed);
+    most_missed = std::max(most_missed, missed / (20000 + missed));
     EXPECT_LE(peer.at("guarded_share").get<double>(), 0.01);
     EXPECT_GE(peer.at("contact_points").at("max").get<int>(), 20);
     EXPECT_GE(peer.at("contact_share").get<double>(), 0.1);
@@ -83,20 +93,29 @@ TEST(Demo, TwoPeersRemoveTheActuatorOverDdsBesideAViewer) {
   EXPECT_GE(out.at("viewer").at("samples").get<double>(), 50.0 * 20);
   EXPECT_TRUE(out.at("viewer").at("age_ms_p99").is_number());
 
-  // the same scene in virtual time, with no DDS in it; a hand begins when its partner has been
-  // heard, and at the part's fastest a tenth of a second between the two is several millimetres
-  testing::SimulatedDemoOptions options;
-  options.second_begins_later_s = 1e-3 * out.at("second_hand_begins_later_ms").get<double>();
-  EXPECT_LT(std::abs(options.second_begins_later_s), 1.0);
-  const Result<testing::SimulatedDemo> simulated =
-      testing::RunSimulatedDemo("bracket_actuator", options);
-  ASSERT_TRUE(simulated) << simulated.error().what;
-  const TraceDivergence expected = DivergenceOf(simulated->traces[0], simulated->traces[1]);
+  // The same scene in virtual time, with no DDS in it. How far the two instances get apart depends
+  // on the time between the two hands: at the part's fastest a tenth of a second is several
+  // millimetres. A hand begins when its partner has been heard, and falls behind by each frame that
+  // its peer misses. So the run lies between its extremes, and at the pace that it kept.
+  std::vector<double> peaks_mm;
+  for (const char* extreme : {"least", "most"}) {
+    testing::SimulatedDemoOptions options;
+    options.second_begins_later_s = 1e-3 * out.at("second_hand_later_ms").at(extreme).get<double>();
+    EXPECT_LT(std::abs(options.second_begins_later_s), 1.0 + 20 * most_missed);
+    const Result<testing::SimulatedDemo> simulated =
+        testing::RunSimulatedDemo("bracket_actuator", options);
+    ASSERT_TRUE(simulated) << simulated.error().what;
+    peaks_mm.push_back(1e3 * DivergenceOf(simulated->traces[0], simulated->traces[1]).peak);
+  }
   const double peak_mm = out.at("divergence_mm").at("peak").get<double>();
   EXPECT_GT(peak_mm, 1.0);
-  EXPECT_NEAR(peak_mm, 1e3 * expected.peak, 100.0 * expected.peak);
+  EXPECT_GE(peak_mm, (0.9 - most_missed) * std::min(peaks_mm[0], peaks_mm[1]));
+  EXPECT_LE(peak_mm, 1.1 * std::max(peaks_mm[0], peaks_mm[1]));
   RecordProperty("peak_mm", std::to_string(peak_mm));
-  RecordProperty("peak_in_virtual_time_mm", std::to_string(1e3 * expected.peak));
+  RecordProperty("least_peak_in_virtual_time_mm", std::to_string(peaks_mm[0]));
+  RecordProperty("most_peak_in_virtual_time_mm", std::to_string(peaks_mm[1]));
+  RecordProperty("missed_share", std::to_string(most_missed));
+  RecordProperty("missed_share_of_an_empty_loop", std::to_string(machine_missed));
 }
 
 // A key is 0.05 mm larger than its hole on each side. It jams, and the program tells that before
