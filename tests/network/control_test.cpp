@@ -8,8 +8,8 @@
 #include <unistd.h>
 
 #include "tests/network/control_fixture.h"
+#include "tests/support/machine/processor_wait.h"
 #include "tests/support/obj_text.h"
-#include "tests/support/processor_wait.h"
 
 // Tests a host in this program and a controller in a process of its own.
 

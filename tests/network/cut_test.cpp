@@ -10,7 +10,7 @@
 
 #include "engine/base/units.h"
 #include "tests/network/cut_peers.h"
-#include "tests/support/lag_meter.h"
+#include "tests/support/machine/lag_meter.h"
 #include "tests/support/tap_hub_here.h"
 
 // Tests what a cut of the network is to peers of the product, by real packets. A peer that is cut

@@ -15,8 +15,8 @@
 
 #include "app/judgement/demo_judgement.h"
 #include "tests/app/cli/program_run.h"
-#include "tests/support/empty_loop.h"
 #include "tests/support/key_scene.h"
+#include "tests/support/machine/empty_loop.h"
 #include "tests/support/simulated_demo.h"
 
 namespace tandem {

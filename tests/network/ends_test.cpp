@@ -21,8 +21,8 @@
 #include <unistd.h>
 
 #include "app/process/child_processes.h"
-#include "tests/support/lag_meter.h"
-#include "tests/support/processor_wait.h"
+#include "tests/support/machine/lag_meter.h"
+#include "tests/support/machine/processor_wait.h"
 
 namespace tandem {
 namespace {

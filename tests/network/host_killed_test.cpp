@@ -12,8 +12,8 @@
 #include "app/process/child_processes.h"
 #include "collab/controller/controller.h"
 #include "engine/base/units.h"
-#include "tests/support/lag_meter.h"
-#include "tests/support/processor_wait.h"
+#include "tests/support/machine/lag_meter.h"
+#include "tests/support/machine/processor_wait.h"
 
 // Real processes: two controllers in one session, each with the peg in its hand. A host moves the
 // first one's hand and is killed; this program is a host of the second, and sees what its user

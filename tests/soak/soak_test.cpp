@@ -19,7 +19,7 @@
 #include "tests/soak/soak_judgement.h"
 #include "tests/soak/soak_schedule.h"
 #include "tests/soak/soak_session.h"
-#include "tests/support/lag_meter.h"
+#include "tests/support/machine/lag_meter.h"
 #include "tests/support/tap_hub_here.h"
 
 // The endurance run. Three peers and two viewers of the product live through faults that a seed

@@ -15,7 +15,7 @@
 #include "app/process/device_process.h"
 #include "engine/haptics/process_device.h"
 #include "tests/app/device/motor_writes.h"
-#include "tests/support/lag_meter.h"
+#include "tests/support/machine/lag_meter.h"
 
 namespace tandem {
 namespace {

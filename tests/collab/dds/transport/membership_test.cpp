@@ -6,8 +6,8 @@
 
 #include "tests/collab/dds/child_peer.h"
 #include "tests/collab/dds/live_peer.h"
-#include "tests/support/lag_meter.h"
-#include "tests/support/processor_wait.h"
+#include "tests/support/machine/lag_meter.h"
+#include "tests/support/machine/processor_wait.h"
 
 namespace tandem::testing {
 namespace {
