@@ -66,7 +66,9 @@ PartitionOwner OwnerOfPartition(std::string_view partition) {
 WriterFacts FactsOfWriter(dds_entity_t reader, dds_instance_handle_t writer) {
   dds_builtintopic_endpoint_t* endpoint = dds_get_matched_publication_data(reader, writer);
   if (endpoint == nullptr) return {};
-  WriterFacts facts{.owner = {}, .participant = endpoint->participant_instance_handle};
+  WriterFacts facts;
+  facts.participant = endpoint->participant_instance_handle;
+  std::copy_n(endpoint->participant_key.v, facts.program.size(), facts.program.begin());
   std::uint32_t count = 0;
   char** partitions = nullptr;
   if (dds_qget_partition(endpoint->qos, &count, &partitions)) {

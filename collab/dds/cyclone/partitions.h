@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "collab/dds/cyclone/dds_api.h"
+#include "collab/dds/cyclone/program_id.h"
 #include "collab/session/messages.h"
 
 namespace tandem {
@@ -40,6 +41,7 @@ PartitionOwner OwnerOfPartition(std::string_view partition);
 struct WriterFacts {
   PartitionOwner owner;                   // nobody: unknown, gone, or in several partitions
   dds_instance_handle_t participant = 0;  // 0: unknown or gone
+  ProgramId program{};                    // the same one, as packets name it
 };
 WriterFacts FactsOfWriter(dds_entity_t reader, dds_instance_handle_t writer);
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <random>
 
 #include <netinet/in.h>
 
@@ -41,7 +42,8 @@ DomainNetworks::Reach ReachOf(const std::string& interface) {
 
 }  // namespace
 
-DomainNetworks::DomainNetworks(const std::string& interface) : reach_(ReachOf(interface)) {
+DomainNetworks::DomainNetworks(const std::string& interface, std::uint32_t domain)
+    : reach_(ReachOf(interface)), domain_(domain) {
   interface.copy(name_.data(), name_.size() - 1);
 }
 
@@ -189,6 +191,20 @@ ssize_t DomainNetworks::SendBy(const NetworkTable::Row* row, int socket, const m
   head->cmsg_len = CMSG_LEN(sizeof way);
   std::memcpy(CMSG_DATA(head), &way, sizeof way);
   return sendmsg(socket, &copy, flags);
+}
+
+void DomainNetworks::SetMet(std::span<const ProgramId> programs) {
+  const std::scoped_lock lock(sources_mutex_);
+  if (!sources_)
+    sources_.emplace(std::random_device{}() | std::uint64_t{std::random_device{}()} << 32U);
+  sources_->SetMet(programs);
+  proves_members_.store(true);
+}
+
+bool DomainNetworks::Lets(std::span<const std::uint8_t> program, std::uint32_t from, double lease_s,
+                          std::int64_t now_ns) noexcept {
+  const std::scoped_lock lock(sources_mutex_);
+  return !sources_ || sources_->Lets(program, from, lease_s, now_ns);
 }
 
 bool DomainNetworks::OnChange(const NetworkTable& before, const NetworkTable& now,

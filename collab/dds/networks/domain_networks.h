@@ -5,11 +5,14 @@
 #include <cstdint>
 #include <memory>
 #include <mutex>
+#include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
 #include <sys/socket.h>
 
+#include "collab/dds/networks/announced_sources.h"
 #include "collab/dds/networks/network_table.h"
 
 namespace tandem {
@@ -35,8 +38,10 @@ class DomainNetworks {
   enum class Reach : std::uint8_t { kLoopback, kInterface, kAll };
 
   /// `interface`: the name of the only interface; "lo": loopback alone; empty: all networks.
-  explicit DomainNetworks(const std::string& interface);
+  /// `domain`: the number of the DDS domain.
+  explicit DomainNetworks(const std::string& interface, std::uint32_t domain = 0);
 
+  std::uint32_t domain() const noexcept { return domain_; }
   Reach reach() const noexcept { return reach_; }
   /// Returns whether a packet that came that way may be heard.
   bool Hears(const Arrival& arrival) const noexcept;
@@ -55,6 +60,14 @@ class DomainNetworks {
   ssize_t Send(int socket, const msghdr& packet, int flags);
   /// Notes that a packet was heard.
   void Note(const Arrival& arrival, std::int64_t now_ns) noexcept;
+
+  /// Sets which programs are met, in a domain whose members prove their keys.
+  void SetMet(std::span<const ProgramId> programs);
+  /// Returns whether there was such a call. Elsewhere announcements are taken from every address.
+  bool ProvesMembers() const noexcept { return proves_members_.load(); }
+  /// Returns whether DDS may see a packet of the program; see AnnouncedSources.
+  bool Lets(std::span<const std::uint8_t> program, std::uint32_t from, double lease_s,
+            std::int64_t now_ns) noexcept;
 
   /// Joins networks that have come. Returns whether an address has gone by which others reach this
   /// domain.
@@ -81,6 +94,7 @@ class DomainNetworks {
   void JoinAll(const Membership& membership, const NetworkTable& table) const;
 
   const Reach reach_;
+  const std::uint32_t domain_;
   std::array<char, 16> name_{};  // name of the only interface
   std::atomic<std::int64_t> cut_until_ns_ = 0;
   std::atomic<std::uint16_t> discovery_port_ = 0;  // port of the group of discovery; 0: none
@@ -88,13 +102,16 @@ class DomainNetworks {
   std::mutex mutex_;
   std::vector<int> sockets_;
   std::vector<Membership> memberships_;
+  std::mutex sources_mutex_;
+  std::optional<AnnouncedSources> sources_;  // where members prove their keys
+  std::atomic<bool> proves_members_ = false;
 };
 
 /// While it lives, the sockets that DDS makes on this thread are those of one domain.
 class NewDomainNetworks {
  public:
   /// `announced`: the address that the domain announces; others answer where its packets come from.
-  NewDomainNetworks(const std::string& interface, std::uint32_t announced);
+  NewDomainNetworks(const std::string& interface, std::uint32_t domain, std::uint32_t announced);
   ~NewDomainNetworks();
   NewDomainNetworks(const NewDomainNetworks&) = delete;
   NewDomainNetworks& operator=(const NewDomainNetworks&) = delete;

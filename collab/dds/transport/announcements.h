@@ -10,12 +10,11 @@
 #include <string>
 #include <vector>
 
+#include "collab/dds/cyclone/program_id.h"
 #include "collab/dds/transport/dds_transport.h"
 #include "collab/session/sessions_nearby.h"
 
 namespace tandem {
-
-using ProgramId = std::array<std::uint8_t, 12>;  // prefix of a participant's GUID
 
 /// A packet in which a participant of Tandem announces itself (RTPS, SPDP). The packet carries its
 /// session's discovery tag, by which participants of other sessions drop it.

@@ -8,6 +8,7 @@
 
 #include "collab/dds/cyclone/partitions.h"
 #include "collab/dds/cyclone/take_samples.h"
+#include "collab/dds/networks/live_domains.h"
 #include "collab/dds/transport/fast_reader.h"
 #include "collab/dds/wire/wire.h"
 
@@ -68,6 +69,7 @@ void ControlThread::Run() {
   dds_waitset_attach(waitset.get(), stop_, 0);
 
   refresh_owners_(seats_);
+  NoteMet();
   for (;;) {
     dds_waitset_wait(waitset.get(), nullptr, 0, DDS_INFINITY);
     bool raised = false;
@@ -80,6 +82,7 @@ void ControlThread::Run() {
     if (changed) {
       if (sources_.event != 0) TakeEvents();
       SayGoodbyes();
+      NoteMet();
     }
     if (changed) EndPresence();
     if (std::exchange(seats_changed_, false) || changed) {
@@ -101,6 +104,21 @@ void ControlThread::SayGoodbyes() {
     seats_changed_ = true;
     inbox_.OnPeerLeft(peer);
   }
+}
+
+void ControlThread::NoteMet() {
+  if (!sources_.secured) return;
+  // every program has a writer of one of these, and none is matched before its keys are proven
+  std::vector<ProgramId> met;
+  for (const dds_entity_t reader : {sources_.peer_info, sources_.viewer_info}) {
+    for (const dds_instance_handle_t writer : MatchedWriters(reader)) {
+      const WriterFacts& facts = Facts(reader, writer);
+      if (facts.participant != 0) met.push_back(facts.program);
+    }
+  }
+  ForEachLiveDomain([&](DomainNetworks& networks) {
+    if (networks.domain() == sources_.domain) networks.SetMet(met);
+  });
 }
 
 const WriterFacts& ControlThread::Facts(dds_entity_t reader, dds_instance_handle_t writer) {

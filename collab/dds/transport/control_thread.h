@@ -32,6 +32,7 @@ class ControlThread {
     SilentWriters* quiet = nullptr;  // silent writers of peer_info and viewer_info
     bool secured = false;            // partitions carry names, which are the members'
     std::set<PeerId> revoked;        // members whose keys are revoked
+    std::uint32_t domain = 0;        // number of the DDS domain
   };
 
   /// Starts the thread. It calls `refresh_owners` first of all, then whenever `on_match` is raised
@@ -73,6 +74,8 @@ class ControlThread {
   void EndPresence();
   void EndScenes();
   void SayGoodbyes();
+  /// Tells the domain's networks which programs are met.
+  void NoteMet();
   const WriterFacts& Facts(dds_entity_t reader, dds_instance_handle_t writer);
   /// Returns whether that writer may speak as the peer, by its partition and the peer's seat.
   bool IsOwn(PeerId peer, const WriterFacts& facts) const;

@@ -93,7 +93,8 @@ class DdsTransport final : public Transport {
                                             .on_match = on_match_,
                                             .quiet = &quiet_,
                                             .secured = !options_.secure.empty(),
-                                            .revoked = keys_.revoked},
+                                            .revoked = keys_.revoked,
+                                            .domain = options_.domain},
                      options_.peer, inbox_, [this](const Seats& seats) {
                        RefreshOwners(seats);
                      });

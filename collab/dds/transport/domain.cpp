@@ -289,7 +289,7 @@ Result<Entity> CreateDomain(const DdsOptions& options) {
   BoundWaitingInstances();
   SetCycloneStackSize();
   CycloneLogCapture log;
-  const NewDomainNetworks networks(options.interface, AnnouncedAddress(options));
+  const NewDomainNetworks networks(options.interface, options.domain, AnnouncedAddress(options));
   const std::string xml = DomainXml(options, RealTimeIsPermitted());
   const dds_entity_t domain = dds_create_domain(options.domain, xml.c_str());
   if (domain > 0) return Entity(domain);

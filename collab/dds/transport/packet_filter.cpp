@@ -40,6 +40,8 @@ const char* NameOf(PacketDrop reason) noexcept {
       return "flood";
     case PacketDrop::kNetwork:
       return "network";
+    case PacketDrop::kSource:
+      return "source";
     case PacketDrop::kCount:
       break;
   }
@@ -184,13 +186,17 @@ Arrival ArrivalOf(const msghdr& message, std::uint32_t from) noexcept {
   return arrival;
 }
 
+// Returns the address at which the sender is answered. Programs of this machine reach one another
+// whatever becomes of its networks.
+std::uint32_t WayTo(std::uint32_t from) {
+  const bool is_here = IsLoopbackAddress(from) || CurrentNetworks().Has(from);
+  return is_here ? htonl(INADDR_LOOPBACK) : from;
+}
+
 // Others are answered at the address that their announcements come from. The address that they
 // announce may be of a network that does not lead here, or may have changed.
 void CorrectAnnouncedAddress(std::span<std::uint8_t> packet, std::uint32_t from,
                              const PacketFilter& filter, std::int64_t now_ns) {
-  // programs of this machine reach one another whatever becomes of its networks
-  const bool is_here = IsLoopbackAddress(from) || CurrentNetworks().Has(from);
-  const std::uint32_t way = is_here ? htonl(INADDR_LOOPBACK) : from;
   struct Known {
     std::span<const std::uint8_t> packet;
     std::uint32_t from;
@@ -199,7 +205,7 @@ void CorrectAnnouncedAddress(std::span<std::uint8_t> packet, std::uint32_t from,
   };
   const Known known{packet, from, filter, now_ns};
   // one reference: the function needs no memory
-  ReplaceAnnouncedAddresses(packet, way, [&known](std::uint32_t announced) {
+  ReplaceAnnouncedAddresses(packet, WayTo(from), [&known](std::uint32_t announced) {
     // a router that translates addresses may send from others than it is reached at
     return !IsPublicAddress(announced) || !IsPublicAddress(known.from) ||
            known.filter.Knows(known.packet, announced, known.now_ns);
@@ -226,6 +232,11 @@ PacketDrop JudgeArrival(const msghdr& message, std::size_t size,
   if (networks == nullptr || (networks->Hears(arrival) && !networks->IsCut(now_ns))) {
     const std::scoped_lock lock(shared.mutex);
     drop = shared.filter.Judge(packet, arrival.from, now_ns);
+    if (drop == PacketDrop::kNone && networks != nullptr && networks->ProvesMembers() &&
+        !networks->Lets(packet.subspan(kIdAt, kIdBytes), WayTo(arrival.from),
+                        WhatIsAnnounced(packet).lease_s, now_ns)) {
+      drop = PacketDrop::kSource;
+    }
     if (drop == PacketDrop::kNone && networks != nullptr) {
       networks->Note(arrival, now_ns);
       CorrectAnnouncedAddress(packet, arrival.from, shared.filter, now_ns);

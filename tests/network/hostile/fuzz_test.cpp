@@ -20,6 +20,7 @@
 #include "tests/network/hostile/packet_fuzzer.h"
 #include "tests/network/in_process_peer.h"
 #include "tests/network/real_peers.h"
+#include "tests/support/machine/empty_loop.h"
 
 namespace {
 
@@ -167,6 +168,7 @@ TEST(Fuzz, SessionSurvivesInvalidPacketsAtEveryPort) {
   const long lines_before = NetworkLinesOf(output);
   const std::int64_t begin_ns = MonotonicNowNs();
   std::atomic<bool> done = false;
+  testing::EmptyLoop empty;
   std::thread fuzz([&] {
     Fuzz(good, ports, FuzzPackets());
     done = true;
@@ -175,6 +177,7 @@ TEST(Fuzz, SessionSurvivesInvalidPacketsAtEveryPort) {
     return done.load();
   });
   fuzz.join();
+  const double machine_missed = empty.End();
   const long lines = NetworkLinesOf(output) - lines_before;
   const double elapsed_s = ToSeconds(MonotonicNowNs() - begin_ns);
 
@@ -189,7 +192,7 @@ TEST(Fuzz, SessionSurvivesInvalidPacketsAtEveryPort) {
     ASSERT_TRUE(report.is_object());
     // the hand goes on in real time
     EXPECT_LE(report.at("judged_missed").get<double>(),
-              0.1 * report.at("judged_frames").get<double>());
+              (0.1 + 2 * machine_missed) * report.at("judged_frames").get<double>());
     // the hand's spring, before anything guards the hand: bad packets do not move the body
     EXPECT_LE(report.at("peak_force_N").get<double>(), 20.0);
     const nlohmann::json& felt = report.at("felt");

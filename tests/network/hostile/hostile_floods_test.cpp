@@ -15,6 +15,7 @@
 #include "collab/dds/security/keys.h"
 #include "tests/network/running_program.h"
 #include "tests/network/syscall_count.h"
+#include "tests/support/machine/empty_loop.h"
 
 namespace tandem {
 namespace {
@@ -104,16 +105,18 @@ TEST_F(HostileFloods, StrangersStatesDoNotStarveTheHapticThread) {
   for (const char* receives : {"recv", "recvUC"}) {
     EXPECT_LT(PriorityOf(anna, receives), PriorityOf(anna, "haptic")) << receives;
   }
+  testing::EmptyLoop empty(last);
   attacker.process().Signal(SIGUSR1);
   EXPECT_EQ(attacker.Wait(), 0);
   anna.process().Signal(SIGTERM);
   EXPECT_EQ(anna.Wait(), 0);
+  const double machine_missed = empty.End();
   const nlohmann::json report = Report();
   const auto sent = std::stol(attacker.output().substr(attacker.output().find("sent ") + 5));
   EXPECT_EQ(sent, kStatesOfAFlood);
   EXPECT_GT(report.at("drops").at("flood").get<long>(), sent / 4);
   EXPECT_LE(report.at("judged_missed").get<double>(),
-            0.05 * report.at("judged_frames").get<double>());
+            (0.05 + 2 * machine_missed) * report.at("judged_frames").get<double>());
 }
 
 TEST_F(HostileFloods, ForgedNamesTakeNoMemoryAndFewLines) {

@@ -11,13 +11,18 @@
 #include <thread>
 #include <vector>
 
+#include <arpa/inet.h>
 #include <fcntl.h>
 #include <gtest/gtest.h>
+#include <net/if.h>
+#include <netinet/in.h>
 #include <nlohmann/json.hpp>
 #include <sys/mman.h>
+#include <sys/socket.h>
 #include <unistd.h>
 
 #include "collab/dds/security/keys.h"
+#include "collab/dds/transport/announcements.h"
 #include "engine/realtime/clock.h"
 #include "tests/network/networks/machines.h"
 #include "tests/network/networks/meeting_status.h"
@@ -117,6 +122,55 @@ class Peer {
   MeetingStatus* status_ = nullptr;
   std::unique_ptr<testing::Program> program_;
 };
+
+constexpr std::uint16_t kDiscoveryPort = 7400 + 250 * 42;  // the port of domain 42
+
+sockaddr_in DiscoveryGroup() {
+  sockaddr_in group{};
+  group.sin_family = AF_INET;
+  group.sin_port = htons(kDiscoveryPort);
+  inet_pton(AF_INET, "239.255.0.1", &group.sin_addr);
+  return group;
+}
+
+/// Returns a socket of a machine, which may receive what is sent to the group of discovery.
+int SocketOn(const Machine& machine, bool receives) {
+  int made = -1;
+  machine.Within([&] {
+    made = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+    ASSERT_GE(made, 0);
+    sockaddr_in group = DiscoveryGroup();
+    ip_mreqn network{};
+    network.imr_multiaddr = group.sin_addr;
+    network.imr_ifindex = static_cast<int>(if_nametoindex(receives ? "lan" : "door"));
+    ASSERT_NE(network.imr_ifindex, 0);
+    if (!receives) {
+      ASSERT_EQ(setsockopt(made, IPPROTO_IP, IP_MULTICAST_IF, &network, sizeof network), 0);
+      return;
+    }
+    const int yes = 1;
+    const timeval limit{.tv_sec = 5, .tv_usec = 0};
+    ASSERT_EQ(setsockopt(made, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes), 0);
+    ASSERT_EQ(setsockopt(made, SOL_SOCKET, SO_RCVTIMEO, &limit, sizeof limit), 0);
+    group.sin_addr.s_addr = htonl(INADDR_ANY);
+    ASSERT_EQ(bind(made, reinterpret_cast<const sockaddr*>(&group), sizeof group), 0);
+    ASSERT_EQ(setsockopt(made, IPPROTO_IP, IP_ADD_MEMBERSHIP, &network, sizeof network), 0);
+  });
+  return made;
+}
+
+/// Returns an announcement of the one program on a machine, as others hear it; empty: none came.
+std::vector<std::uint8_t> AnnouncementOn(const Machine& machine) {
+  const int receiver = SocketOn(machine, true);
+  std::vector<std::uint8_t> packet;
+  do {
+    packet.resize(65536);
+    const ssize_t size = recv(receiver, packet.data(), packet.size(), 0);
+    packet.resize(size > 0 ? static_cast<std::size_t>(size) : 0);
+  } while (!packet.empty() && !ReadAnnouncement(packet));
+  close(receiver);
+  return packet;
+}
 
 class Networks : public ::testing::Test {
  protected:
@@ -320,6 +374,48 @@ TEST_F(Networks, InterfaceThatIsNotUsedComesAndGoesUnnoticed) {
     }
     std::this_thread::sleep_for(milliseconds(10));
   }
+}
+
+// A stranger next door hears a member's announcements, and sends them again from its own address.
+// The newcomer is on both networks, and hears the stranger first.
+TEST_F(Networks, MembersMeetThoughAStrangerAnnouncesOneOfThemFirst) {
+  const Arrangement arrangement{.order = {"docker0", "lan", "vpn"}, .secured = true};
+  Meeting meeting = Begin(arrangement);
+  const Machine stranger;
+  ASSERT_TRUE(Link(meeting.machines->b(), "door", stranger, "door"));
+  ASSERT_TRUE(
+      meeting.machines->b().Run("ip addr add 192.168.7.2/24 dev door; ip link set door up"));
+  ASSERT_TRUE(stranger.Run("ip addr add 192.168.7.66/24 dev door; ip link set door up"));
+  const auto ends = [&meeting] {
+    meeting.b.reset();
+    std::this_thread::sleep_for(milliseconds(3000));  // until the member has forgotten it
+  };
+  ASSERT_TRUE(Together(*meeting.a, *meeting.b, BeganNs(meeting), kMeetWithin_s));
+  ends();
+
+  const std::vector<std::uint8_t> announcement = AnnouncementOn(meeting.machines->a());
+  ASSERT_FALSE(announcement.empty());
+  const int sender = SocketOn(stranger, false);
+  std::jthread sending([&](const std::stop_token& stop) {
+    const sockaddr_in group = DiscoveryGroup();
+    while (!stop.stop_requested()) {
+      sendto(sender, announcement.data(), announcement.size(), 0,
+             reinterpret_cast<const sockaddr*>(&group), sizeof group);
+      std::this_thread::sleep_for(milliseconds(2));
+    }
+  });
+  meeting.a->Signal(SIGSTOP);  // so that the stranger is heard first
+  meeting.b = std::make_unique<Peer>(meeting.machines->b(), meeting.session, keys_.peer(1),
+                                     keys_.folder(1), std::string());
+  BeganNs(meeting);
+  std::this_thread::sleep_for(milliseconds(100));
+  meeting.a->Signal(SIGCONT);
+  const auto met = Together(*meeting.a, *meeting.b, MonotonicNowNs(), 20);
+  EXPECT_TRUE(met) << meeting.a->output() << meeting.b->output();
+  RecordProperty("met_s", std::to_string(met.value_or(-1)));
+  sending.request_stop();
+  sending.join();
+  close(sender);
 }
 
 // The sleeper's clocks of the day and of the time with sleep are ten minutes ahead afterwards.

@@ -11,10 +11,12 @@ namespace tandem::testing {
 /// threads, and so misses only what it gets no processor for. On a quiet machine it misses none.
 class EmptyLoop {
  public:
-  EmptyLoop()
-      : thread_({.priority = 40, .name = "empty-loop"}, [](std::int64_t, std::int64_t) noexcept {
-          return true;
-        }) {}
+  /// `core`: the only one it may have, as the program has; below 0: any.
+  explicit EmptyLoop(int core = -1)
+      : thread_({.priority = 40, .core = core, .name = "empty-loop"},
+                [](std::int64_t, std::int64_t) noexcept {
+                  return true;
+                }) {}
 
   /// Ends the loop. Returns the share of its deadlines that passed without a frame, 0 to 1.
   double End() {
