@@ -127,10 +127,13 @@ TEST(Inverse3, StopRemovesTheForceUntilTheNextWrite) {
   ASSERT_TRUE(it.Reads(TANDEM_OK));
   it.Ask(0, 0, 2);
   ASSERT_TRUE(it.AsksFor(Vec3(0, -2, 0)));
+  const auto await_zero = [&it] {
+    for (int i = 0; i < 1000 && it.Asked() != Vec3::Zero(); ++i) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+  };
   it.trial.Stop();
-  for (int i = 0; i < 1000 && it.Asked() != Vec3::Zero(); ++i) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(1));
-  }
+  await_zero();
   EXPECT_EQ(it.Asked(), Vec3::Zero());
   const long before = it.service.messages();
   while (it.service.messages() < before + 20) {
@@ -139,6 +142,7 @@ TEST(Inverse3, StopRemovesTheForceUntilTheNextWrite) {
   EXPECT_EQ(it.Asked(), Vec3::Zero());  // and it stays so, though forces are taken
   EXPECT_TRUE(it.AsksFor(Vec3(0, -2, 0)));
   it.trial.Close();  // without force
+  await_zero();
   EXPECT_EQ(it.Asked(), Vec3::Zero());
 }
 
