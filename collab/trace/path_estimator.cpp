@@ -45,8 +45,12 @@ std::vector<PathEstimator::Sample> PathEstimator::LongestRun() const {
   std::vector<Sample> sorted = samples_;
   // the first arrival of duplicates counts
   std::ranges::stable_sort(sorted, {}, &Sample::sent_ns);
-  const auto twice = std::ranges::unique(sorted, {}, &Sample::sent_ns);
-  sorted.erase(twice.begin(), twice.end());
+  // clang 14 does not compile std::ranges::unique of this library
+  sorted.erase(std::unique(sorted.begin(), sorted.end(),
+                           [](const Sample& a, const Sample& b) {
+                             return a.sent_ns == b.sent_ns;
+                           }),
+               sorted.end());
   std::size_t begin = 0;
   std::size_t best = 0;
   std::size_t best_end = 0;

@@ -16,6 +16,14 @@ constexpr std::int64_t kTurnNs = 30'000'000;
 // free places that make an ask worthwhile
 constexpr std::size_t kLeastAsked = 16;
 
+/// Describes a size above a limit, as "2 MB, more than the 1 MB that are allowed ...".
+std::string BeyondLimit(std::uint64_t bytes, std::uint64_t most) {
+  constexpr std::uint64_t kMegabyte = 1'000'000;
+  const std::uint64_t megabytes = bytes / kMegabyte + (bytes % kMegabyte == 0 ? 0 : 1);
+  return std::to_string(megabytes) + " MB, more than the " + std::to_string(most / kMegabyte) +
+         " MB that are allowed: --scene-limit-mb allows more";
+}
+
 }  // namespace
 
 SceneFetch::SceneFetch(PeerId self, std::uint64_t content_hash, std::uint64_t most_bytes)
@@ -70,14 +78,12 @@ void SceneFetch::OnOffer(const FilePiece& piece, std::int64_t now_ns) {
     return;
   }
   patient_to_ns_ = 0;
-  const bool too_large =
-      piece.total_bytes > most_bytes_ || piece.list_bytes > MostListBytes(most_bytes_);
-  if (too_large) {
-    if (fault_.empty()) {
-      fault_ = "its files have " + std::to_string(piece.total_bytes / 1'000'000) +
-               " MB, more than the " + std::to_string(most_bytes_ / 1'000'000) +
-               " MB that are allowed: --scene-limit-mb allows more";
-    }
+  if (piece.total_bytes > most_bytes_) {
+    if (fault_.empty()) fault_ = "its files have " + BeyondLimit(piece.total_bytes, most_bytes_);
+    return;
+  }
+  if (const std::uint64_t most = MostListBytes(most_bytes_); piece.list_bytes > most) {
+    if (fault_.empty()) fault_ = "its list of files has " + BeyondLimit(piece.list_bytes, most);
     return;
   }
   if (piece.list_bytes == 0) {

@@ -71,7 +71,7 @@ TEST(Demo, TwoPeersRemoveTheActuatorOverDdsBesideAViewer) {
     // `bench session` measures what they miss; here they miss little more than an empty loop does,
     // which has one of the cores at a time, and they have others
     const double missed = peer.at("judged_missed").get<double>();
-    EXPECT_LE(missed / 20000, 0.05 + 2 * machine_missed);
+    EXPECT_LE(missed / 20000, 0.05 + 2 * std::min(machine_missed, 0.2));
     most_missed = std::max(most_missed, missed / (20000 + missed));
     EXPECT_LE(peer.at("guarded_share").get<double>(), 0.01);
     EXPECT_GE(peer.at("contact_points").at("max").get<int>(), 20);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <filesystem>
 #include <fstream>
 #include <string>
@@ -12,7 +13,7 @@ namespace tandem {
 class ScratchFolder {
  public:
   ScratchFolder() {
-    static int made = 0;
+    static std::atomic<int> made = 0;
     path_ = std::filesystem::temp_directory_path() /
             ("tandem-test-" + std::to_string(getpid()) + "-" + std::to_string(made++));
     std::filesystem::create_directories(path_);

@@ -16,9 +16,9 @@
 #include "collab/dds/cyclone/partitions.h"
 #include "collab/dds/cyclone/qos.h"
 #include "collab/dds/transport/domain.h"
-#include "collab/dds/transport/fast_reader.h"
 #include "collab/dds/wire/wire.h"
 #include "engine/base/units.h"
+#include "engine/realtime/clock.h"
 
 namespace tandem {
 namespace {
@@ -59,7 +59,7 @@ class Flooder {
     state.object = object;
     state.epoch = 1;
     state.seq = ++seq_;
-    state.sample_ns = MonotonicNow_ns();
+    state.sample_ns = MonotonicNowNs();
     tandem_ObjectState wire;
     ToWire(state, wire);
     return dds_write(states_, &wire) == DDS_RETCODE_OK;
@@ -149,13 +149,13 @@ std::string ForgedAnnouncement(std::uint64_t program, const std::string& tag) {
 /// Paces a flood by its plan.
 class FloodPace {
  public:
-  explicit FloodPace(const FloodPlan& plan) : plan_(plan), begin_ns_(MonotonicNow_ns()) {}
+  explicit FloodPace(const FloodPlan& plan) : plan_(plan), begin_ns_(MonotonicNowNs()) {}
 
   /// Returns false when all that the plan asks for has been sent. Waits where the flood is ahead of
   /// its plan.
   bool GoesOn(std::uint64_t sent) const {
     for (;;) {
-      const std::int64_t now_ns = MonotonicNow_ns();
+      const std::int64_t now_ns = MonotonicNowNs();
       const double gone_s = ToSeconds(now_ns - begin_ns_);
       if (gone_s >= plan_.seconds || (plan_.most > 0 && sent >= plan_.most)) return false;
       if (plan_.per_second <= 0 || static_cast<double>(sent) <= gone_s * plan_.per_second) {
@@ -288,7 +288,7 @@ Result<std::uint64_t> Flood(Attack attack, const DdsOptions& options, const Floo
       flooder.Presence("flood-" + std::to_string(sent));
       continue;
     }
-    const std::int64_t now_ns = MonotonicNow_ns();
+    const std::int64_t now_ns = MonotonicNowNs();
     if (now_ns - beat_ns > kBeatEveryNs) {
       flooder.Presence("flood");
       beat_ns = now_ns;

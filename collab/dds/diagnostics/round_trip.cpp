@@ -15,7 +15,7 @@
 #include "collab/dds/cyclone/cyclone_log.h"
 #include "collab/dds/cyclone/qos.h"
 #include "collab/dds/transport/domain.h"
-#include "collab/dds/transport/fast_reader.h"
+#include "engine/realtime/clock.h"
 #include "engine/realtime/realtime_setup.h"
 #include "tandem.h"  // idlc's
 
@@ -97,7 +97,7 @@ class StatePair {
       dds_get_publication_matched_status(writer_, &readers);
       dds_get_subscription_matched_status(reader_, &writers);
       if (readers.current_count > 0 && writers.current_count > 0) return true;
-      if (MonotonicNow_ns() > until_ns) return false;
+      if (MonotonicNowNs() > until_ns) return false;
       std::this_thread::sleep_for(std::chrono::milliseconds(10));
     }
   }
@@ -133,7 +133,7 @@ class Requester {
 
   static void OnAnswer(StatePair& /*pair*/, const tandem_LinkedState& state, void* context) {
     auto& self = *static_cast<Requester*>(context);
-    self.arrival_ns_.store(MonotonicNow_ns());
+    self.arrival_ns_.store(MonotonicNowNs());
     self.seq_.store(state.state.seq);
     sem_post(&self.answered_);
   }
@@ -142,7 +142,7 @@ class Requester {
   std::int64_t OverDds(const StatePair& pair, std::uint32_t seq) {
     tandem_LinkedState state{};
     state.state.seq = seq;
-    const std::int64_t sent_ns = MonotonicNow_ns();
+    const std::int64_t sent_ns = MonotonicNowNs();
     pair.Write(state);
     const timespec deadline = AsTimespec(sent_ns + kAnswerNs);
     while (seq_.load() != seq) {
@@ -158,11 +158,11 @@ class Requester {
   static std::int64_t OverUdp(int socket, std::uint32_t seq) {
     Datagram packet{};
     std::memcpy(packet.data(), &seq, sizeof seq);
-    const std::int64_t sent_ns = MonotonicNow_ns();
+    const std::int64_t sent_ns = MonotonicNowNs();
     if (send(socket, packet.data(), packet.size(), 0) < 0) return -1;
     for (;;) {
       if (recv(socket, packet.data(), packet.size(), 0) < 0) return -1;
-      const std::int64_t arrival_ns = MonotonicNow_ns();
+      const std::int64_t arrival_ns = MonotonicNowNs();
       std::uint32_t answered = 0;
       std::memcpy(&answered, packet.data(), sizeof answered);
       if (answered == seq) return arrival_ns - sent_ns;
@@ -186,9 +186,9 @@ RoundTrips Ask(int socket, const StatePair& pair, Requester& requester, double s
     }
   };
   const auto turns = static_cast<std::uint32_t>(1000 * seconds) + kWarmUp;
-  std::int64_t next_ns = MonotonicNow_ns();
+  std::int64_t next_ns = MonotonicNowNs();
   for (std::uint32_t turn = 1; turn <= turns; ++turn) {
-    next_ns = std::max(next_ns + kPeriodNs, MonotonicNow_ns());
+    next_ns = std::max(next_ns + kPeriodNs, MonotonicNowNs());
     const timespec deadline = AsTimespec(next_ns);
     clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &deadline, nullptr);
     std::int64_t udp_ns = 0;
@@ -246,7 +246,7 @@ Result<RoundTrips> RoundTripMeter::Measure(const RoundTripOptions& options) {
   StatePair pair(&Requester::OnAnswer, &requester);
   if (const Result<bool> open = pair.Open(options, "ping", "pong"); !open) return open.error();
   if (const Result<bool> met = MeetEcho(); !met) return met.error();
-  if (!pair.WaitForMatch(MonotonicNow_ns() + kMeetNs)) return Error{"DDS did not find the echo"};
+  if (!pair.WaitForMatch(MonotonicNowNs() + kMeetNs)) return Error{"DDS did not find the echo"};
   RoundTrips trips;
   // on a separate thread, so that only the measurement is real-time
   std::thread([&] {

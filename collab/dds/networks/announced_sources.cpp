@@ -1,55 +1,71 @@
 #include "collab/dds/networks/announced_sources.h"
 
 #include <algorithm>
-
-#include "engine/base/units.h"
+#include <utility>
 
 namespace tandem {
 
-AnnouncedSources::AnnouncedSources(std::uint64_t seed) : random_(seed | 1U), programs_(kPrograms) {}
+AnnouncedSources::AnnouncedSources(std::uint64_t seed)
+    : seed_(seed | 1U), programs_(kSets * kWays) {}
 
-void AnnouncedSources::SetMet(std::span<const ProgramId> programs) {
-  met_.assign(programs.begin(), programs.end());
+void AnnouncedSources::SetMet(std::vector<ProgramId>& programs) noexcept {
+  std::swap(met_, programs);
   for (Program& one : programs_) {
-    if (one.heard_ns != 0 && std::ranges::find(met_, one.id) != met_.end()) one = {};
+    if (one.heard_ns != 0 && IsMet(one.id)) one = {};
   }
 }
 
-bool AnnouncedSources::Lets(std::span<const std::uint8_t> program, std::uint32_t address,
-                            double lease_s, std::int64_t now_ns) noexcept {
+bool AnnouncedSources::Lets(std::span<const std::uint8_t> program, std::int64_t now_ns) noexcept {
+  Program* const one = Find(program, now_ns);
+  if (one == nullptr) return true;
+  one->heard_ns = now_ns;
+  return now_ns >= one->silent_until_ns;
+}
+
+bool AnnouncedSources::LetsAnnounce(std::span<const std::uint8_t> program,
+                                    const AnnouncedSource& source, std::int64_t now_ns,
+                                    bool& new_turn) noexcept {
+  if (IsMet(program)) return true;
+  if (source.lease_s < kShortestLease || source.lease_s > kLongestLease) return false;
   Program* one = Find(program, now_ns);
-  if (one == nullptr && lease_s == 0) return true;
-  const bool is_met = std::ranges::any_of(met_, [&](const ProgramId& id) {
-    return std::ranges::equal(id, program);
-  });
-  if (is_met) return true;
   if (one == nullptr) {
     one = &Add(program, now_ns);
-    one->meet_ns = kMeetNs;
     one->meet_until_ns = now_ns + kMeetNs;
   }
   one->heard_ns = now_ns;
-  const bool silent = now_ns < one->silent_until_ns;
-  if (lease_s == 0) return !silent;
+  const std::size_t index = Note(*one, source.way, now_ns);
+  if (now_ns < one->silent_until_ns) return false;
 
-  const std::size_t index = IndexOf(*one, address);
-  if (silent) return false;
-  if (now_ns > one->meet_until_ns && one->count > 1) {
-    one->taken = (one->taken + 1) % one->count;
-    one->silent_until_ns = now_ns + one->lease_ns + kBeyondLeaseNs;
-    one->meet_ns = std::min(2 * one->meet_ns, kMeetAtMostNs);
-    one->meet_until_ns = one->silent_until_ns + one->meet_ns;
-    one->lease_ns = 0;
+  // in a silence nothing may have been heard at all
+  const std::int64_t heard_ns = std::max(one->sources[one->taken].heard_ns, one->silent_until_ns);
+  const bool taken_is_fresh = now_ns - heard_ns < kFreshNs;
+  if ((now_ns > one->meet_until_ns || !taken_is_fresh) && TakeTurn(*one, now_ns)) {
+    new_turn = true;
+    one->silent_until_ns = now_ns + kSilenceNs;
+    one->meet_until_ns = one->silent_until_ns + kMeetNs;
     return false;
   }
-  if (index != one->taken) return false;
-  one->lease_ns = std::max(one->lease_ns, static_cast<std::int64_t>(1e9 * lease_s));
-  return true;
+  return index == one->taken;
+}
+
+bool AnnouncedSources::IsMet(std::span<const std::uint8_t> program) const noexcept {
+  const auto found = std::lower_bound(met_.begin(), met_.end(), program,
+                                      [](const ProgramId& met, std::span<const std::uint8_t> id) {
+                                        return std::ranges::lexicographical_compare(met, id);
+                                      });
+  return found != met_.end() && std::ranges::equal(*found, program);
+}
+
+std::span<AnnouncedSources::Program> AnnouncedSources::SetOf(
+    std::span<const std::uint8_t> program) noexcept {
+  std::uint64_t hash = seed_;
+  for (const std::uint8_t byte : program) hash = (hash ^ byte) * 0x9E3779B97F4A7C15U;
+  return std::span(programs_).subspan((hash >> 40U) % kSets * kWays, kWays);
 }
 
 AnnouncedSources::Program* AnnouncedSources::Find(std::span<const std::uint8_t> program,
                                                   std::int64_t now_ns) noexcept {
-  for (Program& one : programs_) {
+  for (Program& one : SetOf(program)) {
     if (one.heard_ns == 0 || !std::ranges::equal(one.id, program)) continue;
     if (now_ns - one.heard_ns < kForgetNs) return &one;
     one = {};
@@ -60,29 +76,48 @@ AnnouncedSources::Program* AnnouncedSources::Find(std::span<const std::uint8_t> 
 
 AnnouncedSources::Program& AnnouncedSources::Add(std::span<const std::uint8_t> program,
                                                  std::int64_t now_ns) noexcept {
-  Program& one = *std::ranges::min_element(programs_, {}, &Program::heard_ns);
+  Program& one = *std::ranges::min_element(SetOf(program), {}, &Program::heard_ns);
   one = {};
   std::ranges::copy(program, one.id.begin());
   one.heard_ns = now_ns;
   return one;
 }
 
-std::size_t AnnouncedSources::IndexOf(Program& program, std::uint32_t address) noexcept {
-  const auto begin = program.sources.begin();
-  const auto end = begin + static_cast<std::ptrdiff_t>(program.count);
-  if (const auto found = std::find(begin, end, address); found != end) {
-    return static_cast<std::size_t>(found - begin);
+// Returns the source's place, or kSources if there is none.
+std::size_t AnnouncedSources::Note(Program& program, std::uint64_t way,
+                                   std::int64_t now_ns) noexcept {
+  std::size_t place = kSources;
+  for (std::size_t i = 0; i < kSources; ++i) {
+    Source& one = program.sources[i];
+    if (one.heard_ns != 0 && one.way == way) {
+      one.heard_ns = now_ns;
+      return i;
+    }
+    const bool silent = one.heard_ns == 0 || now_ns - one.heard_ns >= kFreshNs;
+    const bool is_taken = i == program.taken && one.heard_ns != 0;
+    if (place == kSources && !is_taken && (silent || one.tried)) place = i;
   }
-  std::size_t index = program.count;
-  if (program.count < kSources) {
-    ++program.count;
-  } else {
-    // the address that is taken keeps its place, and its turn
-    random_ = random_ * 6364136223846793005U + 1442695040888963407U;
-    index = (program.taken + 1 + (random_ >> 33U) % (kSources - 1)) % kSources;
+  if (place < kSources) program.sources[place] = {.way = way, .heard_ns = now_ns, .tried = false};
+  return place;
+}
+
+// Takes the next source that is not silent, one that had no turn before the others. Returns whether
+// there is one.
+bool AnnouncedSources::TakeTurn(Program& program, std::int64_t now_ns) noexcept {
+  program.sources[program.taken].tried = true;
+  for (const bool again : {false, true}) {
+    for (std::size_t step = 1; step < kSources; ++step) {
+      const std::size_t i = (program.taken + step) % kSources;
+      Source& one = program.sources[i];
+      if (one.heard_ns == 0 || now_ns - one.heard_ns >= kFreshNs) continue;
+      if (one.tried && !again) continue;
+      program.taken = i;
+      return true;
+    }
+    for (Source& one : program.sources) one.tried = false;
+    program.sources[program.taken].tried = true;
   }
-  program.sources[index] = address;
-  return index;
+  return false;
 }
 
 }  // namespace tandem

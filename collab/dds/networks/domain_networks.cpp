@@ -42,9 +42,13 @@ DomainNetworks::Reach ReachOf(const std::string& interface) {
 
 }  // namespace
 
-DomainNetworks::DomainNetworks(const std::string& interface, std::uint32_t domain)
+DomainNetworks::DomainNetworks(const std::string& interface, std::uint32_t domain,
+                               bool proves_members)
     : reach_(ReachOf(interface)), domain_(domain) {
   interface.copy(name_.data(), name_.size() - 1);
+  if (!proves_members) return;
+  std::random_device random;
+  sources_.emplace(random() | std::uint64_t{random()} << 32U);
 }
 
 bool DomainNetworks::Uses(const NetworkTable::Row& row) const noexcept {
@@ -193,18 +197,23 @@ ssize_t DomainNetworks::SendBy(const NetworkTable::Row* row, int socket, const m
   return sendmsg(socket, &copy, flags);
 }
 
-void DomainNetworks::SetMet(std::span<const ProgramId> programs) {
+void DomainNetworks::SetMet(std::vector<ProgramId> programs) {
+  if (!sources_) return;
   const std::scoped_lock lock(sources_mutex_);
-  if (!sources_)
-    sources_.emplace(std::random_device{}() | std::uint64_t{std::random_device{}()} << 32U);
   sources_->SetMet(programs);
-  proves_members_.store(true);
 }
 
-bool DomainNetworks::Lets(std::span<const std::uint8_t> program, std::uint32_t from, double lease_s,
+bool DomainNetworks::Lets(std::span<const std::uint8_t> program,
+                          const std::optional<AnnouncedSource>& source,
                           std::int64_t now_ns) noexcept {
+  if (!sources_) return true;
   const std::scoped_lock lock(sources_mutex_);
-  return !sources_ || sources_->Lets(program, from, lease_s, now_ns);
+  if (!source) return sources_->Lets(program, now_ns);
+  bool new_turn = false;
+  const bool lets = sources_->LetsAnnounce(program, *source, now_ns, new_turn);
+  // the other side is to forget this one too, or it would not prove itself again
+  if (new_turn && sources_->IsAlone()) Cut(now_ns + AnnouncedSources::kSilenceNs);
+  return lets;
 }
 
 bool DomainNetworks::OnChange(const NetworkTable& before, const NetworkTable& now,

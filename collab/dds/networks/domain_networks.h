@@ -38,8 +38,10 @@ class DomainNetworks {
   enum class Reach : std::uint8_t { kLoopback, kInterface, kAll };
 
   /// `interface`: the name of the only interface; "lo": loopback alone; empty: all networks.
-  /// `domain`: the number of the DDS domain.
-  explicit DomainNetworks(const std::string& interface, std::uint32_t domain = 0);
+  /// `domain`: the number of the DDS domain. `proves_members`: its members prove their keys, and
+  /// the transport says which ones have.
+  explicit DomainNetworks(const std::string& interface, std::uint32_t domain = 0,
+                          bool proves_members = false);
 
   std::uint32_t domain() const noexcept { return domain_; }
   Reach reach() const noexcept { return reach_; }
@@ -61,12 +63,13 @@ class DomainNetworks {
   /// Notes that a packet was heard.
   void Note(const Arrival& arrival, std::int64_t now_ns) noexcept;
 
-  /// Sets which programs are met, in a domain whose members prove their keys.
-  void SetMet(std::span<const ProgramId> programs);
-  /// Returns whether there was such a call. Elsewhere announcements are taken from every address.
-  bool ProvesMembers() const noexcept { return proves_members_.load(); }
-  /// Returns whether DDS may see a packet of the program; see AnnouncedSources.
-  bool Lets(std::span<const std::uint8_t> program, std::uint32_t from, double lease_s,
+  /// Sets which programs are met, the own one among them; see AnnouncedSources. `programs` is
+  /// sorted and names each once.
+  void SetMet(std::vector<ProgramId> programs);
+  bool proves_members() const noexcept { return sources_.has_value(); }
+  /// Returns whether DDS may see a packet of the program, which announces it from that source; no
+  /// source: it announces nothing. Where members do not prove their keys, it may see all.
+  bool Lets(std::span<const std::uint8_t> program, const std::optional<AnnouncedSource>& source,
             std::int64_t now_ns) noexcept;
 
   /// Joins networks that have come. Returns whether an address has gone by which others reach this
@@ -104,14 +107,14 @@ class DomainNetworks {
   std::vector<Membership> memberships_;
   std::mutex sources_mutex_;
   std::optional<AnnouncedSources> sources_;  // where members prove their keys
-  std::atomic<bool> proves_members_ = false;
 };
 
 /// While it lives, the sockets that DDS makes on this thread are those of one domain.
 class NewDomainNetworks {
  public:
   /// `announced`: the address that the domain announces; others answer where its packets come from.
-  NewDomainNetworks(const std::string& interface, std::uint32_t domain, std::uint32_t announced);
+  NewDomainNetworks(const std::string& interface, std::uint32_t domain, bool proves_members,
+                    std::uint32_t announced);
   ~NewDomainNetworks();
   NewDomainNetworks(const NewDomainNetworks&) = delete;
   NewDomainNetworks& operator=(const NewDomainNetworks&) = delete;

@@ -15,6 +15,7 @@ constexpr std::size_t kRtpsHeader = 20;
 constexpr std::size_t kProgramAt = 8;  // id of the sending program
 constexpr std::uint8_t kPad = 0x01;
 constexpr std::uint8_t kInfoTimestamp = 0x09;
+constexpr std::uint8_t kInfoSource = 0x0c;
 constexpr std::uint8_t kData = 0x15;
 constexpr std::uint8_t kDataFragment = 0x16;
 constexpr std::uint8_t kLittleEndian = 0x01;
@@ -37,11 +38,15 @@ constexpr std::size_t kLocatorBytes = 24;
 constexpr std::size_t kLocatorAddressAt = 20;
 constexpr std::uint16_t kDomainTag = 0x4014;
 constexpr std::uint16_t kIdentityToken = 0x1001;
+constexpr std::uint16_t kVendorVersion = 0x8007;  // Cyclone's own
+constexpr std::uint32_t kLeadsOthers = 1U << 4U;  // its flag of a program on which others depend
 constexpr std::uint16_t kParametersLittle = 0x0003;
 constexpr std::uint16_t kParametersBig = 0x0002;
 
 // writers that announce the participant, its writers and its readers
 constexpr std::uint32_t kAnnouncers = 0x15;
+
+constexpr std::uint64_t kHashPrime = 1099511628211U;  // FNV-1a
 
 /// Takes numbers from the front of bytes. After the end all are zero, and good() is false.
 class ByteCursor {
@@ -135,8 +140,10 @@ std::optional<std::string> SessionOfTag(const std::string& tag) {
 
 namespace {
 
-/// A DATA submessage: its writer, by the last four bytes of its id, and its body.
+/// A DATA submessage: its writer, by the last four bytes of its id, and its body. Or the notice
+/// that what follows is another program's.
 struct DataFound {
+  bool of_another = false;
   std::uint32_t writer = 0;
   bool whole = false;                  // not a fragment, and in the usual layout
   bool goodbye = false;                // ends the instance that it is about
@@ -178,6 +185,13 @@ bool AnyData(std::span<const std::uint8_t> packet, Use use) {
     if (size > rest.size() - 4) return false;
     const std::span<const std::uint8_t> body = rest.subspan(4, size);
     rest = rest.subspan(4 + size);
+    if (kind == kInfoSource) {
+      DataFound found;
+      const std::span<const std::uint8_t> own = packet.subspan(kProgramAt, ProgramId{}.size());
+      found.of_another =
+          size < 8 + own.size() || !std::ranges::equal(body.subspan(8, own.size()), own);
+      if (use(found)) return true;
+    }
     if (kind != kData && kind != kDataFragment) continue;
     ByteCursor data(body, little);
     data.Take(2);
@@ -222,6 +236,9 @@ bool IsSound(const DataFound& data, std::span<const std::uint8_t> program, doubl
         } else if (parameter == kBuiltinEndpoints) {
           announces = (number.Take(4) & kAnnouncers) == kAnnouncers;
           sound = sound && announces;
+        } else if (parameter == kVendorVersion) {
+          number.Take(4);
+          sound = sound && (number.Take(4) & kLeadsOthers) == 0;
         }
       });
   return whole && sound && own && (data.goodbye || (leased && announces));
@@ -246,11 +263,17 @@ std::optional<Announcement> ReadAnnouncement(std::span<const std::uint8_t> packe
 AnnouncedIn WhatIsAnnounced(std::span<const std::uint8_t> packet) {
   AnnouncedIn announced;
   AnyData(packet, [&](const DataFound& data) {
+    announced.unsound |= data.of_another;
     switch (data.writer) {
       case kSpdpWriter:
       case kSecureSpdpWriter:
         announced.unsound |=
             !IsSound(data, packet.subspan(kProgramAt, ProgramId{}.size()), announced.lease_s);
+        if (data.goodbye) break;
+        announced.program = true;
+        for (const std::uint8_t byte : data.body) {
+          announced.content = (announced.content ^ byte) * kHashPrime;
+        }
         break;
       case kSedpTopics:
       case kSedpWriters:

@@ -29,10 +29,13 @@ std::optional<Announcement> ReadAnnouncement(std::span<const std::uint8_t> packe
 
 /// The programs and endpoints that a packet makes DDS remember.
 struct AnnouncedIn {
-  bool unsound = false;  // true: announces a program as no program of Tandem announces itself
-  double lease_s = 0;    // longest time for which DDS is to remember the program; 0: the packet
-                         // gives none
-  int endpoints = 0;     // number of readers, writers and topics
+  bool unsound = false;  // true: announces a program as no program of Tandem announces itself, or
+                         // speaks for another one
+  bool program = false;  // true: announces a program, and not its end
+  std::uint64_t content = 0;  // hash of what it says of the program
+  double lease_s = 0;  // longest time for which DDS is to remember the program; 0: the packet
+                       // gives none
+  int endpoints = 0;   // number of readers, writers and topics
 };
 /// Returns what the packet announces. A sound packet announces only its own program, whole, with a
 /// lease and with the writers that announce its endpoints. Without the lease or those writers

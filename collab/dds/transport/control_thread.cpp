@@ -9,8 +9,8 @@
 #include "collab/dds/cyclone/partitions.h"
 #include "collab/dds/cyclone/take_samples.h"
 #include "collab/dds/networks/live_domains.h"
-#include "collab/dds/transport/fast_reader.h"
 #include "collab/dds/wire/wire.h"
+#include "engine/realtime/clock.h"
 
 namespace tandem {
 namespace {
@@ -27,6 +27,15 @@ std::vector<dds_instance_handle_t> MatchedWriters(dds_entity_t reader) {
   writers.resize(static_cast<std::size_t>(found));
   std::ranges::sort(writers);
   return writers;
+}
+
+ProgramId ProgramOf(dds_entity_t participant) {
+  ProgramId program{};
+  dds_guid_t guid{};
+  if (dds_get_guid(participant, &guid) == DDS_RETCODE_OK) {
+    std::copy_n(guid.v, program.size(), program.begin());
+  }
+  return program;
 }
 
 // A crashed peer's keys are used again before anybody has noticed: that is no twin. A twin is
@@ -46,6 +55,7 @@ ControlThread::ControlThread(Sources sources, PeerId self, Inbox& inbox,
       self_(self),
       inbox_(inbox),
       refresh_owners_(std::move(refresh_owners)),
+      self_program_(ProgramOf(sources_.participant)),
       stop_(dds_create_guardcondition(sources_.participant)),
       thread_([this] {
         Run();
@@ -109,13 +119,15 @@ void ControlThread::SayGoodbyes() {
 void ControlThread::NoteMet() {
   if (!sources_.secured) return;
   // every program has a writer of one of these, and none is matched before its keys are proven
-  std::vector<ProgramId> met;
-  for (const dds_entity_t reader : {sources_.peer_info, sources_.viewer_info}) {
+  std::vector<ProgramId> met{self_program_};
+  for (const dds_entity_t reader : {sources_.peer_info, sources_.viewer_info, sources_.scene}) {
     for (const dds_instance_handle_t writer : MatchedWriters(reader)) {
       const WriterFacts& facts = Facts(reader, writer);
       if (facts.participant != 0) met.push_back(facts.program);
     }
   }
+  std::ranges::sort(met);
+  met.erase(std::unique(met.begin(), met.end()), met.end());
   ForEachLiveDomain([&](DomainNetworks& networks) {
     if (networks.domain() == sources_.domain) networks.SetMet(met);
   });
@@ -172,7 +184,7 @@ void ControlThread::Receive(PeerInfo& info, dds_entity_t reader, dds_instance_ha
   }
   if (known != here_.end() && known->second.writer != writer) {
     // its sample is lost; it sends again when the other's writer is gone
-    if (known->second.twin_ns == 0) known->second.twin_ns = MonotonicNow_ns();
+    if (known->second.twin_ns == 0) known->second.twin_ns = MonotonicNowNs();
     return;
   }
   if (info.leaving) {
@@ -185,11 +197,11 @@ void ControlThread::Receive(PeerInfo& info, dds_entity_t reader, dds_instance_ha
     here_[info.peer] = {reader, writer, 0};
     seats_[info.peer] = facts.participant;
     seats_changed_ = true;
-  } else if (known->second.twin_ns != 0 && MonotonicNow_ns() - known->second.twin_ns > kTwinNs) {
+  } else if (known->second.twin_ns != 0 && MonotonicNowNs() - known->second.twin_ns > kTwinNs) {
     known->second.twin_ns = 0;
     inbox_.OnDropped(info.peer, sources_.secured ? Drop::kTwin : Drop::kImpostor);
   }
-  inbox_.OnPeerInfo(info, MonotonicNow_ns());
+  inbox_.OnPeerInfo(info, MonotonicNowNs());
 }
 
 void ControlThread::EndPresence() {
@@ -235,7 +247,7 @@ void ControlThread::TakeScenes() {
     if (ReceiveScene(manifest, writer)) {
       waiting_scenes_.erase(writer);
     } else if (waiting_scenes_.contains(writer) || waiting_scenes_.size() < kMostWaitingScenes) {
-      waiting_scenes_[writer] = {manifest, MonotonicNow_ns()};
+      waiting_scenes_[writer] = {manifest, MonotonicNowNs()};
     }
   });
 }
@@ -259,7 +271,7 @@ void ControlThread::ReceiveWaitingScenes() {
       it = waiting_scenes_.erase(it);
       continue;
     }
-    if (!scene.reported && MonotonicNow_ns() - scene.since_ns > kTwinNs) {
+    if (!scene.reported && MonotonicNowNs() - scene.since_ns > kTwinNs) {
       scene.reported = true;
       inbox_.OnDropped(scene.manifest.offered_by, Drop::kImpostor);
     }
@@ -294,7 +306,7 @@ void ControlThread::TakeEvents() {
           return inbox_.OnDropped(facts.owner.peer, Drop::kImpostor);
         }
         if (!here_.contains(event.peer)) return inbox_.OnDropped(event.peer, Drop::kStranger);
-        inbox_.OnEvent(event, MonotonicNow_ns());
+        inbox_.OnEvent(event, MonotonicNowNs());
       });
 }
 

@@ -84,6 +84,7 @@ class ControlThread {
   const PeerId self_;
   Inbox& inbox_;
   const std::function<void(const Seats&)> refresh_owners_;
+  const ProgramId self_program_;
   const dds_entity_t stop_;
   std::map<PeerId, PresentPeer> here_;
   std::map<PeerId, dds_instance_handle_t> offering_;  // writer of the manifest that was heard, by

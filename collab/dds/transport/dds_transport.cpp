@@ -273,7 +273,13 @@ class DdsTransport final : public Transport {
     };
     peer_info_reader_ = open_presence(topics_.peer_info, kEveryPeer);
     viewer_info_reader_ = open_presence(topics_.viewer_info, kEveryViewer);
-    scene_reader_ = open(topics_.scene, Purpose::kSubject, kEveryScene);
+    const Listener on_scene(dds_create_listener(this));
+    dds_lset_subscription_matched(
+        on_scene.get(), [](dds_entity_t, const dds_subscription_matched_status_t, void* self) {
+          dds_set_guardcondition(static_cast<DdsTransport*>(self)->on_match_, true);
+        });
+    scene_reader_ = open_gated(topics_.scene, Purpose::kSubject,
+                               MakeQos(Purpose::kSubject, kEveryScene), on_scene.get());
   }
 
   // Runs on the control thread. It reports the first time that a writer has no place.
@@ -347,7 +353,7 @@ Result<std::unique_ptr<Transport>> JoinOverDds(const DdsOptions& options, Inbox&
     if (!secured) return secured.error();
     qos = *std::move(secured);
   }
-  Result<Entity> domain = CreateDomain(options);
+  Result<Entity> domain = CreateDomain(options, !options.secure.empty());
   if (!domain) return domain.error();
 
   CycloneLogCapture log;

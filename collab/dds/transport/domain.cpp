@@ -277,7 +277,7 @@ std::string DomainXml(const DdsOptions& options, bool real_time_receive) {
   return xml + "</Domain>";
 }
 
-Result<Entity> CreateDomain(const DdsOptions& options) {
+Result<Entity> CreateDomain(const DdsOptions& options, bool proves_members) {
   if (std::optional<Error> error = CheckOptions(options)) return *error;
   // no code of ours sets the environment
   if (const char* uri = std::getenv("CYCLONEDDS_URI");  // NOLINT(concurrency-mt-unsafe)
@@ -289,7 +289,8 @@ Result<Entity> CreateDomain(const DdsOptions& options) {
   BoundWaitingInstances();
   SetCycloneStackSize();
   CycloneLogCapture log;
-  const NewDomainNetworks networks(options.interface, options.domain, AnnouncedAddress(options));
+  const NewDomainNetworks networks(options.interface, options.domain, proves_members,
+                                   AnnouncedAddress(options));
   const std::string xml = DomainXml(options, RealTimeIsPermitted());
   const dds_entity_t domain = dds_create_domain(options.domain, xml.c_str());
   if (domain > 0) return Entity(domain);

@@ -35,7 +35,8 @@ std::string WhyNoSessionName(const std::string& name);
 std::optional<Error> CheckOptions(const DdsOptions& options);
 
 /// Makes the domain from the options alone. It ignores CYCLONEDDS_URI in the environment and says
-/// so. A process takes part in a domain once at a time.
-Result<Entity> CreateDomain(const DdsOptions& options);
+/// so. A process takes part in a domain once at a time. `proves_members`: its members prove their
+/// keys, and the caller tells the domain's networks which ones are met.
+Result<Entity> CreateDomain(const DdsOptions& options, bool proves_members = false);
 
 }  // namespace tandem

@@ -12,11 +12,9 @@
 #include "collab/dds/transport/relay.h"
 #include "collab/dds/wire/wire.h"
 #include "collab/session/transport.h"
+#include "engine/realtime/clock.h"
 
 namespace tandem {
-
-/// Returns the time of this machine's monotonic clock.
-std::int64_t MonotonicNow_ns();
 
 /// Reads a topic of motion. It takes each sample on the receive thread as it comes, passes over
 /// samples of its own peer, and hands sound ones to the inbox. It refuses a sample that exceeds its
@@ -73,7 +71,7 @@ class FastReader {
     dds_return_t taken = 0;
     do {
       taken = dds_take(reader, pointers_.data(), infos_.data(), kBatch, kBatch);
-      const std::int64_t arrival_ns = MonotonicNow_ns();
+      const std::int64_t arrival_ns = MonotonicNowNs();
       for (int i = 0; i < taken; ++i) {
         const auto k = static_cast<std::size_t>(i);
         if (infos_[k].valid_data) Hand(samples_[k], infos_[k].publication_handle, arrival_ns);

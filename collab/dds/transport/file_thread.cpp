@@ -8,9 +8,9 @@
 
 #include "collab/dds/cyclone/cyclone_log.h"
 #include "collab/dds/cyclone/qos.h"
-#include "collab/dds/transport/fast_reader.h"
 #include "collab/dds/transport/rate_limited_reader.h"
 #include "collab/dds/wire/file_wire.h"
+#include "engine/realtime/clock.h"
 
 namespace tandem {
 
@@ -189,9 +189,9 @@ void FileThread::Run() {
                                       [this] {
                                         return Listeners();
                                       }};
-  std::int64_t next_ns = MonotonicNow_ns();
+  std::int64_t next_ns = MonotonicNowNs();
   for (;;) {
-    const std::int64_t wait_ns = std::max<std::int64_t>(0, next_ns - MonotonicNow_ns());
+    const std::int64_t wait_ns = std::max<std::int64_t>(0, next_ns - MonotonicNowNs());
     dds_waitset_wait(waitset.get(), nullptr, 0, wait_ns);
     bool raised = false;
     if (dds_read_guardcondition(stop_, &raised) == DDS_RETCODE_OK && raised) return;
@@ -204,7 +204,7 @@ void FileThread::Run() {
       }
       wait_for_readers();
     }
-    const std::int64_t now_ns = MonotonicNow_ns();
+    const std::int64_t now_ns = MonotonicNowNs();
     for (const dds_entity_t reader : readers_) {
       if (party_.serves()) {
         TakeAll<tandem_FileAsk>(reader, ask_, [&](const FileAsk& ask) {
@@ -212,11 +212,11 @@ void FileThread::Run() {
         });
       } else {
         TakeAll<tandem_FilePiece>(reader, piece_, [&](const FilePiece& piece) {
-          party_.OnPiece(piece, MonotonicNow_ns());
+          party_.OnPiece(piece, MonotonicNowNs());
         });
       }
     }
-    next_ns = party_.Tick(MonotonicNow_ns(), out);
+    next_ns = party_.Tick(MonotonicNowNs(), out);
   }
 }
 

@@ -11,8 +11,8 @@
 #include "collab/dds/networks/domain_networks.h"
 #include "collab/dds/networks/usable_networks.h"
 #include "collab/dds/transport/announcements.h"
-#include "collab/dds/transport/fast_reader.h"
 #include "engine/base/units.h"
+#include "engine/realtime/clock.h"
 
 namespace tandem {
 namespace {
@@ -193,6 +193,14 @@ std::uint32_t WayTo(std::uint32_t from) {
   return is_here ? htonl(INADDR_LOOPBACK) : from;
 }
 
+// Returns where a packet announces its program from; nothing: it announces none.
+std::optional<AnnouncedSource> SourceOf(std::span<const std::uint8_t> packet, std::uint32_t from) {
+  const AnnouncedIn announced = WhatIsAnnounced(packet);
+  if (!announced.program) return std::nullopt;
+  // an announcement that was altered is another source, whatever address it claims to come from
+  return AnnouncedSource{.way = announced.content * 31 + WayTo(from), .lease_s = announced.lease_s};
+}
+
 // Others are answered at the address that their announcements come from. The address that they
 // announce may be of a network that does not lead here, or may have changed.
 void CorrectAnnouncedAddress(std::span<std::uint8_t> packet, std::uint32_t from,
@@ -227,14 +235,13 @@ PacketDrop JudgeArrival(const msghdr& message, std::size_t size,
                                        std::min(size, message.msg_iov[0].iov_len));
   SharedFilter& shared = Shared();
   const Arrival arrival = ArrivalOf(message, from.sin_addr.s_addr);
-  const std::int64_t now_ns = MonotonicNow_ns();
+  const std::int64_t now_ns = MonotonicNowNs();
   PacketDrop drop = PacketDrop::kNetwork;
   if (networks == nullptr || (networks->Hears(arrival) && !networks->IsCut(now_ns))) {
     const std::scoped_lock lock(shared.mutex);
     drop = shared.filter.Judge(packet, arrival.from, now_ns);
-    if (drop == PacketDrop::kNone && networks != nullptr && networks->ProvesMembers() &&
-        !networks->Lets(packet.subspan(kIdAt, kIdBytes), WayTo(arrival.from),
-                        WhatIsAnnounced(packet).lease_s, now_ns)) {
+    if (drop == PacketDrop::kNone && networks != nullptr && networks->proves_members() &&
+        !networks->Lets(packet.subspan(kIdAt, kIdBytes), SourceOf(packet, arrival.from), now_ns)) {
       drop = PacketDrop::kSource;
     }
     if (drop == PacketDrop::kNone && networks != nullptr) {

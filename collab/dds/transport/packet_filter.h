@@ -21,7 +21,7 @@ enum class PacketDrop : std::uint8_t {
   kEndpoints,  // announces more readers and writers than a program has
   kFlood,      // more packets than a program sends
   kNetwork,    // came by a network that the domain is not on
-  kSource,     // a program not met, announced from several addresses
+  kSource,     // its program is not met, and is announced otherwise too
   kCount
 };
 const char* NameOf(PacketDrop reason) noexcept;  // "not_rtps" …

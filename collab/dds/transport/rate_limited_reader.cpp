@@ -10,7 +10,7 @@
 #include <dds/ddsi/ddsi_serdata.h>
 #include <dds/ddsi/ddsi_tkmap.h>
 
-#include "collab/dds/transport/fast_reader.h"
+#include "engine/realtime/clock.h"
 
 extern "C" {
 // Cyclone's own cache of a reader. The library exports this function, but its headers do not
@@ -57,7 +57,7 @@ struct RateLimitedCache {
     {
       const std::scoped_lock lock(self.mutex);
       refused = self.limiter.Refuses(writer->iid, NumberOf(writer->guid.prefix), instance->m_iid,
-                                     MonotonicNow_ns());
+                                     MonotonicNowNs());
     }
     if (!refused) return dds_rhc_store(self.inner, writer, sample, instance);
     self.on_refused(writer->iid, *refused);

@@ -73,10 +73,10 @@ sockaddr* CopyOf(std::uint32_t address) {
 }  // namespace
 
 NewDomainNetworks::NewDomainNetworks(const std::string& interface, std::uint32_t domain,
-                                     std::uint32_t announced) {
+                                     bool proves_members, std::uint32_t announced) {
   Domains& domains = SharedDomains();
   const std::scoped_lock lock(domains.mutex);
-  domains.alive.push_back(std::make_unique<DomainNetworks>(interface, domain));
+  domains.alive.push_back(std::make_unique<DomainNetworks>(interface, domain, proves_members));
   t_being_made = {domains.alive.back().get(), announced, false};
 }
 

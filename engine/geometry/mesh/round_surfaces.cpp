@@ -111,8 +111,9 @@ class RoundSearch {
       for (const std::uint32_t v : mesh_.triangles[t]) part.vertices.push_back(v);
     }
     std::ranges::sort(part.vertices);
-    const auto repeats = std::ranges::unique(part.vertices);
-    part.vertices.erase(repeats.begin(), repeats.end());
+    // clang 14 does not compile std::ranges::unique of this library
+    part.vertices.erase(std::unique(part.vertices.begin(), part.vertices.end()),
+                        part.vertices.end());
     return part;
   }
 

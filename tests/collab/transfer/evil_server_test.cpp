@@ -190,7 +190,7 @@ TEST_F(EvilSceneServer, SizesBeyondTheLimitTakeNoMemory) {
     piece.total_bytes = 1;
     send(piece);
   });
-  EXPECT_THAT(Outcome(), HasSubstr("more than the 1073 MB that are allowed"));
+  EXPECT_THAT(Outcome(), HasSubstr("its list of files has 4295 MB, more than the "));
 }
 
 // It offers, and then says nothing: for ever, if it is asked again for ever.

@@ -197,7 +197,8 @@ TEST_F(Fetching, OversizedSceneIsRefusedBeforeTheTransfer) {
   bench.AddServer(1, scene_);
   bench.RunToEnd(20);
   EXPECT_EQ(bench.fetch.state(), State::kFailed);
-  EXPECT_THAT(bench.fetch.fault(), HasSubstr("1 MB, more than the 1 MB that are allowed"));
+  EXPECT_THAT(bench.fetch.fault(),
+              HasSubstr("its files have 2 MB, more than the 1 MB that are allowed"));
   EXPECT_EQ(bench.servers[1].sent_bytes, 0U);
 }
 

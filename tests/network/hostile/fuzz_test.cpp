@@ -192,7 +192,7 @@ TEST(Fuzz, SessionSurvivesInvalidPacketsAtEveryPort) {
     ASSERT_TRUE(report.is_object());
     // the hand goes on in real time
     EXPECT_LE(report.at("judged_missed").get<double>(),
-              (0.1 + 2 * machine_missed) * report.at("judged_frames").get<double>());
+              (0.1 + 2 * std::min(machine_missed, 0.2)) * report.at("judged_frames").get<double>());
     // the hand's spring, before anything guards the hand: bad packets do not move the body
     EXPECT_LE(report.at("peak_force_N").get<double>(), 20.0);
     const nlohmann::json& felt = report.at("felt");

@@ -1,6 +1,7 @@
 // Sets a program of the tests' own (attacker.cpp) against whole programs of the product.
 #include "tests/network/hostile/hostile_floods.h"
 
+#include <algorithm>
 #include <csignal>
 #include <filesystem>
 #include <optional>
@@ -116,7 +117,7 @@ TEST_F(HostileFloods, StrangersStatesDoNotStarveTheHapticThread) {
   EXPECT_EQ(sent, kStatesOfAFlood);
   EXPECT_GT(report.at("drops").at("flood").get<long>(), sent / 4);
   EXPECT_LE(report.at("judged_missed").get<double>(),
-            (0.05 + 2 * machine_missed) * report.at("judged_frames").get<double>());
+            (0.05 + 2 * std::min(machine_missed, 0.2)) * report.at("judged_frames").get<double>());
 }
 
 TEST_F(HostileFloods, ForgedNamesTakeNoMemoryAndFewLines) {

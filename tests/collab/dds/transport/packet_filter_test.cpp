@@ -180,6 +180,47 @@ TEST(PacketFilter, AnnouncementNeedsALeaseAndEndpoints) {
   EXPECT_EQ(judged({}), PacketDrop::kForged);
 }
 
+// DDS takes what follows for the named program's, and keeps that program for as long as it comes.
+TEST(PacketFilter, ProgramSpeaksOnlyForItself) {
+  const auto speaking_for = [](std::uint64_t program) {
+    RawPacket packet = Empty(7);
+    packet.insert(packet.end(), {0x0C, 0x01});  // INFO_SRC, little endian
+    Put(packet, 20, 2);
+    Put(packet, 0, 4);
+    packet.insert(packet.end(), {2, 5, 1, 16});
+    Put(packet, program, 8);
+    Put(packet, 0x01020304, 4);
+    PutData(packet, 0x000003C2, {1, 2, 3, 4});
+    return packet;
+  };
+  PacketFilter filter(1);
+  EXPECT_EQ(filter.Judge(speaking_for(7), kHere, kMs), PacketDrop::kNone);
+  EXPECT_EQ(filter.Judge(speaking_for(8), kHere, kMs), PacketDrop::kForged);
+  RawPacket cut = speaking_for(8);
+  cut.resize(20 + 4 + 12);
+  cut[22] = 12;
+  EXPECT_EQ(filter.Judge(cut, kHere, kMs), PacketDrop::kForged);
+}
+
+// DDS would give a program on which others depend the say over their leases and ends.
+TEST(PacketFilter, NoProgramLeadsOthers) {
+  const auto with_flags = [](std::uint32_t flags) {
+    RawPacket terms = Terms(7, 2);
+    terms.resize(terms.size() - 4);
+    Put(terms, 0x8007, 2);  // PID_ADLINK_PARTICIPANT_VERSION_INFO
+    Put(terms, 28, 2);
+    Put(terms, 0, 4);
+    Put(terms, flags, 4);
+    for (int i = 0; i < 5; ++i) Put(terms, 0, 4);
+    Put(terms, 0x0001, 2);
+    Put(terms, 0, 2);
+    return Data(7, kSpdpWriterId, terms);
+  };
+  PacketFilter filter(1);
+  EXPECT_EQ(filter.Judge(with_flags(0x2C), kHere, kMs), PacketDrop::kNone);
+  EXPECT_EQ(filter.Judge(with_flags(0x3C), kHere, kMs), PacketDrop::kForged);
+}
+
 TEST(PacketFilter, GoodbyeNeedsNeitherLeaseNorEndpoints) {
   PacketFilter filter(1);
   RawPacket goodbye = Empty(7);
