@@ -228,7 +228,7 @@ TEST(HostilePackets, PrecedingSubmessagesDoNotHideAForgedAnnouncement) {
                   front));
       received = of_sound.Hears(ports, std::chrono::seconds(1));
     }
-    // who speaks for another is not heard at all
+    // a packet that speaks for another program is refused whole
     EXPECT_EQ(received, name != kOfAnother) << name;
     forged += static_cast<long>(bad.size());
   }
