@@ -24,17 +24,26 @@ using asio::ip::tcp;
 using boost::system::error_code;
 
 constexpr std::int64_t kSliceNs = 20'000'000;  // time between looks at `ending`
+// Time for an operation that `ending` finds under way. Without it the connection is gone, and no
+// message can take the force away any more.
+constexpr std::int64_t kGraceNs = 100'000'000;
 
 /// Runs an operation to its end or to the limit. At the limit `abandon` closes the socket, which
 /// ends the operation with an error. Returns whether the operation ended by itself.
 template <typename Abandon>
 bool RunToEnd(asio::io_context& context, const bool& done, std::int64_t limit_ns,
               const std::atomic<bool>& ending, const Abandon& abandon) {
-  const std::int64_t until_ns = MonotonicNowNs() + limit_ns;
+  std::int64_t until_ns = MonotonicNowNs() + limit_ns;
+  bool hurries = false;
   context.restart();
   while (!done) {
-    const std::int64_t left_ns = until_ns - MonotonicNowNs();
-    if (left_ns <= 0 || ending.load(std::memory_order_relaxed)) {
+    const std::int64_t now_ns = MonotonicNowNs();
+    if (!hurries && ending.load(std::memory_order_relaxed)) {
+      hurries = true;
+      until_ns = std::min(until_ns, now_ns + kGraceNs);
+    }
+    const std::int64_t left_ns = until_ns - now_ns;
+    if (left_ns <= 0) {
       abandon();
       while (!done && context.run_one() != 0) {
       }

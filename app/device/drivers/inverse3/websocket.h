@@ -9,7 +9,7 @@
 
 namespace tandem::driver {
 
-/// A WebSocket client for a service on this machine. Each call ends at its limit, or within 20 ms
+/// A WebSocket client for a service on this machine. Each call ends at its limit, or within 120 ms
 /// once `ending` is set. After a failed call the connection is closed, and fault() says why. Used
 /// by one thread. Throws only for lack of memory.
 class WebSocket {
