@@ -105,15 +105,15 @@ std::size_t AnnouncedSources::Note(Program& program, std::uint64_t way,
 // there is one.
 bool AnnouncedSources::TakeTurn(Program& program, std::int64_t now_ns) noexcept {
   program.sources[program.taken].tried = true;
-  for (const bool again : {false, true}) {
+  for (int pass = 0; pass < 2; ++pass) {
     for (std::size_t step = 1; step < kSources; ++step) {
       const std::size_t i = (program.taken + step) % kSources;
-      Source& one = program.sources[i];
-      if (one.heard_ns == 0 || now_ns - one.heard_ns >= kFreshNs) continue;
-      if (one.tried && !again) continue;
+      const Source& one = program.sources[i];
+      if (one.tried || one.heard_ns == 0 || now_ns - one.heard_ns >= kFreshNs) continue;
       program.taken = i;
       return true;
     }
+    // each had its turn
     for (Source& one : program.sources) one.tried = false;
     program.sources[program.taken].tried = true;
   }

@@ -5,6 +5,7 @@
 #include <cstring>
 #include <string_view>
 
+#include "engine/base/hash.h"
 #include "engine/base/text/clean_text.h"
 
 namespace tandem {
@@ -45,8 +46,6 @@ constexpr std::uint16_t kParametersBig = 0x0002;
 
 // writers that announce the participant, its writers and its readers
 constexpr std::uint32_t kAnnouncers = 0x15;
-
-constexpr std::uint64_t kHashPrime = 1099511628211U;  // FNV-1a
 
 /// Takes numbers from the front of bytes. After the end all are zero, and good() is false.
 class ByteCursor {
@@ -262,6 +261,7 @@ std::optional<Announcement> ReadAnnouncement(std::span<const std::uint8_t> packe
 
 AnnouncedIn WhatIsAnnounced(std::span<const std::uint8_t> packet) {
   AnnouncedIn announced;
+  Hash64 content;
   AnyData(packet, [&](const DataFound& data) {
     announced.unsound |= data.of_another;
     switch (data.writer) {
@@ -271,9 +271,7 @@ AnnouncedIn WhatIsAnnounced(std::span<const std::uint8_t> packet) {
             !IsSound(data, packet.subspan(kProgramAt, ProgramId{}.size()), announced.lease_s);
         if (data.goodbye) break;
         announced.program = true;
-        for (const std::uint8_t byte : data.body) {
-          announced.content = (announced.content ^ byte) * kHashPrime;
-        }
+        content.AddBytes(data.body.data(), data.body.size());
         break;
       case kSedpTopics:
       case kSedpWriters:
@@ -285,6 +283,7 @@ AnnouncedIn WhatIsAnnounced(std::span<const std::uint8_t> packet) {
     }
     return false;
   });
+  announced.content = content.value();
   return announced;
 }
 

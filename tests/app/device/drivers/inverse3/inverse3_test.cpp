@@ -71,7 +71,9 @@ TEST(Inverse3, NamesItselfAndItsAxesInTheFirstMessage) {
   EXPECT_EQ(first.at("session").at("configure").at("basis").at("permutation"), "XYZ");
   EXPECT_TRUE(first.at("session").contains("force_render_full_state"));
   EXPECT_EQ(first.at("inverse3").at(0).at("configure").at("preset"), "arm_front_centered");
-  for (int i = 0; i < 1000 && it.service.messages() < 2; ++i) it.trial.Ticks(1);
+  ASSERT_TRUE(it.trial.TicksUntil([&] {
+    return it.service.messages() > 1;
+  }));
   EXPECT_FALSE(json::parse(it.service.newest()).contains("session"));
 }
 
